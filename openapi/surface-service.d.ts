@@ -15,9 +15,9 @@ export interface paths {
          * The mesh of a surface
          * @description Evaluates the surface and answers its mesh.
          *
-         *     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
-         *     anything. The body is a JSON document with the options in it, or a file of control points with
-         *     the options in the query.
+         *     The response is in the format that `format` names or `Accept` prefers; JSON without either. The
+         *     body is a JSON document with the options in it, or a file of control points with the options in
+         *     the query.
          */
         post: operations["createMesh"];
         delete?: never;
@@ -36,12 +36,12 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * What a mesh would be, before it is made
-         * @description Takes the body of `POST /v1/mesh` and answers how large the mesh would be.
+         * The size of a mesh, before it is computed
+         * @description Reads the body of `POST /v1/mesh` and answers how large the mesh would be.
          *
-         *     That is how many vertices and faces it would have, how many bytes in each format, and whether
-         *     the request would be refused, at a small part of the cost of the mesh. What is wrong with the
-         *     body itself is refused here as well.
+         *     The response has the numbers of vertices and faces, the bytes in each format, and whether
+         *     `POST /v1/mesh` would refuse the request. It costs a small part of the mesh. An invalid body is
+         *     an error here too.
          */
         post: operations["estimateMesh"];
         delete?: never;
@@ -61,11 +61,11 @@ export interface paths {
         put?: never;
         /**
          * Points of a surface, with derivatives and curvatures
-         * @description Evaluates the surface at the parameters given, in float64, and answers in columns.
+         * @description Evaluates the surface at the given parameters, in float64, and answers in columns.
          *
-         *     Row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to
-         *     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none
-         *     (`not_parametric`).
+         *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
+         *     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have no
+         *     parameters (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -85,10 +85,10 @@ export interface paths {
         put?: never;
         /**
          * A surface in another form, with the same points
-         * @description Does the operations one after the other and answers the surface that comes out.
+         * @description Applies the operations in their order and answers the converted surface.
          *
-         *     The answer is a body for the other calls. Corner points keep their digits, and patches that
-         *     shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
+         *     The response is a body for the other calls. Corner points keep their digits, and patches that
+         *     shared an edge still share it. Colours, texture coordinates and attributes are converted too.
          */
         post: operations["convertSurface"];
         delete?: never;
@@ -110,8 +110,8 @@ export interface paths {
          * A curve as points, tangents and lengths, or as lines
          * @description Samples the curve.
          *
-         *     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
-         *     anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
+         *     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
+         *     glTF, OOGL and OBJ a plane curve lies at z = 0.
          */
         post: operations["createCurve"];
         delete?: never;
@@ -153,19 +153,19 @@ export interface paths {
         };
         /**
          * The built-in surfaces
-         * @description Lists the built-in surfaces, with the addresses of their meshes.
+         * @description Lists the built-in surfaces, with the URLs of their meshes.
          */
         get: operations["listSurfaces"];
         put?: never;
         /**
          * Stores a surface
-         * @description Stores the surface under the SHA-256 of its content, which is its id from then on.
+         * @description Stores the surface under the SHA-256 of its content, which becomes its id.
          *
-         *     The status is 201 where it is new, 200 where it was there. All ways to write a surface down have
-         *     one id: the order of keys, the spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says
-         *     and whether it is said make no difference; any other number does. A file of control points is
-         *     the surface that JSON would say, with what it does not hold in the query. Its meshes have
-         *     addresses, which `links` names, and clients may cache them for ever.
+         *     The status is 201 for a new surface, 200 for one that was stored already. All ways to write the
+         *     same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`, −0) and
+         *     explicit defaults make no difference; any other number does. A file of control points is the
+         *     same surface as in JSON, with its other fields in the query. `links` names the URLs of its
+         *     meshes, which clients may cache for ever.
          */
         post: operations["storeSurface"];
         delete?: never;
@@ -183,19 +183,19 @@ export interface paths {
         };
         /**
          * The definition of a surface
-         * @description The definition of a built-in or a stored surface, as a body for the other calls.
+         * @description Answers the definition of a built-in or a stored surface: a body for the other calls.
          *
-         *     Under an id that is a hash it never changes; its `ETag` is the hash of the content, in quotes.
+         *     If the id is a hash, it never changes; its `ETag` is the hash of the content, in quotes.
          */
         get: operations["getSurface"];
         put?: never;
         post?: never;
         /**
          * Removes a stored surface
-         * @description Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`).
+         * @description Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
          *
-         *     Built-in surfaces stay: 405. What others have kept of its meshes is theirs: addresses that may
-         *     be kept for ever are not called back. Storing the surface again brings back the same id.
+         *     Built-in surfaces stay: 405. Caches may keep its meshes: a URL that may be kept for ever cannot
+         *     be called back. Storing the surface again gives it the same id.
          */
         delete: operations["deleteSurface"];
         options?: never;
@@ -212,17 +212,17 @@ export interface paths {
         };
         /**
          * The mesh of a surface, by URL
-         * @description For browsers, and for everything between them and this service that keeps answers.
+         * @description Answers a mesh by URL, for browsers and for caches between them and this service.
          *
-         *     An address is a pure function of its parts: the same mesh comes from every service with the same
-         *     version of the numbers. Processors and libraries of another kind may round the last digit of a
-         *     number differently; then the tag is another, too. `Link` names the canonical spelling of the
-         *     address: options in one order, without defaults, `engine` at the end. Under that address the
-         *     mesh of a surface whose id is a hash may be kept for ever; all others for an hour, after which
-         *     `ETag` tells whether they changed.
+         *     A URL is a pure function of its parts: every service with the same version of the numbers
+         *     answers the same mesh. Other processors and libraries may round the last digit of a number
+         *     differently; then the entity tag differs too. `Link` names the canonical form of the URL:
+         *     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
+         *     the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
+         *     tells whether they changed.
          *
-         *     Equal requests that come together are computed once. Answers are kept in memory, compressed as
-         *     well.
+         *     Equal requests at the same time are computed once. Responses are kept in memory, also
+         *     compressed.
          */
         get: operations["getSurfaceMesh"];
         put?: never;
@@ -241,8 +241,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The formats written here
-         * @description Lists the formats that meshes are written in, and what each can hold.
+         * The formats of meshes
+         * @description Lists the formats of meshes, and what each can store.
          */
         get: operations["listFormats"];
         put?: never;
@@ -262,7 +262,7 @@ export interface paths {
         };
         /**
          * State and versions, for people
-         * @description Versions of the service and of its numbers.
+         * @description The state and versions of the service and of its numbers.
          */
         get: operations["getHealth"];
         put?: never;
@@ -281,8 +281,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * 200 as long as the process works
-         * @description Nothing is computed, and nothing else is asked.
+         * 200 while the process runs
+         * @description Answers at once, without any check.
          */
         get: operations["getLiveness"];
         put?: never;
@@ -301,12 +301,11 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * 200 as long as new requests are welcome
-         * @description Whether new requests are welcome.
+         * 200 while the service is ready for new requests
+         * @description Whether the service is ready for new requests.
          *
-         *     Ready means that a tiny mesh, made every few seconds at most, came out right, that the place
-         *     where surfaces are kept has answered in the last seconds, and that the service is not about to
-         *     stop.
+         *     Ready means that a self-test (a tiny mesh, at most once in 5 s) gave the right numbers, that the
+         *     store has answered in the last seconds, and that the service is not about to stop.
          */
         get: operations["getReadiness"];
         put?: never;
@@ -327,14 +326,13 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Signs an address of a private surface
-         * @description Makes an address that any client may read without a key until it expires.
+         * Signs a URL of a private surface
+         * @description Makes a URL that any client may read without a key until it expires.
          *
-         *     That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
-         *     for a viewer on a page, say. The signature holds for that path and those parameters, in any
-         *     order, for `GET` and `HEAD`. Nothing is looked up or computed. Only addresses of this service
-         *     can be signed, for seven days at most; and only where it is set up for that
-         *     (`SURFACE_SIGNING_KEYS`), else there is no such call.
+         *     It is for services whose surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`): for
+         *     a viewer on a page, for example. The signature holds for one path and its parameters, in any
+         *     order, for `GET` and `HEAD`. The service does not look the surface up. It signs only its own
+         *     URLs, for seven days at most; without `SURFACE_SIGNING_KEYS` this call does not exist.
          */
         post: operations["signAddress"];
         delete?: never;
@@ -351,8 +349,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Numbers of what the service does, as Prometheus reads them
-         * @description In the text format of Prometheus, or as OpenMetrics where `Accept` names it. Whether it is there, and open, is for the operator to say.
+         * Metrics of the service, for Prometheus
+         * @description In the text format of Prometheus, or as OpenMetrics where `Accept` names it. The operator decides whether it exists, and whether it needs a key.
          */
         get: operations["getMetrics"];
         put?: never;
@@ -646,7 +644,7 @@ export interface components {
         };
         /**
          * Bounds
-         * @description Of the vertices as stored.
+         * @description Bounding box of the stored vertices.
          */
         Bounds: {
             /**
@@ -1191,7 +1189,7 @@ export interface components {
         };
         /**
          * CurvatureRange
-         * @description Least and greatest curvature of the vertices.
+         * @description Least and greatest curvature at the vertices.
          */
         CurvatureRange: {
             /**
@@ -1223,8 +1221,8 @@ export interface components {
             points: number[][];
             /**
              * Tangents
-             * @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, that of what
-             *     follows.
+             * @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, the tangent of the
+             *     following piece.
              */
             tangents?: number[][];
             /**
@@ -1241,7 +1239,7 @@ export interface components {
         };
         /**
          * CurveBounds
-         * @description Of the points as stored.
+         * @description Bounding box of the stored points.
          */
         CurveBounds: {
             /**
@@ -1259,7 +1257,7 @@ export interface components {
         CurveDefinition: components["schemas"]["BezierCurveDefinition"] | components["schemas"]["BsplineCurveDefinition"];
         /**
          * CurveReport
-         * @description What is known about the curve.
+         * @description Facts about a curve.
          */
         CurveReport: {
             /**
@@ -1274,7 +1272,7 @@ export interface components {
             pieces: number;
             /**
              * Length
-             * @description Length of the curve itself, to about twelve digits.
+             * @description Length of the curve itself, to about 12 digits.
              */
             length: number;
             /**
@@ -1284,7 +1282,7 @@ export interface components {
             closed: boolean;
             /**
              * Deviation Bound
-             * @description No point of the curve is further from the lines between the points, as they are written.
+             * @description Bound, in the unit of the curve: no point of it is further from the written lines.
              */
             deviation_bound: number;
             bounds: components["schemas"]["CurveBounds"];
@@ -1357,22 +1355,22 @@ export interface components {
         };
         /**
          * Estimate
-         * @description What a mesh would be.
+         * @description The size of a mesh before it is computed.
          */
         Estimate: {
             /**
              * Vertices
-             * @description Positions, as in the report: one with several normals counts once.
+             * @description Number of positions, as in the report: one with several normals counts once.
              */
             vertices: number;
             /**
              * Triangles
-             * @description Triangles.
+             * @description Number of triangles.
              */
             triangles: number;
             /**
              * Quads
-             * @description Quads.
+             * @description Number of quads.
              */
             quads: number;
             /**
@@ -1454,7 +1452,7 @@ export interface components {
         };
         /**
          * Format
-         * @description A format that meshes are written in.
+         * @description A format of meshes.
          */
         Format: {
             /**
@@ -1833,7 +1831,7 @@ export interface components {
             name: string;
             /**
              * Vertices
-             * @description Positions of its own.
+             * @description Positions of the overlay.
              */
             vertices: [
                 number,
@@ -1869,7 +1867,7 @@ export interface components {
             ];
             /**
              * Color
-             * @description Base colour [r, g, b, a], sRGB, where one was told.
+             * @description Base colour [r, g, b, a], sRGB, if the part has one.
              */
             color?: [
                 number,
@@ -1880,7 +1878,7 @@ export interface components {
         };
         /**
          * MeshReport
-         * @description What is known about a mesh.
+         * @description Facts about a mesh.
          */
         MeshReport: {
             /**
@@ -1906,17 +1904,17 @@ export interface components {
             bounds: components["schemas"]["Bounds"];
             /**
              * Watertight
-             * @description Whether every edge is used by exactly two faces.
+             * @description Whether every edge belongs to exactly two faces.
              */
             watertight: boolean;
             /**
              * Boundary Edges
-             * @description Edges that only one face uses.
+             * @description Edges that belong to only one face.
              */
             boundary_edges: number;
             /**
              * Poles Repaired
-             * @description Samples whose normal is a limit, since du × dv vanishes there.
+             * @description Samples where du × dv vanishes, so that the normal is a limit.
              */
             poles_repaired: number;
             /**
@@ -2294,7 +2292,7 @@ export interface components {
         OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
         /**
          * PartReport
-         * @description What is known about a part.
+         * @description Facts about a part.
          */
         PartReport: {
             /**
@@ -2304,7 +2302,7 @@ export interface components {
             name: string;
             /**
              * Deviation Bound
-             * @description As that of the whole; left out of what has no parameters.
+             * @description As in the whole report; left out if the part has no parameters.
              */
             deviation_bound?: number;
         };
@@ -2552,7 +2550,7 @@ export interface components {
         };
         /**
          * Points
-         * @description Points of a surface in columns, float64, a row for every place asked for.
+         * @description Points of a surface in columns, float64, one row for each requested place.
          */
         Points: {
             /**
@@ -2743,12 +2741,12 @@ export interface components {
         };
         /**
          * Refusal
-         * @description One thing for which `POST /v1/mesh` would refuse.
+         * @description A reason for which `POST /v1/mesh` would refuse the request.
          */
         Refusal: {
             /**
              * Formats
-             * @description The formats that it holds for.
+             * @description The formats that it applies to.
              */
             formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
             /**
@@ -2763,17 +2761,17 @@ export interface components {
             pointer: string;
             /**
              * Detail
-             * @description What is wrong, for people.
+             * @description Text of the error, for people.
              */
             detail: string;
             /**
              * Got
-             * @description What was found.
+             * @description The input, described and not repeated.
              */
             got: string;
             /**
              * Needed
-             * @description What would be right.
+             * @description A valid input, described.
              */
             needed: string;
         };
@@ -2962,17 +2960,17 @@ export interface components {
         };
         /**
          * SignedAddress
-         * @description An address that any client may read without a key.
+         * @description A URL that any client may read without a key.
          */
         SignedAddress: {
             /**
              * Url
-             * @description The address, with `expires` and `signature` at its end.
+             * @description The URL, with `expires` and `signature` at its end.
              */
             url: string;
             /**
              * Expires
-             * @description Until when, in Unix time.
+             * @description When it expires, in Unix time.
              */
             expires: number;
         };
@@ -3021,18 +3019,18 @@ export interface components {
         };
         /**
          * StoredLinks
-         * @description Addresses, without the host.
+         * @description URLs, without the host.
          */
         StoredLinks: {
             /**
              * Self
-             * @description Address of the definition.
+             * @description URL of the definition.
              */
             self: string;
             /**
              * Mesh
-             * @description Address of the mesh by suffix, in the numbers of today: it may be kept for ever. Options are
-             *     added in front of `engine`.
+             * @description URL of the mesh by suffix, in this version of the numbers: clients may cache it for ever. Add
+             *     options in front of `engine`.
              */
             mesh: {
                 /** @description glTF 2.0, binary. */
@@ -3055,7 +3053,7 @@ export interface components {
         };
         /**
          * StoredSurface
-         * @description A surface that is stored.
+         * @description A stored surface.
          */
         StoredSurface: {
             /**
@@ -3069,25 +3067,25 @@ export interface components {
         SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
         /**
          * SurfaceDocument
-         * @description A surface alone: a body for the other calls, to which options may be added.
+         * @description A surface alone: a body for the other calls; options may be added.
          */
         SurfaceDocument: {
-            /** @description The definition, as a request would give it. */
+            /** @description The definition, in the form of a request. */
             surface: components["schemas"]["SurfaceDefinition"];
         };
         /**
          * SurfaceLinks
-         * @description Addresses, without the host.
+         * @description URLs, without the host.
          */
         SurfaceLinks: {
             /**
              * Self
-             * @description Address of the definition.
+             * @description URL of the definition.
              */
             self: string;
             /**
              * Mesh
-             * @description Address of the mesh by suffix; options are added as a query.
+             * @description URL of the mesh by suffix; add options as a query.
              */
             mesh: {
                 /** @description glTF 2.0, binary. */
@@ -3115,7 +3113,7 @@ export interface components {
         SurfaceList: {
             /**
              * Surfaces
-             * @description One entry a surface.
+             * @description The built-in surfaces, one entry each.
              */
             surfaces: components["schemas"]["SurfaceSummary"][];
         };
@@ -3134,7 +3132,7 @@ export interface components {
         SurfaceSummary: {
             /**
              * Id
-             * @description The id, readable.
+             * @description A readable id.
              */
             id: string;
             /**
@@ -3144,7 +3142,7 @@ export interface components {
             title: string;
             /**
              * Description
-             * @description What it is.
+             * @description What the surface shows.
              */
             description: string;
             /**
@@ -3160,8 +3158,8 @@ export interface components {
             patches: number;
             /**
              * Degree
-             * @description Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of what is swept along a
-             *     curve, that of the curve and 0.
+             * @description Highest degree [p, q] of its patches; a triangle counts as [n, n], a tube or ribbon as the
+             *     degree of its curve and 0.
              */
             degree: [
                 number,
@@ -3461,19 +3459,19 @@ export interface components {
         };
         /**
          * Issue
-         * @description One thing that is wrong, and where: a pointer, a parameter or a header.
+         * @description One error, and where it is: a pointer, a parameter or a header.
          */
         Issue: {
             /**
              * Code
-             * @description What is wrong, stable, for programs; the list stands at the head of this document. There may
-             *     be more of them in later versions.
+             * @description Stable code of the error, for programs; the list stands at the head of this document. Later
+             *     versions may add codes.
              * @example ragged
              */
             code: string;
             /**
              * Pointer
-             * @description JSON pointer (RFC 6901) into the body; empty for the whole of it.
+             * @description JSON pointer (RFC 6901) into the body; empty for the whole body.
              */
             pointer?: string;
             /**
@@ -3488,44 +3486,44 @@ export interface components {
             header?: string;
             /**
              * Detail
-             * @description What is wrong, for people.
+             * @description Text of the error, for people.
              */
             detail: string;
             /**
              * Got
-             * @description What was found, described and not repeated.
+             * @description The input, described and not repeated.
              */
             got?: string;
             /**
              * Needed
-             * @description What would have been right.
+             * @description A valid input, described.
              */
             needed?: string;
         };
         /**
          * Problem
-         * @description An error answer (RFC 9457).
+         * @description An error response (RFC 9457).
          */
         Problem: {
             /**
              * Type
-             * @description Always `about:blank`; `code` tells more.
+             * @description Always `about:blank`; `code` says more.
              * @constant
              */
             type: "about:blank";
             /**
              * Title
-             * @description The phrase of the status.
+             * @description The phrase of the HTTP status.
              */
             title: string;
             /**
              * Status
-             * @description The status again.
+             * @description The HTTP status.
              */
             status: number;
             /**
              * Code
-             * @description Kind of problem, stable, for programs.
+             * @description Stable code of the kind of problem, for programs.
              * @enum {string}
              */
             code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
@@ -3536,13 +3534,13 @@ export interface components {
             detail: string;
             /**
              * Errors
-             * @description What is wrong, place by place; at most 20 of them.
+             * @description The errors; at most 20 of them.
              */
             errors: components["schemas"]["Issue"][];
         };
     };
     responses: {
-        /** @description The body is not JSON. The body is not of the type that it is said to be. */
+        /** @description The body is not JSON. The body is not of the type that its `Content-Type` says. */
         MalformedJson: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3552,7 +3550,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description A key is needed for this. The key is not one of those known here. */
+        /** @description This call needs a key. The service does not know this key. */
         KeyNeeded: {
             headers: {
                 /**
@@ -3567,7 +3565,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The signature is not one of this address. The address is not good any more. */
+        /** @description The signature does not belong to this URL. The signature of this URL has expired. */
         SignatureInvalid: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3577,11 +3575,11 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description You ask more often than is allowed; `Retry-After` says when to ask again. */
+        /** @description Too many requests in a short time; `Retry-After` says when to try again. */
         TooManyRequests: {
             headers: {
                 /**
-                 * @description Seconds after which coming again makes sense.
+                 * @description Seconds after which to try again.
                  * @example 3
                  */
                 "Retry-After": number;
@@ -3594,7 +3592,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description No surface is known by this id. No format has this suffix. */
+        /** @description No surface has this id. No format has this suffix. */
         UnknownSurface: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3604,7 +3602,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description This address does not answer this method; `Allow` lists those it does. */
+        /** @description This URL does not answer this method; `Allow` lists the methods that it answers. */
         MethodNotAllowed: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3614,7 +3612,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description Nothing that you accept is written here. */
+        /** @description The service writes no format or coding that you accept. */
         NotAcceptable: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3624,7 +3622,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description Nothing that you accept is written here. */
+        /** @description The service writes no format or coding that you accept. */
         CodingNotAcceptable: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3634,7 +3632,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The address names a version of the numbers that is not computed here. */
+        /** @description The URL names a version of the numbers that this service does not compute. */
         EngineGone: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3664,7 +3662,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The body must be of a type that is taken here, and not compressed. */
+        /** @description This call does not read bodies of this type, or compressed ones. */
         UnsupportedMediaType: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3674,7 +3672,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The surface or an option says nothing that can be computed. A query parameter says nothing that can be computed. The format cannot hold what was asked for. The result would be larger than is allowed; nothing was computed. */
+        /** @description The surface or an option is invalid; `errors` says what and where. A query parameter is invalid; `errors` says which. The format cannot store what the request asks for. The result would exceed a limit; nothing was computed. */
         InvalidRequest: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3684,7 +3682,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The surface or an option says nothing that can be computed. The format cannot hold what was asked for. */
+        /** @description The surface or an option is invalid; `errors` says what and where. The format cannot store what the request asks for. */
         InvalidQuery: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3694,7 +3692,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description What is kept under this id is damaged, and is not given out. Storing it again mends it. The fault is ours. It has been logged; the request may be repeated. */
+        /** @description The stored surface is damaged and was not sent. To repair it, store the surface again. An error of the service, which it has logged. You may try again. */
         DamagedObject: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3704,11 +3702,11 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The service has as much to do as it can; nothing was computed. `Retry-After` says when to come again. You ask more often than is allowed; `Retry-After` says when to ask again. */
+        /** @description The service is busy; nothing was computed. `Retry-After` says when to try again. Too many requests in a short time; `Retry-After` says when to try again. */
         Busy: {
             headers: {
                 /**
-                 * @description Seconds after which coming again makes sense.
+                 * @description Seconds after which to try again.
                  * @example 3
                  */
                 "Retry-After": number;
@@ -3721,11 +3719,11 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The answer was not there in time: the service has much to do, or the request asks for much. `Retry-After` says when to come again. */
+        /** @description The result was not ready in time: the service is busy, or the request asks for much work. `Retry-After` says when to try again. */
         OutOfTime: {
             headers: {
                 /**
-                 * @description Seconds after which coming again makes sense.
+                 * @description Seconds after which to try again.
                  * @example 3
                  */
                 "Retry-After": number;
@@ -3736,7 +3734,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The place where surfaces are kept does not work at the moment. It has been logged. */
+        /** @description The store does not work at the moment. The service has logged the error. */
         StoreFailed: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3746,11 +3744,11 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The answer was not there in time: the service has much to do, or the request asks for much. `Retry-After` says when to come again. The place where surfaces are kept does not work at the moment. It has been logged. */
+        /** @description The result was not ready in time: the service is busy, or the request asks for much work. `Retry-After` says when to try again. The store does not work at the moment. The service has logged the error. */
         Unavailable: {
             headers: {
                 /**
-                 * @description Seconds after which coming again makes sense.
+                 * @description Seconds after which to try again.
                  * @example 3
                  */
                 "Retry-After"?: number;
@@ -3761,7 +3759,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description There is no room for another surface; nothing was stored. */
+        /** @description The store has no room for another surface; nothing was stored. */
         StoreFull: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3771,7 +3769,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The fault is ours. It has been logged; the request may be repeated. */
+        /** @description An error of the service, which it has logged. You may try again. */
         InternalError: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -3786,17 +3784,17 @@ export interface components {
     requestBodies: never;
     headers: {
         /**
-         * @description Id of the request, to quote in a question to the operator, who finds it in the log. The client may send its own in this header, of at most 128 letters, digits and `._:/+=@-`; otherwise it is random.
+         * @description Id of the request. The operator finds it in the log, so quote it in a question. A client may send its own in this header, of at most 128 letters, digits and `._:/+=@-`; otherwise the service makes a random one.
          * @example 0af7651916cd43dd8448eb211c80319c
          */
         RequestId: string;
         /**
-         * @description There where requests are limited (`SURFACE_RATE_LIMIT`): `q`, how many may be made in `w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).
+         * @description Sent if requests are limited (`SURFACE_RATE_LIMIT`): `q` requests are allowed in `w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).
          * @example "requests";q=60;w=60
          */
         "RateLimit-Policy": string;
         /**
-         * @description There with `RateLimit-Policy`: `r`, how many could follow at once, and `t`, after how many seconds all could again.
+         * @description Sent with `RateLimit-Policy`: `r`, how many requests may follow at once, and `t`, the seconds until all `q` may.
          * @example "requests";r=57;t=3
          */
         RateLimit: string;
@@ -3889,71 +3887,71 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Format of the answer, stronger than `Accept`.
+                 * @description Format of the response; takes precedence over `Accept`.
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
-                /** @description Beside a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
-                /** @description Beside a file: Degree of a `bspline`: one number, or one for u and one for v. */
+                /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
-                /** @description Beside a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description Beside a file: The model's vertical axis, `y` or `z`. */
+                /** @description With a file: The model's vertical axis, `y` or `z`. */
                 up?: "y" | "z";
-                /** @description Beside a file: Name of the surface. */
+                /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description Beside a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description Beside a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                /** @description With a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description Beside a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
                 relative_tolerance?: number;
-                /** @description Beside a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                /** @description With a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
                 angle_tolerance?: number;
-                /** @description Beside a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description With a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description Beside a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
+                /** @description With a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
                 max_bytes?: number;
-                /** @description Beside a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
+                /** @description With a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
-                /** @description Beside a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
+                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
-                /** @description Beside a file: Whether vertices carry analytic unit normals. Left out: true. */
+                /** @description With a file: Whether vertices carry analytic unit normals. Default: true. */
                 normals?: boolean;
-                /** @description Beside a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
+                /** @description With a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Default: false. */
                 uvs?: boolean;
-                /** @description Beside a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
+                /** @description With a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Left out: true. */
+                /** @description With a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Default: true. */
                 weld?: boolean;
-                /** @description Beside a file: Angle in radians above which the normals of neighbouring patches stay apart. Left out: 0.017453292519943295. */
+                /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description Beside a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit. Left out: 1e-12. */
+                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit. Default: 1e-12. */
                 weld_tolerance?: number;
-                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
+                /** @description With a file: Lines to draw beside the faces, where the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Left out: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description Beside a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
+                /** @description With a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Default: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description Beside a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
+                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
                 wire_width?: number;
-                /** @description Beside a file: Sides of a tube. Left out: 8. */
+                /** @description With a file: Sides of a tube. Default: 8. */
                 wire_sides?: number;
-                /** @description Beside a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
+                /** @description With a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Default: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description Beside a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
+                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
-                /** @description Beside a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
+                /** @description With a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Default: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -3973,27 +3971,27 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
-                     * @description A name to save the file under; not with JSON.
+                     * @description A name to save the file under. Not sent with JSON.
                      * @example attachment; filename="sail.glb"
                      */
                     "Content-Disposition"?: string;
                     /**
-                     * @description Number of vertices, as in the report. Not with the exact patches.
+                     * @description Number of vertices, as in the report. Not sent with exact patches.
                      * @example 8257
                      */
                     "Surface-Vertices"?: number;
                     /**
-                     * @description Number of triangles, as in the report. Not with the exact patches.
+                     * @description Number of triangles, as in the report. Not sent with exact patches.
                      * @example 16256
                      */
                     "Surface-Triangles"?: number;
                     /**
-                     * @description The `deviation_bound` of the report, in model units, for formats that have no place for a report; OBJ and PLY have it in a comment, too. Not with the exact patches, and not where nothing is certified.
+                     * @description The `deviation_bound` of the report, in model units, for formats that cannot store a report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no bound is certified.
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
@@ -4031,71 +4029,71 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description The one format to estimate for; all of them if left out.
+                 * @description The format to estimate for; without it, all formats.
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
-                /** @description Beside a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
-                /** @description Beside a file: Degree of a `bspline`: one number, or one for u and one for v. */
+                /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
-                /** @description Beside a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description Beside a file: The model's vertical axis, `y` or `z`. */
+                /** @description With a file: The model's vertical axis, `y` or `z`. */
                 up?: "y" | "z";
-                /** @description Beside a file: Name of the surface. */
+                /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description Beside a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description Beside a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                /** @description With a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description Beside a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
                 relative_tolerance?: number;
-                /** @description Beside a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                /** @description With a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
                 angle_tolerance?: number;
-                /** @description Beside a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description With a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description Beside a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
+                /** @description With a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
                 max_bytes?: number;
-                /** @description Beside a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
+                /** @description With a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
-                /** @description Beside a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
+                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
-                /** @description Beside a file: Whether vertices carry analytic unit normals. Left out: true. */
+                /** @description With a file: Whether vertices carry analytic unit normals. Default: true. */
                 normals?: boolean;
-                /** @description Beside a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
+                /** @description With a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Default: false. */
                 uvs?: boolean;
-                /** @description Beside a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
+                /** @description With a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Left out: true. */
+                /** @description With a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Default: true. */
                 weld?: boolean;
-                /** @description Beside a file: Angle in radians above which the normals of neighbouring patches stay apart. Left out: 0.017453292519943295. */
+                /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description Beside a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit. Left out: 1e-12. */
+                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit. Default: 1e-12. */
                 weld_tolerance?: number;
-                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
+                /** @description With a file: Lines to draw beside the faces, where the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Left out: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description Beside a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
+                /** @description With a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Default: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description Beside a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
+                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
                 wire_width?: number;
-                /** @description Beside a file: Sides of a tube. Left out: 8. */
+                /** @description With a file: Sides of a tube. Default: 8. */
                 wire_sides?: number;
-                /** @description Beside a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
+                /** @description With a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Default: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description Beside a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
+                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
-                /** @description Beside a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
+                /** @description With a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Default: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -4115,7 +4113,7 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -4156,7 +4154,7 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -4197,7 +4195,7 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -4225,7 +4223,7 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Format of the answer, stronger than `Accept`.
+                 * @description Format of the response; takes precedence over `Accept`.
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj";
@@ -4244,12 +4242,12 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
-                     * @description A name to save the file under; not with JSON.
+                     * @description A name to save the file under. Not sent with JSON.
                      * @example attachment; filename="sail.glb"
                      */
                     "Content-Disposition"?: string;
@@ -4350,15 +4348,15 @@ export interface operations {
     storeSurface: {
         parameters: {
             query?: {
-                /** @description Beside a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
-                /** @description Beside a file: Degree of a `bspline`: one number, or one for u and one for v. */
+                /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
-                /** @description Beside a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                /** @description With a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description Beside a file: The model's vertical axis, `y` or `z`. */
+                /** @description With a file: The model's vertical axis, `y` or `z`. */
                 up?: "y" | "z";
-                /** @description Beside a file: Name of the surface. */
+                /** @description With a file: Name of the surface. */
                 name?: string;
             };
             header?: never;
@@ -4374,16 +4372,16 @@ export interface operations {
             };
         };
         responses: {
-            /** @description It was stored already. */
+            /** @description The surface was stored already. */
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
-                     * @description Address of the definition, without the host.
+                     * @description URL of the definition, without the host.
                      * @example /v1/surfaces/412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
                      */
                     Location: string;
@@ -4396,16 +4394,16 @@ export interface operations {
                     "application/json": components["schemas"]["StoredSurface"];
                 };
             };
-            /** @description It is stored. */
+            /** @description The surface is stored. */
             201: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
-                     * @description Address of the definition, without the host.
+                     * @description URL of the definition, without the host.
                      * @example /v1/surfaces/412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
                      */
                     Location: string;
@@ -4433,20 +4431,20 @@ export interface operations {
     getSurface: {
         parameters: {
             query?: {
-                /** @description Of a signed address: until when it is good, in Unix time. */
+                /** @description Only in a signed URL: when it expires, in Unix time. */
                 expires?: number;
-                /** @description Of a signed address, as `POST /v1/sign` makes it: its last parameter. */
+                /** @description Only in a signed URL, as `POST /v1/sign` makes it: its last parameter. */
                 signature?: string;
             };
             header?: {
                 /**
-                 * @description Tags of answers that the client has, or `*`.
+                 * @description Entity tags of responses that the client has, or `*`.
                  * @example "3q2-7wEAAAAAAAAAAAAAAA"
                  */
                 "If-None-Match"?: string;
             };
             path: {
-                /** @description Id of a surface: the name of a built-in one, or what storing it answered. */
+                /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
                 id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
             };
             cookie?: never;
@@ -4457,7 +4455,7 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -4467,7 +4465,7 @@ export interface operations {
                      */
                     ETag: string;
                     /**
-                     * @description `public, max-age=31536000, immutable` where the id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @description `public, max-age=31536000, immutable` if the id is a hash; else `public, max-age=3600, must-revalidate`.
                      * @example public, max-age=31536000, immutable
                      */
                     "Cache-Control": string;
@@ -4489,7 +4487,7 @@ export interface operations {
                      */
                     ETag: string;
                     /**
-                     * @description `public, max-age=31536000, immutable` where the id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @description `public, max-age=31536000, immutable` if the id is a hash; else `public, max-age=3600, must-revalidate`.
                      * @example public, max-age=31536000, immutable
                      */
                     "Cache-Control": string;
@@ -4514,14 +4512,14 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Id of a stored surface: what storing it answered. */
+                /** @description Id of a stored surface. */
                 id: string;
             };
             cookie?: never;
         };
         requestBody?: never;
         responses: {
-            /** @description It is gone. */
+            /** @description The surface is removed. */
             204: {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4663,27 +4661,27 @@ export interface operations {
                  * @example 3
                  */
                 engine?: 3;
-                /** @description Of a signed address: until when it is good, in Unix time. */
+                /** @description Only in a signed URL: when it expires, in Unix time. */
                 expires?: number;
-                /** @description Of a signed address, as `POST /v1/sign` makes it: its last parameter. */
+                /** @description Only in a signed URL, as `POST /v1/sign` makes it: its last parameter. */
                 signature?: string;
             };
             header?: {
                 /**
-                 * @description Tags of answers that the client has, or `*`.
+                 * @description Entity tags of responses that the client has, or `*`.
                  * @example "3q2-7wEAAAAAAAAAAAAAAA"
                  */
                 "If-None-Match"?: string;
                 /**
-                 * @description Codings that the client takes, with weights if it likes: `zstd`, `gzip`, `identity`. Small bodies, and those that would not become smaller, are sent as they are.
+                 * @description Codings that the client accepts, optionally with quality values: `zstd`, `gzip`, `identity`. Small bodies, and bodies that would not become smaller, are not compressed.
                  * @example zstd, gzip
                  */
                 "Accept-Encoding"?: string;
             };
             path: {
-                /** @description Id of a surface: the name of a built-in one, or what storing it answered. */
+                /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
                 id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
-                /** @description Suffix of the format of the answer; `Accept` is not read. */
+                /** @description Suffix of the response's format; `Accept` is not read. */
                 suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
             };
             cookie?: never;
@@ -4694,7 +4692,7 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -4704,42 +4702,42 @@ export interface operations {
                      */
                     "Content-Disposition": string;
                     /**
-                     * @description Number of vertices, as in the report. Not with the exact patches.
+                     * @description Number of vertices, as in the report. Not sent with exact patches.
                      * @example 8257
                      */
                     "Surface-Vertices"?: number;
                     /**
-                     * @description Number of triangles, as in the report. Not with the exact patches.
+                     * @description Number of triangles, as in the report. Not sent with exact patches.
                      * @example 16256
                      */
                     "Surface-Triangles"?: number;
                     /**
-                     * @description The `deviation_bound` of the report, in model units, for formats that have no place for a report; OBJ and PLY have it in a comment, too. Not with the exact patches, and not where nothing is certified.
+                     * @description The `deviation_bound` of the report, in model units, for formats that cannot store a report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no bound is certified.
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
                     /**
-                     * @description Strong tag of these very bytes, in this coding.
+                     * @description Strong tag of the bytes in this coding.
                      * @example "3q2-7wEAAAAAAAAAAAAAAA"
                      */
                     ETag: string;
                     /**
-                     * @description `public, max-age=31536000, immutable` under canonical addresses of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @description `public, max-age=31536000, immutable` for canonical URLs of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
                      * @example public, max-age=3600, must-revalidate
                      */
                     "Cache-Control": string;
                     /**
-                     * @description What else the answer depends on.
+                     * @description Request headers that the response depends on.
                      * @example Accept-Encoding
                      */
                     Vary: string;
                     /**
-                     * @description The coding; not there where the body is sent as it is.
+                     * @description The coding. Not sent if the body is not compressed.
                      * @example zstd
                      */
                     "Content-Encoding"?: string;
                     /**
-                     * @description The canonical address.
+                     * @description The canonical URL.
                      * @example </v1/surfaces/utah-teapot/mesh.glb?engine=3>; rel="canonical"
                      */
                     Link: string;
@@ -4761,26 +4759,26 @@ export interface operations {
                     "model/x-off": string;
                 };
             };
-            /** @description The client has the mesh already: `If-None-Match` lists the tag of an answer that it takes. */
+            /** @description The client has the mesh already: `If-None-Match` lists its tag in a coding that the client accepts. */
             304: {
                 headers: {
                     /**
-                     * @description Strong tag of these very bytes, in this coding.
+                     * @description Strong tag of the bytes in this coding.
                      * @example "3q2-7wEAAAAAAAAAAAAAAA"
                      */
                     ETag: string;
                     /**
-                     * @description `public, max-age=31536000, immutable` under canonical addresses of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @description `public, max-age=31536000, immutable` for canonical URLs of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
                      * @example public, max-age=3600, must-revalidate
                      */
                     "Cache-Control": string;
                     /**
-                     * @description What else the answer depends on.
+                     * @description Request headers that the response depends on.
                      * @example Accept-Encoding
                      */
                     Vary: string;
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -4811,7 +4809,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The formats written here. */
+            /** @description The formats of meshes. */
             200: {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4859,7 +4857,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description 200 as long as the process works. */
+            /** @description The process runs. */
             200: {
                 headers: {
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -4881,7 +4879,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description 200 as long as new requests are welcome. */
+            /** @description The service is ready for new requests. */
             200: {
                 headers: {
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -4899,7 +4897,7 @@ export interface operations {
                 };
             };
             500: components["responses"]["InternalError"];
-            /** @description No new requests should come here, for what does not work, or since the service is about to stop. */
+            /** @description Send no new requests here: a part does not work, or the service is about to stop. */
             503: {
                 headers: {
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -4924,7 +4922,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The address. */
+            /** @description The URL. */
             200: {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4956,7 +4954,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Every number that is counted. */
+            /** @description All metrics. */
             200: {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4966,13 +4964,13 @@ export interface operations {
                 };
                 content: {
                     /**
-                     * @example # HELP surface_cache_hits_total Answers sent again.
+                     * @example # HELP surface_cache_hits_total Responses sent from the cache.
                      *     # TYPE surface_cache_hits_total counter
                      *     surface_cache_hits_total 1204.0
                      */
                     "text/plain": string;
                     /**
-                     * @example # HELP surface_cache_hits Answers sent again.
+                     * @example # HELP surface_cache_hits Responses sent from the cache.
                      *     # TYPE surface_cache_hits counter
                      *     surface_cache_hits_total 1204.0
                      *     # EOF

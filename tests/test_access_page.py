@@ -94,7 +94,7 @@ def test_the_codes_are_those_of_the_service() -> None:
 
 def test_the_first_table_is_that_of_the_rules() -> None:
     keys, private = Policy(Settings(api_keys=("a",))), Policy(SETTINGS)
-    words = {"nothing": "open", "key": "a key", "key or signature": "a key, or a signed address"}
+    words = {"nothing": "open", "key": "a key", "key or signature": "a key, or a signed URL"}
     rows = re.findall(r"^\| (.*`(?:POST|GET /|/).*) \| (.*?) \| (.*?) \|$", PAGE, re.M)
     rows = [row for row in rows if "as `SURFACE_METRICS` says" not in row[1]]
     for calls, with_keys, with_private in rows:

@@ -1,4 +1,4 @@
-"""Answers: JSON documents, and long bodies sent piece by piece."""
+"""Responses: JSON documents and files, long bodies sent in chunks."""
 
 import re
 from collections.abc import Mapping
@@ -10,55 +10,55 @@ import orjson
 from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
-from service.api.caching.entries import RawHeaders
+from service.api.caching.cached_response import RawHeaders
 from service.api.workers import Job
 from service.encoders.format import FileFormat
 from service.encoders.pieces import Content, Pieces
 from service.engine.mesh.report import MeshReport
 
 CHUNK = 1 << 19
-"""Bytes handed to the server at a time: it waits for a slow client after each. They are not copied,
-so that what a slow client leaves lying takes no memory beside the answer. Most answers are
-one piece; pieces of 64 KiB take a tenth more of the processor."""
+"""Bytes handed to the server at a time: it waits for a slow client after each. Chunks are views,
+not copies, so a slow client takes no memory beside the response. Most responses are one chunk;
+chunks of 64 KiB take a tenth more processor time."""
 
 UNTRACKED = 1 << 16
-"""Bytes that the server may hold of an answer that was sent, as it sees it; of shorter ones, it is
-not waited for that a client has taken them."""
+"""Bytes that the server may buffer of a sent response. The service does not wait until a client has
+received a shorter one."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
-"""On every answer: a browser shall not guess another type than the one that is said."""
+"""Headers of every response: a browser must not guess another media type."""
 
 PAGE_HEADERS = {
     "Referrer-Policy": "no-referrer",
-    # What `frame-ancestors` says to newer browsers.
+    # Older browsers' form of `frame-ancestors`.
     "X-Frame-Options": "DENY",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
 }
-"""On pages: nobody frames them or holds on to their window, and they ask for nothing."""
+"""Headers of pages: no other site may frame them or keep their window; they use no device."""
 
 _POST_HEADERS: RawHeaders = ((b"x-content-type-options", b"nosniff"), (b"vary", b"Accept"))
-"""On answers whose format `Accept` chooses."""
+"""Headers of responses whose format `Accept` chooses."""
 
 BOUND_HEADER = "Surface-Deviation-Bound"
-"""Header of every mesh whose distance from the surface is certified, whatever its format."""
+"""Header of every mesh with a certified deviation, in every format."""
 
 VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
-"""Headers of every mesh: the counts of its report."""
+"""Headers of every mesh, with the counts of its report."""
 
 _BOUND, _VERTICES, _TRIANGLES = (
     name.lower().encode() for name in (BOUND_HEADER, VERTICES_HEADER, TRIANGLES_HEADER)
 )
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
-"""What names of files cannot hold, here or there; they have no control characters anyway."""
+"""Characters that file names cannot hold on some system; control characters are refused before."""
 
 
 class ChunkedResponse(Response):
-    """A body of known length, sent in chunks; left out where only its head was asked for."""
+    """A body of known length, sent in chunks; for HEAD, only its head."""
 
     async def __call__(self, scope: Scope, _receive: Receive, send: Send) -> None:
-        """Sends the head, then the body from one buffer without joining or copying the whole."""
+        """Sends the head, then views of the body, without copying it."""
         await send(
             {"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers}
         )
@@ -70,7 +70,7 @@ class ChunkedResponse(Response):
 
 
 class FileResponse(ChunkedResponse):
-    """A file, or a 304, whose headers are there already, as the server sends them."""
+    """A file, or a 304, with headers in the form the server sends."""
 
     body: Any  # Content
 
@@ -80,7 +80,7 @@ class FileResponse(ChunkedResponse):
 
 
 async def send_pieces(body: Content | memoryview, send: Send) -> None:
-    """A body piece by piece, none of it copied: the server waits for a slow client after each."""
+    """Sends a body in chunks, without copying: the server waits for a slow client after each."""
     for content in body if isinstance(body, Pieces) else (body,):
         whole = memoryview(content)
         for start in range(0, len(whole), CHUNK):
@@ -104,14 +104,14 @@ def json_response(
 
 
 def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:
-    """A JSON document that a job has written; it says where its time went."""
+    """A response with a JSON document that a job wrote, and `Server-Timing`."""
     job.answered(len(content))
     timed = {**headers, "Server-Timing": str(job.timing)}
     return ChunkedResponse(content, 200, timed, "application/json")
 
 
 def report_headers(report: MeshReport | None) -> RawHeaders:
-    """Counts and bound of a mesh as headers, for formats that have no place for its report."""
+    """Counts and deviation bound of a mesh as headers; many formats have no room for its report."""
     if report is None:
         return ()
     counts = (_VERTICES, b"%d" % report.vertices), (_TRIANGLES, b"%d" % report.triangles)
@@ -123,16 +123,16 @@ def report_headers(report: MeshReport | None) -> RawHeaders:
 def file_response(
     content: Content, fmt: FileFormat, name: str, job: Job, report: MeshReport | None = None
 ) -> Response:
-    """The file that a job has written; with a name to save it under, unless it is JSON."""
+    """A response with a job's file; with a file name, unless it is JSON."""
     job.answered(len(content))
     own = (b"content-length", b"%d" % len(content)), (b"server-timing", str(job.timing).encode())
-    headers = (*_POST_HEADERS, *_kind_headers(fmt, name), *report_headers(report), *own)
+    headers = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report), *own)
     return FileResponse(content, headers)
 
 
 @lru_cache(256)
-def _kind_headers(fmt: FileFormat, name: str) -> RawHeaders:
-    """The media type of a file, and the name to save it under."""
+def _type_headers(fmt: FileFormat, name: str) -> RawHeaders:
+    """Headers of a file: its media type, and the name to save it under."""
     media_type = (b"content-type", fmt.media_type.encode())
     if fmt.name == "json":
         return (media_type,)
@@ -140,10 +140,10 @@ def _kind_headers(fmt: FileFormat, name: str) -> RawHeaders:
 
 
 def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileFormat) -> str:
-    """A name to save a file under (RFC 6266), of harmless characters.
+    """A Content-Disposition header with a safe file name (RFC 6266).
 
-    A browser shows what it can show of what is `inline`, and saves the rest under this name. Where
-    letters were lost, those who can read it find them in a second form of the name (RFC 8187).
+    A browser shows an `inline` file if it can, and saves others under this name. A name with other
+    letters than ASCII is added in a second form (RFC 8187), for clients that read it.
     """
     stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
     said = f'{kind}; filename="{stem}.{fmt.suffix}"'

@@ -1,4 +1,4 @@
-"""The application: settings, routes, problems, the store, and what answers in front of the routes.
+"""Builds the application: settings, routes, error handlers, the store, and middleware.
 
 `uvicorn service.api.app:create_app --factory` serves it.
 """
@@ -14,11 +14,11 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
 from service.api import problems
-from service.api.caching.answers import AnswerCache
-from service.api.caching.flights import Flights
-from service.api.caching.front import Front
+from service.api.caching.cache import AnswerCache
+from service.api.caching.middleware import CacheMiddleware
+from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
-from service.api.guard.guard import guarded, signer_of
+from service.api.guard.guard import build_guard, signer_of
 from service.api.guard.policy import needs_keys
 from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
@@ -43,9 +43,9 @@ from service.storage.store import SurfaceStore
 
 
 def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
-    """The service as an ASGI application; settings come from the environment if not given.
+    """The service as an ASGI application; reads settings from the environment if not given.
 
-    `log` takes the lines about requests, of which there are none without it.
+    `log` gets the access log's lines; without it the service writes no access log.
     """
     pin_blas()
     share_heap()
@@ -54,11 +54,11 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     limit_plans(settings.memory_bytes)
     routes: list[Any] = [each for router in _routers(settings) for each in router.routes]
     app = Application(
-        routes=routes,  # `include_router` would look for a request's route twice in every router
+        routes=routes,  # with `include_router`, FastAPI would search every router twice
         title="Surface Service",
         version=__version__,
         openapi_url=None,  # served below, compressed and with a tag
-        # A path has one spelling: the other one is a 404, not a redirect.
+        # A path has one spelling: others are a 404, not a redirect.
         redirect_slashes=False,
         lifespan=_lifespan,
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
@@ -72,18 +72,18 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
 
 
 class Application(FastAPI):
-    """FastAPI behind the middleware that sees requests first."""
+    """FastAPI behind middleware of our own."""
 
     front: ASGIApp
 
     def openapi(self) -> dict[str, Any]:
-        """The OpenAPI document of the service as it is set up."""
+        """The OpenAPI document, for the settings of this service."""
         if self.openapi_schema is None:
             self.openapi_schema = describe(self, self.state.settings)
         return self.openapi_schema
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
+        """Handles one request."""
         await self.front(scope, receive, send)
 
 
@@ -97,7 +97,7 @@ def _services(app: FastAPI, settings: Settings) -> Services:
         store=_store(settings),
         workers=workers,
         answers=answers,
-        flights=Flights(workers),
+        flights=SingleFlight(workers),
         origins=Origins(settings.cors_origins),
         signer=signer_of(settings),
         static_files=StaticFiles(pages.files(app.openapi)),
@@ -105,7 +105,7 @@ def _services(app: FastAPI, settings: Settings) -> Services:
 
 
 def _routers(settings: Settings) -> list[APIRouter]:
-    """The routes of this service: what is switched off has none."""
+    """The routers of this service, without those that are switched off."""
     routers = [
         meshes.meshes,
         meshes.estimates,
@@ -130,14 +130,16 @@ def _routers(settings: Settings) -> list[APIRouter]:
 
 
 def _add_front(app: "Application", services: Services, log: Write | None) -> None:
-    """The middleware in front of FastAPI: telemetry, guard, cache, jobs."""
+    """Puts middleware in front of FastAPI: telemetry, guard, cache, jobs."""
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.workers)
-    guard = guarded(Front(inner, services.answers, services.origins), services.settings)
+    guard = build_guard(
+        CacheMiddleware(inner, services.answers, services.origins), services.settings
+    )
     app.front = add_telemetry(app, guard, log)
 
 
 def _store(settings: Settings) -> SurfaceStore:
-    """The store of surfaces; an address that is none must stop the start."""
+    """Opens the store; raises `InvalidSettings` for an invalid address."""
     try:
         return open_store(settings.store, settings.store_quota)
     except InvalidStore as error:
@@ -146,7 +148,7 @@ def _store(settings: Settings) -> SurfaceStore:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Tends the store; says that the service is draining as soon as it is asked to stop."""
+    """Maintains the store; at shutdown marks the service as not ready."""
     maintaining = asyncio.create_task(app.state.services.store.maintain())
     yield
     app.state.ready = False

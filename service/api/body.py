@@ -1,9 +1,9 @@
-"""Bodies of requests: read within limits, parsed, checked, and handed to the route as a model.
+"""Reads, parses and checks a request's body, and hands it to the route as a model.
 
-`BodyRoute` reads and parses the body in place of FastAPI, in a thread if it is long, and calls the
-function of the route with the model and the `Context` (the pattern "Custom Request and APIRoute
-class" of FastAPI's documentation). So errors in a body are ours, and a file of control points comes
-the same way as JSON: what JSON would say beside the points stands in the query. FastAPI finds the
+`BodyRoute` does this in place of FastAPI, in a thread if the body is long, and calls the route's
+function with the model and the `Context` (the pattern "Custom Request and APIRoute class" of
+FastAPI's documentation). So every error in a body is a problem document of ours, and a file of
+control points takes the same way as JSON: its other fields stand in the query. FastAPI finds the
 route, handles errors, and reads the function's signature for the OpenAPI document.
 """
 
@@ -18,7 +18,7 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
-from service.api.negotiation import by_accept, by_name, no_parameters, only_format
+from service.api.negotiation import format_by_accept, format_by_name, only_format, refuse_parameters
 from service.api.observing.record import record_of
 from service.api.problems import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
 from service.api.services import Context, Services
@@ -34,8 +34,8 @@ from service.settings.runtime import pause_collection
 from service.settings.values import Settings
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
-"""Bodies up to these sizes are parsed within some 5 ms: JSON and binary files; other texts; and
-objects in JSON, of which each may be a surface."""
+"""Sizes up to which a body is parsed within some 5 ms: bytes of JSON and binary files; bytes of
+other texts; and objects in JSON, each of which may be a surface."""
 
 
 class BodyRoute(APIRoute):
@@ -44,11 +44,11 @@ class BodyRoute(APIRoute):
     Attributes
     ----------
     formats : sequence of FileFormat
-        Formats among which `?format=` and `Accept` choose that of the answer.
+        Formats of the response that `?format=` and `Accept` choose from.
     accepts_any : bool
-        Whether `Accept` chooses, too; else only `?format=`.
+        Whether `Accept` chooses too; otherwise only `?format=` does.
     decoders : sequence of Decoder
-        Files that the body may be.
+        Kinds of files that the body may be, besides JSON.
     """
 
     formats: ClassVar[Sequence[FileFormat]] = ()
@@ -56,12 +56,12 @@ class BodyRoute(APIRoute):
     decoders: ClassVar[Sequence[Decoder]] = ()
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """The handler that reads and parses the body, and calls the route's function."""
+        """The handler: reads and parses the body, then calls the route's function."""
         assert self.body_field is not None
         return partial(self._answer, cast(type[Any], self.body_field.field_info.annotation))
 
     async def _answer(self, model: type[RequestModel], request: Request) -> Response:
-        """The answer of the route's function to a request with a body of this model."""
+        """The route's response to one request."""
         scope = request.scope
         headers = dict(scope["headers"])
         services: Services = scope["app"].state.services
@@ -78,11 +78,11 @@ class BodyRoute(APIRoute):
         return response
 
     def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
-        """What the query says: a format; and beside a file, all but the control points."""
+        """The format that the query names; beside a file also the document's other fields."""
         query: bytes = request.scope["query_string"]
         if decoder is None:
             if not self.formats:
-                no_parameters(request.query_params)
+                refuse_parameters(request.query_params)
             return only_format(query) if query and self.formats else None, {}
         try:
             beside = document_from_query(request.query_params.multi_items())
@@ -91,11 +91,11 @@ class BodyRoute(APIRoute):
         return str(beside.pop("format")) if self.formats and "format" in beside else None, beside
 
     def _format(self, name: str | None, request: Request) -> FileFormat | None:
-        """The format of the answer: the one of this name, else one that `Accept` chooses."""
+        """The response's format: the named one, else one that `Accept` chooses."""
         if name is not None:
-            fmt = by_name(name, self.formats)
+            fmt = format_by_name(name, self.formats)
         elif self.formats and self.accepts_any:
-            fmt = by_accept(request.headers.get("accept"), self.formats)
+            fmt = format_by_accept(request.headers.get("accept"), self.formats)
         else:
             return None
         record_of(request.scope).format = fmt.name
@@ -103,7 +103,7 @@ class BodyRoute(APIRoute):
 
 
 def is_long_body(body: bytes, decoder: Decoder | None) -> bool:
-    """Whether the event loop has no time to parse a body."""
+    """Whether parsing the body would block the event loop for too long."""
     if decoder is None:
         return len(body) > INLINE_BYTES or body.count(b"{") > INLINE_OBJECTS
     return len(body) > (INLINE_BYTES if decoder.binary else INLINE_TEXT)
@@ -116,7 +116,7 @@ def _parse(
     beside: dict[str, Any],
     services: Services,
 ) -> RequestModel:
-    """The checked model with its surface or curve built."""
+    """The checked model, with its surface or curve built."""
     limits = services.documents
     if decoder is None:
         with pause_collection() if len(body) > INLINE_TEXT else nullcontext():
@@ -137,7 +137,7 @@ async def _read_body(
     job: Job,
     decoder: Decoder | None,
 ) -> bytes:
-    """The whole body; its memory is claimed as it arrives.
+    """Reads the whole body; claims its memory while it arrives.
 
     Raises
     ------
@@ -145,12 +145,12 @@ async def _read_body(
     """
     settings = services.settings
     if headers.get(b"content-encoding", b"identity").lower() != b"identity":
-        message, needed = "Bodies are taken uncompressed.", "no encoding, or identity"
+        message, needed = "The body must not be compressed.", "no encoding, or identity"
         issue = Issue("unsupported_encoding", message, "/Content-Encoding", "an encoding", needed)
         raise UnsupportedMediaType(issue)
     largest = largest_body(settings, is_json=decoder is None)
     declared = headers.get(b"content-length", b"")
-    # The server has checked that it is a number; twenty digits are enough to see that it is large.
+    # The server has checked that it is a number; 20 digits show whether it is too large.
     if declared.isdigit() and int(declared[:20]) > largest:
         raise body_too_large(settings, is_json=decoder is None)
     count = Budget(services.documents)
@@ -198,7 +198,7 @@ def body_type(content_type: str, decoders: Sequence[Decoder] = ()) -> Decoder | 
     if is_json and is_utf8:
         return None
     names = ", ".join(("application/json", *(decoder.media_type for decoder in decoders)))
-    message = "The header does not say that the body is of a type that is taken here."
+    message = "This call does not read bodies of this type."
     got, needed = "another type" if content_type else "no type", f"{names}; texts in UTF-8"
     raise UnsupportedMediaType(
         Issue("unsupported_media_type", message, "/Content-Type", got, needed)
@@ -218,24 +218,24 @@ def _media_type(content_type: str) -> tuple[str, str]:
 
 
 def largest_body(settings: Settings, *, is_json: bool) -> int:
-    """Bytes of the longest body that is read."""
+    """Most bytes of a body that the service reads."""
     most = settings.max_body_bytes
     return min(most, settings.max_json_bytes) if is_json else most
 
 
 def body_too_large(settings: Settings, *, is_json: bool) -> BodyTooLarge:
-    """The refusal of a body that is too long."""
+    """The error of a body with too many bytes."""
     most = largest_body(settings, is_json=is_json)
     needed = f"at most {most} bytes"
     if most < settings.max_body_bytes:
         needed += "; a larger net can be sent as a .npy file"
     got = f"more than {most} bytes"
     return BodyTooLarge(
-        Issue("body_too_large", "The body is larger than this service reads.", "", got, needed)
+        Issue("body_too_large", "The body is longer than this service reads.", "", got, needed)
     )
 
 
 def body_too_slow(received: int, settings: Settings) -> BodyTooSlow:
-    """The refusal of a body that does not come to its end."""
+    """The error of a body that did not arrive completely in time."""
     got, needed = f"{received} bytes", f"all of it within {settings.body_timeout:g} s"
     return BodyTooSlow(Issue("body_too_slow", "The body did not arrive in time.", "", got, needed))

@@ -1,10 +1,11 @@
-"""Which pages of other origins may read answers (the CORS protocol of the Fetch standard).
+"""CORS: which pages of other origins may read responses (Fetch standard).
 
-`RequestMiddleware` adds the headers to every answer, `Front` answers preflight requests.
+`RequestMiddleware` adds the headers to every response; `CacheMiddleware` answers preflight
+requests.
 
-Where every origin may, every answer says so, also to requests without an Origin: a file that a
-browser has kept from an ordinary visit is then good for a script's request as well. Where only some
-may, `Vary` keeps caches from mixing them up.
+If every origin may read, every response says so, even to a request without Origin: a script may
+then read a file that the browser has cached from an ordinary visit. If only some may, `Vary` keeps
+caches from mixing responses up.
 """
 
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from collections.abc import Sequence
 from starlette.types import Message, Scope
 
 from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
-from service.api.caching.entries import RawHeaders
+from service.api.caching.cached_response import RawHeaders
 from service.api.observing.record import ID_HEADER
 
 EXPOSED = (
@@ -29,18 +30,18 @@ EXPOSED = (
     TRIANGLES_HEADER,
     VERTICES_HEADER,
 )
-"""Headers that scripts may read, beside those that they always may."""
+"""Response headers that scripts may read, beside those they always may."""
 
 _PREFLIGHT: RawHeaders = (
     (b"access-control-allow-methods", b"GET, HEAD, POST"),
     (b"access-control-allow-headers", b"Authorization, Content-Type, If-None-Match"),
-    # A day; browsers shorten it to what they like.
+    # One day; browsers may use less.
     (b"access-control-max-age", b"86400"),
 )
 
 
 class Origins:
-    """The origins whose pages may read answers."""
+    """The origins whose pages may read responses."""
 
     def __init__(self, origins: Sequence[str]) -> None:
         is_any = "*" in origins
@@ -50,7 +51,7 @@ class Origins:
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
-        # Pages that isolate themselves (COEP) take nothing of another origin that does not say so.
+        # Pages that isolate themselves (COEP) load from other origins only with this header.
         embedded = b"cross-origin" if is_any else b"same-origin"
         self._always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
         if is_any:
@@ -61,7 +62,7 @@ class Origins:
         self._preflight: Message | None = start if origins else None
 
     def headers(self, scope: Scope) -> RawHeaders:
-        """The headers that the answer to a request has for the sake of its origin."""
+        """The CORS headers of the response to a request."""
         if not self._listed:
             return self._always
         origin = dict(scope["headers"]).get(b"origin")
@@ -70,12 +71,12 @@ class Origins:
         return (*self._always, (b"access-control-allow-origin", origin), *self._readable)
 
     def preflight(self, scope: Scope) -> Message | None:
-        """The head of the answer to a preflight request; None where a route shall answer."""
+        """The head of the response to a preflight request; None for all other requests."""
         return self._preflight if is_preflight(scope) else None
 
 
 def is_preflight(scope: Scope) -> bool:
-    """Whether a browser asks if it may ask: it never sends a key with that."""
+    """Whether a browser asks for permission first; such a request never has a key."""
     return scope["method"] == "OPTIONS" and any(
         name == b"access-control-request-method" for name, _ in scope["headers"]
     )

@@ -1,6 +1,6 @@
-"""Which format and coding to answer in: `?format=`, a suffix, `Accept`, and `Accept-Encoding`.
+"""Chooses a response's format and coding: `?format=`, a suffix, `Accept`, and `Accept-Encoding`.
 
-RFC 9110, section 12.5; and the answers that a client has already.
+Source: RFC 9110, section 12.5.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,7 +10,7 @@ from urllib.parse import parse_qsl
 
 from starlette.requests import Request
 
-from service.api.caching.codings import CODINGS, Accepted, accepted, quality_values
+from service.api.caching.codings import CODINGS, AcceptedCodings, accepted_codings, quality_values
 from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
@@ -19,18 +19,18 @@ from service.schemas.query import values_from_text
 from service.schemas.scan import shortened
 
 USUAL = 200
-"""Characters of an Accept header, or of a query, whose meaning is remembered."""
+"""Longest Accept header or query, in characters, whose parsed form is cached."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
 
-def by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format of this name among those that can be written.
+def format_by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format with this name, among `formats`.
 
     Raises
     ------
     InvalidQuery
-        If there is none.
+        If no format has this name.
     """
     for fmt in formats:
         if fmt.name == name:
@@ -38,32 +38,32 @@ def by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     code = "unsupported_by_format" if name in BY_NAME else "unknown_format"
     message, got = "No format has this name.", "an unknown name"
     if name in BY_NAME:
-        message, got = f"The format {name} has no place for this.", "a format of surfaces"
+        message, got = f"The format {name} is none for this result.", "a format of surfaces"
     needed = "one of " + ", ".join(fmt.name for fmt in formats)
     raise InvalidQuery(Issue(code, message, "/format", got, needed))
 
 
-def by_suffix(suffix: str) -> Format:
-    """The format that is written under this suffix.
+def format_by_suffix(suffix: str) -> Format:
+    """The format with this file suffix.
 
     Raises
     ------
     UnknownSuffix
-        If there is none.
+        If no format has it.
     """
     found = BY_SUFFIX.get(suffix)
     if found is None:
-        message, got = "No format is written under this suffix.", "an unknown suffix"
+        message, got = "No format has this suffix.", "an unknown suffix"
         needed = "one of " + ", ".join(BY_SUFFIX)
         raise UnknownSuffix(Issue("unknown_suffix", message, "/suffix", got, needed))
     return found
 
 
-def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The best of some formats for an Accept header; JSON where the client has no preference.
+def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format that an Accept header prefers; JSON if it has no preference.
 
-    For each format the most precise range counts. Of equal qualities the more precisely named
-    wins, then JSON, then the order of the formats.
+    For each format the most specific media range counts. Of equal quality values the more specific
+    wins, then JSON, then the order of `formats`.
 
     Raises
     ------
@@ -74,21 +74,22 @@ def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     header = header or ""
     best = _remembered(header, types) if len(header) <= USUAL else _choose(header, types)
     if best is None:
-        message, needed = "No format that you accept is written here.", "one of " + ", ".join(types)
-        got = "none of the formats written here"
+        message = "The service writes no format that you accept."
+        needed = "one of " + ", ".join(types)
+        got = "no media type of this service"
         raise NotAcceptable(Issue("not_acceptable", message, "/Accept", got, needed))
     return next(f for f in formats if f.media_type == best)
 
 
 def _choose(header: str, types: tuple[str, ...]) -> str | None:
-    """The best of these media types for an Accept header; None if it excludes all of them."""
+    """The media type that an Accept header prefers; None if it excludes all."""
     default = "application/json"
     if not header.strip():
         return default
     ranges = list(quality_values(header))
     best, best_rank = None, (0.0, -1)
     for candidate in (default, *types):
-        # From the least precise range that matches to the most precise one.
+        # From the least specific range that matches to the most specific one.
         names = ("*/*", f"{candidate.partition('/')[0]}/*", candidate)
         matches = [(names.index(name), quality) for name, quality in ranges if name in names]
         precision, quality = max(matches, default=(-1, 0.0))
@@ -101,12 +102,12 @@ _remembered = lru_cache(maxsize=256)(_choose)
 
 
 def only_format(query: bytes) -> str | None:
-    """The format that the query of a POST names, if it does; it has no other parameter.
+    """The format that a POST's query names, or None; the query may have no other parameter.
 
     Raises
     ------
     InvalidQuery
-        For any other parameter, and a repeated one.
+        For any other parameter, or a repeated one.
     """
     return _remembered_format(query) if len(query) <= USUAL else _named_format(query)
 
@@ -123,40 +124,40 @@ def _named_format(query: bytes) -> str | None:
 _remembered_format = lru_cache(maxsize=256)(_named_format)
 
 
-def no_parameters(names: Iterable[str]) -> None:
-    """Refuses every query parameter, where there is nothing to choose."""
+def refuse_parameters(names: Iterable[str]) -> None:
+    """Refuses every query parameter, for calls that have none."""
     _refuse_unknown(names, "no parameters")
 
 
 def _refuse_unknown(names: Iterable[str], needed: str) -> None:
-    message, got = "There is no parameter of this name.", "an unknown parameter"
+    message, got = "This call has no parameter of this name.", "an unknown parameter"
     places = [pointer([shortened(name)]) for name in sorted(names)]
     if places:
         raise InvalidQuery(*(Issue("unknown_field", message, at, got, needed) for at in places))
 
 
-def codings_of(request: Request) -> Accepted:
-    """The codings that the client takes; raises what `check_codings` raises."""
+def codings_of(request: Request) -> AcceptedCodings:
+    """The codings that the client accepts; raises as `check_codings` does."""
     return check_codings(_header(request, "accept-encoding"))
 
 
 def condition_of(request: Request) -> bytes | None:
-    """If-None-Match, its lines joined; None where the answer is wanted in any case."""
+    """The If-None-Match header, its lines joined; None if the client sent none."""
     return _header(request, "if-none-match")
 
 
-def check_codings(header: bytes | None) -> Accepted:
-    """What an Accept-Encoding header allows.
+def check_codings(header: bytes | None) -> AcceptedCodings:
+    """The codings that an Accept-Encoding header allows.
 
     Raises
     ------
     NotAcceptable
-        If that is nothing.
+        If it allows none.
     """
-    wanted = accepted(header)
+    wanted = accepted_codings(header)
     if not wanted.order:
-        message = "Every coding that is made here is excluded."
-        got, needed = "none of the codings made here", "one of " + ", ".join(CODINGS)
+        message = "The Accept-Encoding header excludes every coding of this service."
+        got, needed = "no coding of this service", "one of " + ", ".join(CODINGS)
         raise NotAcceptable(Issue("not_acceptable", message, "/Accept-Encoding", got, needed))
     return wanted
 

@@ -38,26 +38,26 @@ from service.stopping import OutOfTime
 MEDIA_TYPE = "application/problem+json"
 
 PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
-"""A refusal is of one moment: what is unknown, too large or broken now may not be so later."""
+"""Errors are not cached: a surface unknown now may be stored a moment later."""
 
 Place: TypeAlias = Literal["pointer", "parameter", "header", "file"]
-"""What the pointer of an issue becomes; of a `file`, either the one or the other."""
+"""Name of the member that says where an issue lies; in a `file` it is a pointer or a parameter."""
 
 
 class InvalidQuery(InvalidRequest):
-    """A query parameter does not say anything we can compute."""
+    """A query parameter is invalid."""
 
 
 class UnknownSuffix(SurfaceError):
-    """No format is written under this suffix."""
+    """No format has this suffix."""
 
 
 class NotAcceptable(SurfaceError):
-    """Nothing that the client accepts is written here."""
+    """The service has no format or coding that the client accepts."""
 
 
 class EngineGone(SurfaceError):
-    """The numbers that are meant are those of another version."""
+    """The URL names another version of the numbers (`engine`)."""
 
 
 class BodyTooSlow(SurfaceError):
@@ -65,44 +65,43 @@ class BodyTooSlow(SurfaceError):
 
 
 class BodyTooLarge(SurfaceError):
-    """The body has more bytes than are read."""
+    """The body has more bytes than the service reads."""
 
 
 class UnsupportedMediaType(SurfaceError):
-    """The body is said to be something else than what is read here."""
+    """The body has a type that this call does not read."""
 
 
 class KeyNeeded(SurfaceError):
-    """Nobody may do this without a key, and none was sent."""
+    """The call needs a key, and the client sent none."""
 
 
 class KeyUnknown(SurfaceError):
-    """The key that was sent is none of ours."""
+    """The client sent a key that the service does not know."""
 
 
 class SignatureInvalid(SurfaceError):
-    """The signature of an address is not one of it."""
+    """The signature does not belong to this URL."""
 
 
 class SignatureExpired(SurfaceError):
-    """The signature of an address was good, and is not any more."""
+    """The signature of this URL has expired."""
 
 
 class RateLimited(SurfaceError):
-    """More requests than one may make in this time."""
+    """The client made too many requests in a short time."""
 
 
 _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
-"""Phrases of RFC 9110 where `HTTPStatus` of older Pythons has those of RFC 7231."""
+"""Phrases of RFC 9110 for statuses where older Pythons have those of RFC 7231."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What a class of errors is over HTTP.
+    """How a class of errors appears over HTTP.
 
-    `code` is stable and for programs. `place` is where its issues lie: in the body (a JSON
-    pointer), in the path or the query (a parameter), in a header, or in the net that a file is and
-    the query beside it.
+    `code` is stable, for programs. `place` says where the issues lie: in the body (a JSON pointer),
+    in the path or query (a parameter), in a header, or in a posted file and the query beside it.
     """
 
     status: int
@@ -119,111 +118,110 @@ class Problem:
 PROBLEMS: dict[type[SurfaceError], Problem] = {
     MalformedJson: Problem(400, "malformed_json", "The body is not JSON."),
     MalformedBody: Problem(
-        400, "malformed_body", "The body is not of the type that it is said to be."
+        400, "malformed_body", "The body is not of the type that its `Content-Type` says."
     ),
-    KeyNeeded: Problem(401, "key_needed", "A key is needed for this.", "header"),
-    KeyUnknown: Problem(401, "key_unknown", "The key is not one of those known here.", "header"),
+    KeyNeeded: Problem(401, "key_needed", "This call needs a key.", "header"),
+    KeyUnknown: Problem(401, "key_unknown", "The service does not know this key.", "header"),
     SignatureInvalid: Problem(
-        403, "signature_invalid", "The signature is not one of this address.", "parameter"
+        403, "signature_invalid", "The signature does not belong to this URL.", "parameter"
     ),
     SignatureExpired: Problem(
-        403, "signature_expired", "The address is not good any more.", "parameter"
+        403, "signature_expired", "The signature of this URL has expired.", "parameter"
     ),
     RateLimited: Problem(
         429,
         "rate_limited",
-        "You ask more often than is allowed; `Retry-After` says when to ask again.",
+        "Too many requests in a short time; `Retry-After` says when to try again.",
     ),
-    UnknownSurface: Problem(404, "unknown_surface", "No surface is known by this id.", "parameter"),
+    UnknownSurface: Problem(404, "unknown_surface", "No surface has this id.", "parameter"),
     UnknownSuffix: Problem(404, "unknown_suffix", "No format has this suffix.", "parameter"),
     NotAcceptable: Problem(
-        406, "not_acceptable", "Nothing that you accept is written here.", "header"
+        406, "not_acceptable", "The service writes no format or coding that you accept.", "header"
     ),
     BodyTooSlow: Problem(408, "body_too_slow", "The body did not arrive in time."),
     EngineGone: Problem(
         410,
         "engine_gone",
-        "The address names a version of the numbers that is not computed here.",
+        "The URL names a version of the numbers that this service does not compute.",
         "parameter",
     ),
     BodyTooLarge: Problem(413, "body_too_large", "The body has too many bytes."),
     UnsupportedMediaType: Problem(
         415,
         "unsupported_media_type",
-        "The body must be of a type that is taken here, and not compressed.",
+        "This call does not read bodies of this type, or compressed ones.",
         "header",
     ),
     InvalidRequest: Problem(
-        422, "invalid_request", "The surface or an option says nothing that can be computed."
+        422, "invalid_request", "The surface or an option is invalid; `errors` says what and where."
     ),
     InvalidQuery: Problem(
-        422, "invalid_request", "A query parameter says nothing that can be computed.", "parameter"
+        422, "invalid_request", "A query parameter is invalid; `errors` says which.", "parameter"
     ),
     UnsupportedByFormat: Problem(
-        422, "unsupported_by_format", "The format cannot hold what was asked for."
+        422, "unsupported_by_format", "The format cannot store what the request asks for."
     ),
     TooLarge: Problem(
-        422, "result_too_large", "The result would be larger than is allowed; nothing was computed."
+        422, "result_too_large", "The result would exceed a limit; nothing was computed."
     ),
     Busy: Problem(
         429,
         "busy",
-        "The service has as much to do as it can; nothing was computed. `Retry-After` says when to "
-        "come again.",
+        "The service is busy; nothing was computed. `Retry-After` says when to try again.",
     ),
     DamagedObject: Problem(
         500,
         "damaged_object",
-        "What is kept under this id is damaged, and is not given out. Storing it again mends it.",
+        "The stored surface is damaged and was not sent. To repair it, store the surface again.",
     ),
     StoreFailed: Problem(
         503,
         "store_unavailable",
-        "The place where surfaces are kept does not work at the moment. It has been logged.",
+        "The store does not work at the moment. The service has logged the error.",
     ),
     OutOfTime: Problem(
         503,
         "out_of_time",
-        "The answer was not there in time: the service has much to do, or the request asks for "
-        "much. `Retry-After` says when to come again.",
+        "The result was not ready in time: the service is busy, or the request asks for much work. "
+        "`Retry-After` says when to try again.",
     ),
     StoreFull: Problem(
-        507, "store_full", "There is no room for another surface; nothing was stored."
+        507, "store_full", "The store has no room for another surface; nothing was stored."
     ),
 }
 
-NOT_FOUND = Problem(404, "not_found", "There is nothing at this address.")
+NOT_FOUND = Problem(404, "not_found", "The service has nothing at this URL.")
 METHOD_NOT_ALLOWED = Problem(
     405,
     "method_not_allowed",
-    "This address does not answer this method; `Allow` lists those it does.",
+    "This URL does not answer this method; `Allow` lists the methods that it answers.",
 )
 INTERNAL_ERROR = Problem(
-    500, "internal_error", "The fault is ours. It has been logged; the request may be repeated."
+    500, "internal_error", "An error of the service, which it has logged. You may try again."
 )
 
-# The server's own refusals; no request of theirs comes as far as here.
+# The server answers these itself, before the application sees the request.
 MALFORMED_REQUEST = Problem(400, "malformed_request", "This is no HTTP request.")
 HEAD_TOO_SLOW = Problem(408, "head_too_slow", "The head of the request did not arrive in time.")
 HEAD_TOO_LARGE = Problem(
-    431, "head_too_large", "The address and the headers together have too many bytes."
+    431, "head_too_large", "The URL and the headers together have too many bytes."
 )
 TOO_MANY_CONNECTIONS = Problem(
     503,
     "too_many_connections",
-    "As many connections are open as there may be. `Retry-After` says when to try again.",
+    "The service has its largest number of connections. `Retry-After` says when to try again.",
 )
 DRAINING = Problem(
     503,
     "draining",
-    "The service is about to stop. The request may be repeated: another instance will answer.",
+    "The service is about to stop. Try again: another instance will answer.",
 )
 
 
 def problem_document(
     problem: Problem, issues: tuple[Issue, ...] = (), place: Place | None = None
 ) -> dict[str, Any]:
-    """The body of an error answer; `place` overrides where the issues are said to lie."""
+    """The body of an error response; `place` overrides where the issues are said to lie."""
     return {
         "type": "about:blank",
         "title": problem.title,
@@ -239,7 +237,7 @@ def _error(issue: Issue, place: Place) -> dict[str, str]:
     if place == "file":
         place, where = _in_file_or_query(where)
     if place != "pointer":
-        # A parameter or a header has a name and no inside; the path into a list is of no use there.
+        # A parameter or a header has a name and no parts: the rest of a pointer is of no use.
         where = first_part(where)
     texts = {"got": issue.got, "needed": issue.needed}
     return {
@@ -251,7 +249,7 @@ def _error(issue: Issue, place: Place) -> dict[str, str]:
 
 
 def _in_file_or_query(where: str) -> tuple[Place, str]:
-    """A place in the document that a file and a query make together: which of them it is in."""
+    """Whether a pointer into a file and its query together means the file or a parameter."""
     inside = where.removeprefix("/surface")
     if inside != where and first_part(inside) not in FIELDS:
         return "pointer", where
@@ -264,21 +262,21 @@ def problem_response(
     place: Place | None = None,
     headers: dict[str, str] | None = None,
 ) -> Response:
-    """An answer that is a problem."""
+    """The error response of a problem."""
     content = problem_document(problem, issues, place)
     return json_response(content, problem.status, PROBLEM_HEADERS | (headers or {}), MEDIA_TYPE)
 
 
 def problem_of(error: SurfaceError) -> Problem:
-    """The table's row for an error; a subclass inherits its parent's."""
+    """The problem of an error; a subclass without a row has its parent's."""
     return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)
 
 
 def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
-    """Makes every error of `app` a problem; `routes` are those that it has."""
+    """Turns every error of `app` into a problem; `routes` are all routes of `app`."""
 
     async def on_http_exception(request: Request, error: Exception) -> Response:
-        """The router's own refusals: no such path, no such method."""
+        """The router's own errors: unknown path, wrong method."""
         assert isinstance(error, HTTPException)
         headers = dict(error.headers or {})
         problem = NOT_FOUND
@@ -298,7 +296,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
 
 
 def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
-    """The methods that the path of a request answers."""
+    """The methods that the path of a request answers, HEAD included."""
     path = route_path(request.scope)
     methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
     return sorted(methods | ({"HEAD"} if "GET" in methods else set()))
@@ -310,7 +308,7 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
     record_of(request.scope).code = problem.code
     place: Place | None = None
     if problem.place == "pointer":
-        # Without a body there is nothing to point into: the same option is a parameter.
+        # Without a body there is nothing to point into: the option is a query parameter.
         if request.method != "POST":
             place = "parameter"
         elif getattr(request.state, "posts_file", False):
@@ -322,13 +320,13 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
 
 
 async def _on_disconnect(_: Request, error: Exception) -> Response:
-    """The client has gone away; the answer only ends the request quietly."""
+    """Ends a request whose client has gone away; the response reaches no client."""
     assert isinstance(error, ClientDisconnect)
     return Response(status_code=400)
 
 
 async def _on_exception(request: Request, error: Exception) -> Response:
-    """Any error that was not foreseen. The server logs the exception, which is raised again."""
+    """Answers an unforeseen error. Starlette raises it again, and the server logs it."""
     del error  # its text stays here
     record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

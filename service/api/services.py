@@ -1,4 +1,4 @@
-"""What the routes work with: parts of the application, and the job of the request."""
+"""The parts of the application that routes use, and the job of each request."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -7,8 +7,8 @@ from typing import Annotated, Any, NamedTuple
 from fastapi import Depends, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.caching.answers import AnswerCache
-from service.api.caching.flights import Flights
+from service.api.caching.cache import AnswerCache
+from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
 from service.api.guard.signatures import Signer
 from service.api.static_files import StaticFiles
@@ -29,17 +29,17 @@ class Services:
     store: SurfaceStore
     workers: Workers
     answers: AnswerCache
-    flights: Flights
+    flights: SingleFlight
     origins: Origins
     signer: Signer | None
     static_files: StaticFiles
 
 
 class Context(NamedTuple):
-    """What a route works with: the application's parts, and what is known of the request.
+    """What a route's function gets: the application's parts, the request and its job.
 
-    `job` holds the request's share of the workers; `format` is the format of the answer, where
-    the route's class chooses it (`service.api.body`).
+    `job` holds the request's share of the workers; `format` is the response's format where the
+    route's class chooses it (`service.api.body`).
     """
 
     services: Services
@@ -49,7 +49,7 @@ class Context(NamedTuple):
 
 
 async def context_of(request: Request) -> Context:
-    """The context of a request; one dependency, as each costs FastAPI 30 µs."""
+    """The context of a request: one dependency only, as each costs FastAPI 30 µs."""
     return Context(request.app.state.services, request.scope["state"]["job"], request)
 
 
@@ -58,16 +58,16 @@ ContextDep = Annotated[Context, Depends(context_of)]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JobMiddleware:
-    """Gives every request its job, `scope["state"]["job"]`; ends it after the answer.
+    """Gives every request its job, `scope["state"]["job"]`, and closes it after the response.
 
-    It hands on HEAD as GET and keeps back the body, which FastAPI does not do by itself.
+    Passes HEAD on as GET and drops the body, which FastAPI does not do by itself.
     """
 
     app: ASGIApp
     workers: Workers
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
+        """Handles one request."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -82,7 +82,7 @@ class JobMiddleware:
 
 
 async def _send_head(send: Send, message: Message) -> None:
-    """Sends the head of an answer, and its end."""
+    """Sends the head of a response, and an empty body."""
     if message["type"] == "http.response.start":
         await send(message)
     elif not message.get("more_body"):

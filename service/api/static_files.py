@@ -1,4 +1,4 @@
-"""Files that do not change while the service runs: read once, compressed once, revalidated."""
+"""Static files: each is read and compressed once, then served with an entity tag."""
 
 import asyncio
 from collections.abc import Callable, Mapping
@@ -11,14 +11,14 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.answers import HEADERS, ChunkedResponse
+from service.api.caching.cached_response import entity_tag, held, is_any
 from service.api.caching.codings import Coding, compressed
-from service.api.caching.entries import entity_tag, held, is_any
 from service.api.negotiation import codings_of, condition_of
 
 
 @dataclass(frozen=True, slots=True)
 class StaticFile:
-    """A file: how it is read, what it is, and headers of its own."""
+    """A file: how to read it, its media type, and extra headers."""
 
     read: Callable[[], bytes]
     media_type: str
@@ -27,7 +27,7 @@ class StaticFile:
 
 @dataclass(slots=True)
 class _Kept:
-    """What was read, and in which codings it was made; None where that does not pay."""
+    """A file's content, its hash, and its codings; None where compressing does not pay."""
 
     content: bytes
     name: str
@@ -37,8 +37,8 @@ class _Kept:
 class StaticFiles:
     """A closed list of files by name.
 
-    Their tags are those of their bytes, so that `no-cache` costs a client one short question a file
-    and never leaves it with a mixture of two releases.
+    Entity tags are hashes of the bytes. With `no-cache` a client revalidates each file, and never
+    mixes two releases.
     """
 
     def __init__(self, files: Mapping[str, StaticFile]) -> None:
@@ -46,12 +46,12 @@ class StaticFiles:
         self._kept: dict[str, _Kept] = {}
 
     async def answer(self, request: Request, name: str, status: int = 200) -> Response:
-        """The file of this name, as GET or HEAD asks for it.
+        """The response to GET or HEAD for the file of this name.
 
         Raises
         ------
         HTTPException
-            404 if there is none of this name, or none where it should be read.
+            404 if no file has this name, or the file is missing.
         """
         wanted, condition = codings_of(request), condition_of(request)
         kept = await self._read(name)
@@ -85,11 +85,11 @@ class StaticFiles:
         return kept
 
     async def _coded(self, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
-        """The file in a coding if that pays, else as it is."""
+        """The file in a coding if that pays, else unchanged."""
         if coding == "identity":
             return coding, kept.content
         if coding not in kept.codings:
-            # Requests that come together may each compress it once: the bytes are the same.
+            # Requests at the same time may each compress it once: the bytes are the same.
             kept.codings[coding] = await asyncio.to_thread(compressed, coding, kept.content)
         body = kept.codings[coding]
         return ("identity", kept.content) if body is None else (coding, body)

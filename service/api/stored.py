@@ -1,4 +1,4 @@
-"""Surfaces by their ids: names of examples, hashes of what was stored."""
+"""Surfaces by id: built-in examples by name, stored surfaces by hash."""
 
 import logging
 from dataclasses import dataclass, replace
@@ -22,12 +22,12 @@ from service.surface.examples import EXAMPLES, find
 _log = logging.getLogger(__name__)
 
 INLINE_BYTES = 1 << 16
-"""Contents up to this size are read on the event loop."""
+"""Contents up to this size are parsed on the event loop."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """A surface by its id.
+    """A surface and its id.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Stored:
         The id in the path.
     surface : Surface
     is_hash : bool
-        Whether the id is the hash of its content: then it never stands for another surface.
+        Whether the id is the hash of the content: then it always means the same surface.
     """
 
     id: str
@@ -44,35 +44,35 @@ class Stored:
 
 
 async def surface_of(services: Services, job: Job, id: str) -> Stored:
-    """The surface of this id; requests that work on one that is stored share it.
+    """The surface with this id; requests for the same stored surface share one load.
 
     Raises
     ------
     UnknownSurface, InvalidRequest
-        There is none, or it was stored under wider limits than there are now. Both point to `/id`.
+        No surface has this id, or it was stored under wider limits than now. Both point to `/id`.
     DamagedObject, StoreFailed
     """
     if id in EXAMPLES:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
         raise _unknown()
-    # A surface that was deleted since is not shared.
+    # After a deletion, later requests do not share an earlier load.
     key = ("surface", id, services.answers.age)
     return await services.flights.join(key, partial(_load, services, id), job.until_answered)
 
 
 async def exists(store: SurfaceStore, id: str) -> bool:
-    """Whether there is a surface of this id; a stored one is not read."""
+    """Whether a surface has this id; a stored one is not read."""
     return id in EXAMPLES or await store.has(id)
 
 
 def content_id(id: str) -> str:
-    """The hash of the content of an example, or the id itself where it is such a hash.
+    """The SHA-256 of a surface's content: of an example, or the id itself if it is a hash.
 
     Raises
     ------
     UnknownSurface
-        For other ids; whether a surface is stored under a hash is not looked up.
+        For other ids. Does not check whether a surface is stored under the hash.
     """
     if id in EXAMPLES:
         return _hash_of_example(id)
@@ -82,8 +82,8 @@ def content_id(id: str) -> str:
 
 
 def _unknown() -> UnknownSurface:
-    """The error of an id that is neither a name of an example nor a hash."""
-    message, names = "No surface is known by this id.", ", ".join(EXAMPLES)
+    """The error of an id that no surface has."""
+    message, names = "No surface has this id.", ", ".join(EXAMPLES)
     needed = f"one of {names}; or the id of a stored surface, 64 hexadecimal digits"
     return UnknownSurface(Issue("unknown_surface", message, "/id", "an unknown id", needed))
 
@@ -94,7 +94,7 @@ def _hash_of_example(name: str) -> str:
 
 
 async def _load(services: Services, id: str, job: Job) -> Stored:
-    """The surface that is stored under a hash, by a job of its own."""
+    """Loads a stored surface, in a job of its own."""
     try:
         content = await services.store.get(id, job.hold_body)
     except UnknownSurface as error:
@@ -113,5 +113,5 @@ def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:
         _log.error("%s has its hash, but is not the content of a surface", id)
         raise
     except InvalidRequest as error:
-        # Where in the surface is of no use to a client that sent only its id.
+        # A pointer into the surface is of no use to a client that sent only its id.
         raise InvalidRequest(replace(error.issues[0], pointer="/id")) from None

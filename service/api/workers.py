@@ -1,13 +1,13 @@
-"""Who computes, where, and with how much memory: this module is all there is of admission.
+"""Threads and memory for requests: inline work, a bounded queue, deadlines, a memory budget.
 
-Small work runs on the event loop. Other work waits, in order of arrival, until there is a thread
-for it and enough of one budget of memory. The queue has a bounded length: beyond it a request is
-refused with 429 and `Retry-After`. A request ends at its deadline, or when its client goes away;
-its work in a thread then stops at the next checkpoint.
+Small work runs on the event loop. Other work waits, in order of arrival, until a thread and enough
+memory are free. The queue has a bounded length: beyond it the service refuses a request with 429
+and `Retry-After`. A request ends at its deadline, or when its client goes away; its work in a
+thread then stops at the next checkpoint.
 
-Why requests cannot wait for each other in a circle: bodies hold at most 1/4 of the memory and never
-wait for it; 1/16 is for work on the event loop; a request may ask for the other 11/16 to work in,
-and asks once. So the first request in the queue is served when those that compute have ended.
+Why requests cannot deadlock: bodies hold at most 1/4 of the memory and never wait for it; 1/16 is
+for work on the event loop; a request may ask for the other 11/16 to work in, and asks once. So the
+first request in the queue is served when the running ones have ended.
 """
 
 import asyncio
@@ -23,7 +23,7 @@ from anyio import CancelScope, CapacityLimiter, current_time, to_thread
 from starlette.requests import ClientDisconnect
 from starlette.types import Receive
 
-from service.api.caching.answers import AnswerCache
+from service.api.caching.cache import AnswerCache
 from service.api.observing.record import Timing
 from service.errors import Busy, Issue, TooLarge
 from service.pipeline.cost import Cost
@@ -32,17 +32,18 @@ from service.settings.values import Settings
 from service.stopping import OutOfTime, Stop, Stopped, stopped_by
 
 INLINE_SECONDS = 0.0075
-"""Cost up to which work runs on the event loop: to change threads, which take turns of 5 ms, would
-take as long. The teapot at 16 divisions costs 0.0045; it takes 0.0008, without a plan 0.0024."""
+"""Cost up to which work runs on the event loop: changing threads, which take turns of 5 ms, would
+take as long. The teapot at 16 divisions costs 0.0045; it takes 0.8 ms, without a plan 2.4 ms."""
 
 ROUND_SECONDS = 0.002
-"""Short work that the event loop does before it looks at other connections."""
+"""Short work that the event loop does before it serves other connections."""
 
 TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
-"""Memory of such large requests goes back to the system this many seconds after their end."""
+"""`TRIM_PAUSE` seconds after a request of at least `TRIM_BYTES`, free memory goes back to the
+system."""
 
 SMALL_BODY, MAX_RETRY_AFTER = 1 << 20, 60
-"""Bytes of memory of bodies that find room though large ones take all that they may; seconds."""
+"""Bytes: a body up to this size may use the last 1/10 of the bodies' memory. Seconds."""
 
 Callbacks: TypeAlias = list[Callable[[], None]]
 Result = TypeVar("Result")
@@ -61,11 +62,11 @@ class Work(Protocol[Result_co]):
 class Workers:
     """The threads and the memory that all requests share.
 
-    Of the `capacity` in bytes, `used` are held by requests, `body_bytes` of these by bodies. Bodies
-    may hold `max_body` bytes together; one request may work in `max_memory` bytes. Of the `threads`
-    for long work some are `computing`. Since the start `refused` requests did not fit, and all
-    together have waited `seconds_waited`. Short work takes turns (`take_turn`); one thread parses
-    long bodies, as parsing keeps Python's lock.
+    Requests hold `used` of the `capacity` bytes; `body_bytes` of these are bodies. All bodies
+    together may hold `max_body` bytes; one request may work in `max_memory` bytes. Of the `threads`
+    for long work some are `computing`. Since the start the service refused `refused` requests, and
+    all requests together waited `seconds_waited`. Short work takes turns (`take_turn`); one thread
+    parses long bodies, as parsing keeps Python's lock.
     """
 
     def __init__(self, settings: Settings, cache: AnswerCache) -> None:
@@ -87,25 +88,25 @@ class Workers:
 
     @property
     def waiting(self) -> int:
-        """Requests that wait for a thread or for memory."""
+        """Number of requests that wait for a thread or for memory."""
         return len(self._queue)
 
     def retry_after(self) -> int:
-        """Seconds after which a client may ask again: 1 for each round of requests that wait."""
+        """Seconds after which a client may try again: 1 for each round of waiting requests."""
         return min(1 + math.ceil(self.waiting / self.threads), MAX_RETRY_AFTER)
 
     def refuse(self) -> Busy:
-        """The error of a request that does not fit now; counts it."""
+        """Counts a refused request and returns its error."""
         self.refused += 1
         return Busy()
 
     def has(self, amount: int, *, is_small: bool = False) -> bool:
-        """Whether `amount` bytes are free; 1/16 of the memory is for small work alone."""
+        """Whether `amount` bytes are free; only small work may use the last 1/16 of the memory."""
         room = self.capacity if is_small else self.capacity * 15 // 16
         return self.used + self._cache.fixed + amount <= room
 
     def hold(self, amount: int) -> None:
-        """Takes memory, or gives it back where `amount` is negative; the cache may use the rest."""
+        """Takes memory, or returns it if `amount` is negative; the cache may use the rest."""
         self.used += amount
         self._cache.resize(self.capacity - self.used)
         if amount < 0 and self._queue:
@@ -135,12 +136,12 @@ class Workers:
             self.seconds_waited += time.monotonic() - since
 
     def release_thread(self) -> None:
-        """Gives a thread back."""
+        """Returns a thread."""
         self.computing -= 1
         self.settle()
 
     async def take_turn(self) -> None:
-        """Waits while short work has had its time in this round of the event loop."""
+        """Waits until short work may run in this round of the event loop."""
         while self._round_end is not None and time.perf_counter() > self._round_end:
             await asyncio.sleep(0)
         if self._round_end is None:
@@ -148,7 +149,7 @@ class Workers:
             asyncio.get_running_loop().call_soon(setattr, self, "_round_end", None)
 
     def settle(self) -> None:
-        """Serves the requests that have waited longest, as far as there is room."""
+        """Starts the requests that have waited longest, while threads and memory are free."""
         while self._queue:
             amount, granted = self._queue[0]
             if not granted.done():
@@ -158,17 +159,17 @@ class Workers:
             self._queue.popleft()
 
     def trim(self) -> None:
-        """Hands unused memory back to the system, once for all requests that end together."""
+        """Gives free memory back to the system, once for all requests that end together."""
 
         async def trim_soon() -> None:
             await asyncio.sleep(TRIM_PAUSE)
-            self._trimming = None  # for requests that end from now on this call may be too early
+            self._trimming = None  # requests that end from now on need another call
             await to_thread.run_sync(trim_heap, limiter=self.limiter)
 
         self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
 
     def _granted(self, amount: int) -> bool:
-        """Whether a thread and the memory are free: then they are taken."""
+        """Takes a thread and the memory if both are free; returns whether it did."""
         is_free = self.computing < self.threads and self.has(amount)
         if is_free:
             self.computing += 1
@@ -179,8 +180,8 @@ class Workers:
 class Job:
     """What one request holds, or one computation that several requests share.
 
-    All is given back at its end; what a thread still uses, when the thread has ended: it may take
-    half a second to notice that it shall stop. `receive` tells when the client has gone away; a
+    Its end returns everything, but what a thread still uses only when that thread has ended: it
+    may take half a second to notice the cancellation. `receive` tells when the client goes away; a
     shared computation has none, its users end it.
     """
 
@@ -189,27 +190,25 @@ class Job:
         self.stop = Stop()
         self.until_answered: Callbacks = []
         self.until_end: Callbacks = []
-        """Called when the answer is there; when it has been sent or the client is gone."""
+        """Called when the response is ready; when it has been sent or the client has gone."""
         self.timing = Timing()
         self._receive = receive
         self._deadline = math.inf
         self._body = self._memory = self._most = 0
         self._running: set[asyncio.Task[Any]] = set()
-        self._had_turn = self._is_over = False
+        self._ran_inline = self._is_over = False
 
     def hold_body(self, size: int) -> None:
-        """Sets how much memory the body takes: more as it arrives, less when it is parsed.
+        """Sets the memory that the body takes: more while it arrives, less once it is parsed.
 
-        Raises `TooLarge` if it would not fit alone, `Busy` if it does not fit now.
+        Raises `TooLarge` if it could never fit, `Busy` if it does not fit now.
         """
         more, workers = size - self._body, self.workers
         if size > workers.max_body * 9 // 10:
-            message = "The body would take more memory than this service has for one."
-            needed = f"at most {workers.max_body * 9 // 10}; a smaller surface"
-            raise TooLarge(
-                Issue("too_much_memory", message, "", f"{size} bytes, and maybe more", needed)
-            )
-        # Large bodies leave 1/10 of the room to small ones.
+            message = "The body would take more memory than this service has for one body."
+            needed = f"at most {workers.max_body * 9 // 10} bytes; a smaller surface"
+            raise TooLarge(Issue("too_much_memory", message, "", f"at least {size} bytes", needed))
+        # Large bodies leave 1/10 of the memory to small ones.
         room = workers.max_body * (10 if size <= SMALL_BODY else 9) // 10
         if more > 0 and not (
             workers.body_bytes + more <= room and workers.has(more, is_small=True)
@@ -221,25 +220,25 @@ class Job:
         workers.hold(more)
 
     def shrink_body(self, size: int) -> None:
-        """The body was parsed and takes at most `size` bytes from now on."""
+        """Notes that the body is parsed and takes at most `size` bytes from now on."""
         if size < self._body and self._body > SMALL_BODY:
             self.hold_body(size)
 
     async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:
-        """What `call` makes of a body: on the event loop, or in the thread for long bodies."""
+        """Returns `call()`: on the event loop, or in the parsing thread for long bodies."""
         if not is_long:
             await self.workers.take_turn()
-            self._had_turn = True
+            self._ran_inline = True
             with self.timing.step("parse"):
                 return call()
-        async with self.attended():
+        async with self.until_deadline():
             with self.timing.step("wait"):
                 await self.workers.parsing.acquire()
             with self.timing.step("parse"):
                 return await self._in_thread(call, self.workers.parsing.release)
 
     async def run(self, work: Work[Result], name: str) -> Result:
-        """The result of `work`: computed on the event loop if that is quick, else in a thread.
+        """Returns the result of `work`: on the event loop if it is short, else in a thread.
 
         Raises `Busy`, `OutOfTime`, `ClientDisconnect` or the error of the work.
         """
@@ -247,13 +246,13 @@ class Job:
         if cost.work <= INLINE_SECONDS and workers.has(cost.memory, is_small=True):
             self._memory += cost.memory
             workers.hold(cost.memory)
-            if not self._had_turn:
+            if not self._ran_inline:
                 await workers.take_turn()
-                self._had_turn = True
+                self._ran_inline = True
             with self.timing.step(name):
                 return work.run()
         amount = min(cost.memory, workers.max_memory)
-        async with self.attended():
+        async with self.until_deadline():
             with self.timing.step("wait"):
                 await workers.acquire(amount)
             self._memory += amount
@@ -261,7 +260,7 @@ class Job:
                 return await self._in_thread(work.run, workers.release_thread)
 
     def answered(self, size: int) -> None:
-        """The answer is there, of `size` bytes: all other memory is given back."""
+        """Returns all memory but the `size` bytes of the finished response."""
         while self.until_answered:
             self.until_answered.pop()()
         held, kept = self._body + self._memory, min(size, self._memory)
@@ -272,7 +271,7 @@ class Job:
             self.workers.hold(kept - held)
 
     def close(self) -> None:
-        """Ends the job; what computes for it is told to stop."""
+        """Ends the job, and cancels its work in threads."""
         self.stop.tell()
         while callbacks := self.until_end or self.until_answered:
             callbacks.pop()()
@@ -280,13 +279,13 @@ class Job:
         self._end()
 
     @asynccontextmanager
-    async def attended(self) -> AsyncIterator[None]:
-        """What runs within ends at the deadline of the request, or when its client goes away.
+    async def until_deadline(self) -> AsyncIterator[None]:
+        """Ends the `with` block at the request's deadline, or when its client goes away.
 
         Raises `OutOfTime` or `ClientDisconnect`.
         """
         receive, self._receive = self._receive, None
-        if receive is None:  # a shared computation, or within another such context
+        if receive is None:  # a shared computation, or inside another such block
             yield
             return
         if self._deadline == math.inf:
@@ -314,8 +313,8 @@ class Job:
             raise ClientDisconnect if is_gone else OutOfTime
 
     async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
-        """What `call` returns; `release` is called when the thread has ended."""
-        run = to_thread.run_sync(_settled, call, limiter=self.workers.limiter)
+        """Returns `call()`, run in a thread; `release` is called when the thread has ended."""
+        run = to_thread.run_sync(_run_catching, call, limiter=self.workers.limiter)
         with stopped_by(self.stop):  # the task inherits this context and hands it to the thread
             task = asyncio.create_task(run)
         self._running.add(task)
@@ -323,7 +322,7 @@ class Job:
         def ended(task: asyncio.Task[Any]) -> None:
             self._running.discard(task)
             if not task.cancelled():
-                task.exception()  # retrieved, also if no request waits for it any more
+                task.exception()  # retrieved, even if no request waits for it any more
             release()
             if self._is_over:
                 self._end()
@@ -345,8 +344,8 @@ class Job:
                 self.workers.trim()
 
 
-def _settled(call: Callable[[], Result]) -> tuple[Result | None, Exception | None]:
-    """What `call` returns, or the error that it raises, without its frames' local variables.
+def _run_catching(call: Callable[[], Result]) -> tuple[Result | None, Exception | None]:
+    """Returns the result of `call` or its error; the error's frames keep no local variables.
 
     An error that is handed between threads is part of a reference cycle: its frames would keep
     arrays as large as a mesh until the garbage collector runs.

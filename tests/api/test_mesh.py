@@ -43,13 +43,13 @@ def test_type_may_be_left_out_and_a_number_stands_for_both_directions(client: Cl
 def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format) -> None:
     document = {"surface": BEZIER, "resolution": 4}
     wanted = render(SURFACE, MeshOptions((4, 4)), fmt)
-    by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
+    format_by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
     by_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
-    assert by_name.content == by_type.content == wanted
+    assert format_by_name.content == by_type.content == wanted
     address = f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4"
-    by_suffix = client.get(address, {"Accept-Encoding": "identity"})
-    assert by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
-    for answer in (by_name, by_type, by_suffix):
+    format_by_suffix = client.get(address, {"Accept-Encoding": "identity"})
+    assert format_by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
+    for answer in (format_by_name, by_type, format_by_suffix):
         assert answer.status_code == 200
         assert answer.headers["content-type"].partition(";")[0] == fmt.media_type
         assert answer.headers["content-length"] == str(len(answer.content))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.api.negotiation import by_accept
+from service.api.negotiation import format_by_accept
 from service.api.problems import NotAcceptable
 from service.encoders.registry import FORMATS
 
@@ -36,7 +36,7 @@ from service.encoders.registry import FORMATS
     ],
 )
 def test_best_format(header: str | None, name: str) -> None:
-    assert by_accept(header, FORMATS).name == name
+    assert format_by_accept(header, FORMATS).name == name
 
 
 @pytest.mark.parametrize(
@@ -55,5 +55,5 @@ def test_best_format(header: str | None, name: str) -> None:
 )
 def test_nothing_is_acceptable(header: str) -> None:
     with pytest.raises(NotAcceptable) as refusal:
-        by_accept(header, FORMATS)
+        format_by_accept(header, FORMATS)
     assert "model/gltf-binary" in refusal.value.issues[0].needed

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from starlette.requests import ClientDisconnect
 
 from service.api import workers as module
-from service.api.caching.answers import AnswerCache
-from service.api.caching.entries import Entry, Subject
+from service.api.caching.cache import AnswerCache
+from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.workers import INLINE_SECONDS, ROUND_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
@@ -191,8 +191,8 @@ async def test_bodies_have_a_quarter_and_never_wait() -> None:
             job.close()
 
 
-def entry(name: str, size: int) -> Entry:
-    return Entry(Subject(name, name, name, for_ever=True), bytes(size), ())
+def entry(name: str, size: int) -> CachedResponse:
+    return CachedResponse(Subject(name, name, name, for_ever=True), bytes(size), ())
 
 
 async def test_kept_answers_give_way_unless_they_are_being_sent() -> None:

@@ -16,11 +16,18 @@ from uvicorn.server import ServerState
 
 from service.api.app import create_app
 from service.api.body import body_type
-from service.api.caching.entries import is_any, listed
-from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, owner, together
+from service.api.caching.cached_response import is_any, listed
+from service.api.guard.keys import (
+    InvalidKeys,
+    bearer,
+    entry_line,
+    join_entries,
+    owner,
+    parse_entries,
+)
 from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
-from service.api.negotiation import by_accept, by_name, check_codings
+from service.api.negotiation import check_codings, format_by_accept, format_by_name
 from service.api.observing.record import caller_trace_id
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
@@ -102,7 +109,7 @@ def query(content: bytes) -> None:
         if canonical_query(mesh_query(parse_qsl(written))) != written:
             raise AssertionError("the canonical query says something else")
     beside = document_from_query(pairs)
-    by_name(str(beside.get("format")), FORMATS)
+    format_by_name(str(beside.get("format")), FORMATS)
 
 
 def content(content: bytes) -> None:
@@ -119,9 +126,9 @@ def header(content: bytes) -> None:
     if owner(bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
         raise AssertionError("something else than the key is taken for it")
     scope = {"client": ("10.0.0.1", 1), "headers": [(b"x-forwarded-for", content)]}
-    _PROXIES.introduce(scope)
+    _PROXIES.set_client(scope)
     calls: tuple[Callable[[], object], ...] = (
-        lambda: by_accept(text, FORMATS),
+        lambda: format_by_accept(text, FORMATS),
         lambda: check_codings(content),
         lambda: body_type(text, ALL_DECODERS),
     )
@@ -132,14 +139,14 @@ def header(content: bytes) -> None:
             continue
 
 
-_KEYS = entries([entry_line("fuzzer", KEY)])
+_KEYS = parse_entries([entry_line("fuzzer", KEY)])
 _PROXIES = Proxies(["10.0.0.0/8", "fd00::/8"])
 
 
 def keys(content: bytes) -> None:
     """The lines of a file of keys, as far as they are text."""
     with suppress(InvalidKeys):
-        together(entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
+        join_entries(parse_entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
 
 
 _SIGNER = Signer([SECRET, SECRET[::-1]])

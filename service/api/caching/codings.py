@@ -1,8 +1,7 @@
-"""Content codings: which one a client wants (RFC 9110, section 12.5.3), and how it is made.
+"""Content codings: which one a client prefers (RFC 9110, section 12.5.3), and compressing to it.
 
-The same bytes must come out whenever and wherever they are made, since their name in caches, the
-entity tag, is made of what goes in. Compressors of different versions may differ; so the version
-is part of that name.
+The entity tag is known before the bytes, so the same content must always give the same bytes.
+Compressors of different versions may differ; so the version is part of the tag.
 """
 
 import re
@@ -16,7 +15,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 MAX_ITEMS = 100
-"""Items of a list that are read: more than any client sends."""
+"""Items that are read of a list: more than any client sends."""
 
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)", re.ASCII)
 
@@ -45,29 +44,29 @@ else:
 Coding: TypeAlias = Literal["zstd", "gzip", "identity"]
 
 CODINGS: tuple[Coding, ...] = ("zstd", "gzip", "identity")
-"""In the order in which they are chosen where the client has no preference."""
+"""In the order of preference where the client has none."""
 
 ZSTD_LEVEL, GZIP_LEVEL = 6, 4
-"""Beyond these a mesh takes twice the time for a tenth less. Zstandard's window stays below the
-8 MB that browsers take (RFC 9659)."""
+"""Higher levels take twice the time and save 1/10 of the bytes. Zstandard's window stays below the
+8 MB that browsers accept (RFC 9659)."""
 
 MIN_BYTES = 1400
-"""Bodies that fit one packet are not compressed: no client would have them sooner."""
+"""Bodies that fit into one packet are not compressed: they would not arrive sooner."""
 
 WORTH = 0.95
-"""A coding is used where it makes a body this much of its size or less."""
+"""A coding is used if it shrinks a body to this part of its size or less."""
 
 
 @dataclass(frozen=True, slots=True)
-class Accepted:
-    """Codings that a client takes, the best first; `plain`: whether it takes bodies as they are."""
+class AcceptedCodings:
+    """Codings that a client accepts, best first; `plain`: whether it accepts plain bodies."""
 
     order: tuple[Coding, ...]
     plain: bool
 
 
-def accepted(header: bytes | None) -> Accepted:
-    """What an Accept-Encoding header says; without one bodies are sent as they are."""
+def accepted_codings(header: bytes | None) -> AcceptedCodings:
+    """The codings that an Accept-Encoding header allows; without a header, no compression."""
     if header is None:
         return _PLAIN
     return _remembered(header) if len(header) <= _USUAL else _parsed(header)
@@ -78,7 +77,7 @@ def _zstd(content: bytes) -> bytes:
 
 
 def _gzip(content: bytes) -> bytes:
-    """One member of a gzip file (RFC 1952), its head the same at all times and on all systems."""
+    """One member of a gzip file (RFC 1952), with a head that depends on no time or system."""
     packer = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
     tail = struct.pack("<II", zlib.crc32(content), len(content) & 0xFFFFFFFF)
     return b"".join((_GZIP_HEAD, packer.compress(content), packer.flush(), tail))
@@ -98,23 +97,23 @@ MADE_BY: Mapping[Coding, str] = MappingProxyType(
         "identity": "nothing",
     }
 )
-"""What the bytes of a coding depend on, beside the content."""
+"""Compressor, version and level of each coding: its bytes depend on these and the content."""
 
 
 def compressed(coding: Coding, content: bytes) -> bytes | None:
-    """The content in a coding that is not `identity`; None where that does not pay."""
+    """The compressed content; None where compressing does not pay."""
     if len(content) < MIN_BYTES:
         return None
     made = COMPRESS[coding](content)
     return made if len(made) <= WORTH * len(content) else None
 
 
-_PLAIN = Accepted(("identity",), plain=True)
+_PLAIN = AcceptedCodings(("identity",), plain=True)
 _USUAL = 200
-"""Longer headers are read anew each time, so that nobody fills the memory with them."""
+"""Longer headers are parsed each time, so that no client fills the memory with them."""
 
 
-def _parsed(header: bytes) -> Accepted:
+def _parsed(header: bytes) -> AcceptedCodings:
     given: dict[str, float] = {}
     for item, weight in quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")
@@ -122,12 +121,12 @@ def _parsed(header: bytes) -> Accepted:
     others = given.get("*", 0.0)
     weights = {coding: given.get(coding, others) for coding in CODINGS}
     plain = given.get("identity", given.get("*", 1.0)) > 0
-    # Whoever lists codings would rather have one of them than none.
+    # A client that lists codings prefers any of them to none.
     least = min((w for w in weights.values() if w > 0), default=1.0)
     if plain and "identity" not in given:
         weights["identity"] = least
     order = sorted((c for c in CODINGS if weights[c] > 0), key=lambda c: -weights[c])
-    return Accepted(tuple(order), plain)
+    return AcceptedCodings(tuple(order), plain)
 
 
 _remembered = lru_cache(maxsize=256)(_parsed)

@@ -1,7 +1,7 @@
-"""The guard: asks who it is and whether they may, before anything else sees the request.
+"""The guard: checks keys, signatures and rates before any other part sees the request.
 
-It stands in front of the answers that are kept, so that these are guarded too; where nothing is
-configured it does not stand there at all.
+It stands in front of the cache, so cached responses are guarded too. Without keys, secrets, rates
+and proxies in the settings there is no guard at all.
 """
 
 import time
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.caching.entries import RawHeaders
+from service.api.caching.cached_response import RawHeaders
 from service.api.cors import is_preflight
-from service.api.guard.keys import InvalidKeys, KnownKeys, bearer, entries, owner
+from service.api.guard.keys import InvalidKeys, KnownKeys, bearer, owner, parse_entries
 from service.api.guard.policy import (
     EXEMPT,
     Policy,
@@ -32,12 +32,12 @@ from service.errors import InvalidSettings, SurfaceError
 from service.settings.values import Settings
 
 _HSTS = (b"strict-transport-security", b"max-age=31536000")
-"""A year (RFC 6797); said only where a trusted proxy says that it was asked by https."""
+"""One year (RFC 6797); sent only if a trusted proxy says that the client used https."""
 
 
 @dataclass(frozen=True, slots=True)
-class Means:
-    """What the guard works with; None for what is not configured."""
+class Checks:
+    """The checks that the settings configure; None for each that they do not."""
 
     keys: KnownKeys | None
     signer: Signer | None
@@ -47,9 +47,10 @@ class Means:
 
 @dataclass(slots=True)
 class _Pass:
-    """What is added to the answer, whatever it is; and how private it is.
+    """What the guard found out about a request, and adds to its response.
 
-    `left` is for how many seconds an address is still good; `wait`, how many are to be waited.
+    `added`: headers. `private`: whether shared caches must not keep the response. `left`: seconds
+    until the signature expires. `wait`: seconds until the client may try again.
     """
 
     added: list[tuple[bytes, bytes]]
@@ -60,19 +61,19 @@ class _Pass:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Guard:
-    """Hands on what is allowed; answers all else by itself.
+    """Passes allowed requests on; answers all others itself.
 
-    It leaves in the request record the name of a key that is known, never the key; and in the scope
-    who asks, as `client`, and the query without its signature, so that whatever comes after it sees
-    the address that was signed.
+    It sets the key's name in the request record (never the key); and in the scope the client's
+    address, `client`, and the query without its signature, so that the parts behind it see the URL
+    that was signed.
     """
 
     app: ASGIApp
     policy: Policy
-    means: Means
+    checks: Checks
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
+        """Handles one request."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -95,9 +96,9 @@ class Guard:
         await app(scope, receive, sent if found.added or found.private else send)
 
     def _admit(self, scope: Scope, found: _Pass) -> None:
-        """Lets a request pass, or raises what is in its way."""
-        if self.means.proxies is not None:
-            self.means.proxies.introduce(scope)
+        """Returns if the request is allowed, else raises why not."""
+        if self.checks.proxies is not None:
+            self.checks.proxies.set_client(scope)
             if scope["scheme"] == "https":
                 found.added.append(_HSTS)
         if is_preflight(scope):
@@ -110,7 +111,7 @@ class Guard:
         if path not in EXEMPT or (need != "nothing" and name is None):
             self._count(scope, name, found)
         found.private = need == "key or signature"
-        signer = self.means.signer
+        signer = self.checks.signer
         if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
             query, expires = signer.check(path, scope["query_string"], now)
@@ -120,16 +121,16 @@ class Guard:
             raise key_unknown() if sent else key_needed(signature=found.private)
 
     def _key(self, scope: Scope) -> tuple[bool, str | None]:
-        """Whether a key was sent, and its name, if it is one of ours."""
-        keys = self.means.keys
+        """Whether the request has a key, and the name of that key if the service knows it."""
+        keys = self.checks.keys
         key = None if keys is None else bearer(_header(scope, b"authorization"))
         if keys is None or key is None:
             return False, None
         return True, owner(key, keys())
 
     def _count(self, scope: Scope, name: str | None, found: _Pass) -> None:
-        """Counts a request to whoever makes it; what brings a wrong key, to its address."""
-        rates = self.means.rates
+        """Counts a request for its key; without a valid key, for its address."""
+        rates = self.checks.rates
         if rates is None:
             return
         client = scope.get("client")
@@ -141,21 +142,21 @@ class Guard:
 
 
 def _header(scope: Scope, name: bytes) -> bytes | None:
-    """The value of a header that may stand there once; None where it does not."""
+    """The value of a header; None if it is missing or repeated."""
     found = [value for each, value in scope["headers"] if each == name]
     return found[0] if len(found) == 1 else None
 
 
-def guarded(app: ASGIApp, settings: Settings) -> ASGIApp:
-    """The application behind its guard, or as it is where there is nothing to guard.
+def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:
+    """The application behind a guard, or unchanged if there is nothing to check.
 
     Raises
     ------
     InvalidSettings
-        Where the settings that say who may do what make no sense, by themselves or together.
+        The settings of keys, secrets, rates and proxies are invalid, or contradict each other.
     """
     policy = Policy(settings)
-    means = Means(
+    checks = Checks(
         keys=_keys(settings) if policy.has_keys else None,
         signer=signer_of(settings),
         rates=Rates(settings.rate_limit) if settings.rate_limit else None,
@@ -165,18 +166,18 @@ def guarded(app: ASGIApp, settings: Settings) -> ASGIApp:
         raise InvalidSettings(
             "SURFACE_METRICS: got 'key' where there are no keys, needed SURFACE_API_KEYS too."
         )
-    if not settings.public_reads and not policy.has_keys and means.signer is None:
+    if not settings.public_reads and not policy.has_keys and checks.signer is None:
         raise InvalidSettings(
             "SURFACE_PUBLIC_READS: got 'false' where no client could read, needed SURFACE_API_KEYS "
             "or SURFACE_SIGNING_KEYS too."
         )
-    if means == Means(None, None, None, None):
+    if checks == Checks(None, None, None, None):
         return app
-    return Guard(app, policy, means)
+    return Guard(app, policy, checks)
 
 
 def signer_of(settings: Settings) -> Signer | None:
-    """What signs addresses, if there are secrets for that; raises InvalidSettings for weak ones."""
+    """The signer of URLs, or None without secrets; raises `InvalidSettings` for weak ones."""
     if not settings.signing_keys:
         return None
     with _checking("SURFACE_SIGNING_KEYS"):
@@ -185,7 +186,7 @@ def signer_of(settings: Settings) -> Signer | None:
 
 def _keys(settings: Settings) -> KnownKeys:
     with _checking("SURFACE_API_KEYS"):
-        listed = entries(settings.api_keys)
+        listed = parse_entries(settings.api_keys)
     with _checking("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
         return KnownKeys(listed, settings.api_keys_file)
 
@@ -199,7 +200,7 @@ def _proxies(settings: Settings) -> Proxies | None:
 
 @contextmanager
 def _checking(name: str) -> Iterator[None]:
-    """Says which setting makes no sense."""
+    """Adds the setting's name to an error."""
     try:
         yield
     except (InvalidKeys, InvalidProxies, InvalidSecrets) as error:

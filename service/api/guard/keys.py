@@ -1,9 +1,9 @@
-"""API keys: how they are made, what the service knows of them, and whose one is.
+"""API keys: makes them, reads their list, and finds a key's name.
 
-A key is 256 random bits. The service is told only its SHA-256, so that neither its settings nor
-their backups let anybody in. Passwords need a slow hash because they can be guessed; of 2²⁵⁶ keys
-none can, however fast the hash. So only texts of the form that keys are made in are ever looked
-at: whoever configures the hash of a password does not make it a key.
+A key is 256 random bits. The service knows only its SHA-256, so a copy of the settings or of a
+backup lets no client in. Passwords need a slow hash because they can be guessed; a key of 2²⁵⁶
+cannot, however fast the hash. So the service looks only at texts in the form of its keys: the hash
+of a password in the settings does not make that password a key.
 """
 
 import logging
@@ -20,63 +20,63 @@ from pathlib import Path
 from typing import TypeAlias
 
 PREFIX = "sfk_"
-"""What keys begin with, so that those who look for leaked secrets find them."""
+"""The first letters of every key, so that scanners for leaked secrets find it."""
 
 KEY_BYTES = 32
 
 MOST = 1000
-"""Keys at the same time: all are compared with each one that is sent."""
+"""Most keys at the same time: each sent key is compared with all of them."""
 
 _KEY = re.compile(rb"sfk_[0-9a-f]{64}")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _HASH = re.compile(r"[0-9a-f]{64}")
 
 NAMES = "1 to 64 letters, digits, `.`, `_` or `-`, the first a letter or a digit"
-"""What keys may be called."""
+"""Valid names of keys, in words."""
 
 FORM = "name:hash, as `surface key NAME` prints it"
 
 
 class InvalidKeys(ValueError):
-    """What should be a list of keys is none; the text repeats nothing of it."""
+    """A list of keys is invalid; the text repeats nothing of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeyEntry:
-    """What is known of a key: whose it is, and its hash."""
+    """The name and the SHA-256 of a key."""
 
     name: str
     digest: bytes
 
 
 def new_key() -> str:
-    """A key that nobody has yet."""
+    """A new random key."""
     return PREFIX + secrets.token_hex(KEY_BYTES)
 
 
 def is_name(text: str) -> bool:
-    """Whether a key may be called so."""
+    """Whether a text is a valid name of a key."""
     return _NAME.fullmatch(text) is not None
 
 
 def entry_line(name: str, key: str) -> str:
-    """What the service is told of a key."""
+    """The line `name:hash` of a key, for the settings."""
     return f"{name}:{sha256(key.encode()).hexdigest()}"
 
 
-def entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
-    """The keys that a list tells of. Two of one name are welcome: an old and a new one.
+def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
+    """Parses lines `name:hash`. One name may have two keys, an old and a new one.
 
     Raises
     ------
     InvalidKeys
-        Saying which one is wrong by its number, and what it must be.
+        Names the line by its number, and says what it must be.
     """
     found: list[KeyEntry] = []
     for number, line in enumerate(lines, 1):
         name, _, digest = line.partition(":")
         if not is_name(name):
-            raise InvalidKeys(f"key {number} has no name, or none of {NAMES}; needed {FORM}.")
+            raise InvalidKeys(f"key {number} has no valid name: {NAMES}; needed {FORM}.")
         if not _HASH.fullmatch(digest.lower()):
             raise InvalidKeys(
                 f"key {number} has no hash, 64 hexadecimal digits, after its name; needed {FORM}."
@@ -85,20 +85,20 @@ def entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
     return tuple(found)
 
 
-def together(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
-    """Several lists as one; raises `InvalidKeys` if a key is there twice, or if they are many."""
-    all_of_them = tuple(chain(*lists))
-    if len({entry.digest for entry in all_of_them}) < len(all_of_them):
-        raise InvalidKeys("one key is there twice; needed each one once.")
-    if len(all_of_them) > MOST:
-        raise InvalidKeys(f"{len(all_of_them)} keys are too many; needed at most {MOST}.")
-    return all_of_them
+def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
+    """Joins several lists; raises `InvalidKeys` for a repeated key, or too many keys."""
+    joined = tuple(chain(*lists))
+    if len({entry.digest for entry in joined}) < len(joined):
+        raise InvalidKeys("one key is listed twice; needed each key once.")
+    if len(joined) > MOST:
+        raise InvalidKeys(f"{len(joined)} keys are too many; needed at most {MOST}.")
+    return joined
 
 
 def owner(key: bytes, known: Sequence[KeyEntry]) -> str | None:
-    """The name of a key, if it is one of those that are known.
+    """The name of a key; None if the service does not know it.
 
-    It is compared with all of them, in a time that tells nothing of where they differ.
+    Compares the key with all known ones, in constant time, so that the time tells nothing.
     """
     if not _KEY.fullmatch(key):
         return None
@@ -111,9 +111,9 @@ def owner(key: bytes, known: Sequence[KeyEntry]) -> str | None:
 
 
 def bearer(header: bytes | None) -> bytes | None:
-    """What an Authorization header brings, if it is a key (RFC 6750, section 2.1).
+    """The key of an Authorization header, or None (RFC 6750, section 2.1).
 
-    Other schemes are those of somebody in between, and say nothing to us.
+    Other schemes may be those of a proxy on the way; the service ignores them.
     """
     scheme, _, rest = (header or b"").partition(b" ")
     return rest.strip() if scheme.lower() == b"bearer" else None
@@ -122,7 +122,7 @@ def bearer(header: bytes | None) -> bytes | None:
 _log = logging.getLogger(__name__)
 
 SECONDS_BETWEEN = 1.0
-"""Seconds between two looks at the file, which only a request with a key causes."""
+"""Seconds between two checks of the file; only requests with a key check it."""
 
 MAX_BYTES = 1 << 20
 
@@ -130,10 +130,10 @@ _Mark: TypeAlias = tuple[int, int, int]
 
 
 class KnownKeys:
-    """The keys that are known.
+    """The keys of the settings and of the file, which is read again when it changes.
 
-    Whatever is wrong with the file at the start stops the start. Later, what was known stays known:
-    an operator who saves half a file locks no client out.
+    An invalid file at the start stops the start. An invalid file later is logged, and the keys
+    known before stay: an operator who saves half a file locks no client out.
 
     Raises
     ------
@@ -154,12 +154,12 @@ class KnownKeys:
         self._seen: _Mark | None = None
         self._known: tuple[KeyEntry, ...] = ()
         if self._file is None:
-            self._known = together(self._listed)
+            self._known = join_entries(self._listed)
         else:
             self._read(self._file)
 
     def __call__(self) -> Sequence[KeyEntry]:
-        """All keys as of now."""
+        """All keys, as of now."""
         if self._file is not None and (now := self._clock()) >= self._next:
             self._next = now + SECONDS_BETWEEN
             try:
@@ -171,7 +171,7 @@ class KnownKeys:
         return self._known
 
     def _read(self, file: Path) -> None:
-        # Marked as seen first: what cannot be read is told of once, and tried when it changes.
+        # Remember the state first: an invalid file is logged once, and read again when it changes.
         self._seen = _mark(file)
         try:
             with file.open("rb") as opened:
@@ -184,11 +184,11 @@ class KnownKeys:
         except UnicodeDecodeError:
             raise InvalidKeys("it is not a text in UTF-8.") from None
         of_file = [line for line in lines if line and not line.startswith("#")]
-        self._known = together(self._listed, entries(of_file))
+        self._known = join_entries(self._listed, parse_entries(of_file))
 
 
 def _mark(file: Path) -> _Mark | None:
-    """What is different when the file is another; None where there is none."""
+    """Time, size and inode of a file, to notice a change; None if there is no file."""
     try:
         found = os.stat(file)
     except OSError:

@@ -1,11 +1,11 @@
-"""What a request needs, told by its method and its path; the refusals; and private answers."""
+"""What a request needs, by method and path; refusals; and headers of private responses."""
 
 from collections.abc import Iterable, Mapping
 from typing import Literal, TypeAlias
 
 from starlette.responses import Response
 
-from service.api.caching.entries import RawHeaders
+from service.api.caching.cached_response import RawHeaders
 from service.api.problems import KeyNeeded, KeyUnknown, RateLimited, problem_of, problem_response
 from service.errors import Issue, SurfaceError
 from service.settings.values import Settings
@@ -13,12 +13,12 @@ from service.settings.values import Settings
 Need: TypeAlias = Literal["nothing", "key", "key or signature"]
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-"""Methods that change nothing, and compute only what has an address."""
+"""Methods that change nothing, and compute only meshes by URL."""
 
 METRICS = "/metrics"
 
 EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
-"""Asked by machines that watch the service, and not counted."""
+"""Paths that monitoring asks for: not counted against a rate limit."""
 
 FORMATS = "/v1/formats"
 
@@ -26,15 +26,15 @@ _LISTS = frozenset({FORMATS, "/v1/surfaces"})
 
 
 def needs_keys(settings: Settings) -> bool:
-    """Whether there are keys, so that not everybody may do everything."""
+    """Whether the settings have API keys."""
     return bool(settings.api_keys or settings.api_keys_file)
 
 
 class Policy:
-    """The rules, by settings.
+    """Says what each request needs, by the settings.
 
-    Whatever is not a page, a list or the service's own state is closed where it can be: a new call
-    below `/v1` needs a key until somebody decides otherwise.
+    Everything below `/v1` but the lists needs a key where the settings ask for keys: so a new call
+    is protected until the rules here name it.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -43,12 +43,12 @@ class Policy:
         self._metrics = settings.metrics == "key"
 
     def need(self, method: str, path: str) -> Need:
-        """What a request needs to be answered."""
+        """What a request needs before the service answers it."""
         if method not in READING:
-            # Where one can only read, and to whom nobody listens, that is said to everybody.
-            heard = path.startswith("/v1/") and path != FORMATS and method != "TRACE"
-            return "key" if self.has_keys and heard else "nothing"
-        # Whatever begins so: routes match, say, a path with an end of line behind it, too.
+            # 405 and 404 need no key: paths that can only be read, and TRACE.
+            is_guarded = path.startswith("/v1/") and path != FORMATS and method != "TRACE"
+            return "key" if self.has_keys and is_guarded else "nothing"
+        # `startswith`: routes also match a path with a line feed after it.
         if path.startswith(METRICS) and self._metrics:
             return "key"
         if self._private and path.startswith("/v1/") and path not in _LISTS:
@@ -58,33 +58,33 @@ class Policy:
 
 REALM = 'Bearer realm="surface"'
 
-_BRING = "Authorization: Bearer, and a key"
+_NEEDED = "Authorization: Bearer, and a key"
 
 
 def key_needed(*, signature: bool = False) -> KeyNeeded:
-    """No key was sent; where a signed address would do as well, that is said."""
-    needed = f"{_BRING}; or a signed address" if signature else _BRING
+    """The error of a request without a key; `signature`: a signed URL would do as well."""
+    needed = f"{_NEEDED}; or a signed URL" if signature else _NEEDED
     message = "This call needs a key."
     return KeyNeeded(Issue("key_needed", message, "/Authorization", "no key", needed))
 
 
 def key_unknown() -> KeyUnknown:
-    """A key was sent that the service does not know."""
-    message = "No such key is known here; it may have been replaced."
-    return KeyUnknown(Issue("key_unknown", message, "/Authorization", "an unknown key", _BRING))
+    """The error of a key that the service does not know."""
+    message = "The service does not know this key; it may have been replaced."
+    return KeyUnknown(Issue("key_unknown", message, "/Authorization", "an unknown key", _NEEDED))
 
 
 def rate_limited(limit: int, seconds: int) -> RateLimited:
-    """Too many requests; the next one would be answered in `seconds` seconds."""
-    message = "These were too many requests in a short time."
+    """The error of too many requests; the next one is allowed in `seconds` seconds."""
+    message = "Too many requests in a short time."
     got, needed = f"more than {limit} a minute", f"a wait of {seconds} s"
     return RateLimited(Issue("rate_limited", message, "", got, needed))
 
 
 def refusal(error: SurfaceError, wait: int = 0) -> Response:
-    """The answer to a request that is not handed on.
+    """The response to a request that the guard does not pass on.
 
-    401 says how to authenticate (RFC 6750), 429 after how many seconds to ask again.
+    401 says how to authenticate (RFC 6750), 429 after how many seconds to try again.
     """
     headers: Mapping[str, str] = {"Retry-After": str(wait)} if wait else {}
     if isinstance(error, KeyNeeded):
@@ -97,16 +97,16 @@ def refusal(error: SurfaceError, wait: int = 0) -> Response:
 HOUR = 3600
 
 _REVALIDATED = b"private, no-cache"
-"""For clients with a key: a browser keeps the answer, and asks each time whether it still may."""
+"""For clients with a key: a browser caches the response, and revalidates it each time."""
 
 
 def private_headers(headers: Iterable[tuple[bytes, bytes]], left: int | None) -> RawHeaders:
-    """The headers of an answer, as those of an answer that caches of many people must not keep.
+    """The headers of a response, changed so that shared caches do not keep it.
 
     Parameters
     ----------
     left : int or None
-        Seconds for which the signature of the address is still good; None where a key was sent.
+        Seconds until the URL's signature expires; None if the client sent a key.
     """
     changed = [
         (name, _control(value, left)) if name.lower() == b"cache-control" else (name, value)

@@ -1,8 +1,8 @@
-"""Who asks, where proxies stand in front: the address that the last trusted one saw.
+"""Finds the client's address behind trusted proxies, from `X-Forwarded-For`.
 
-Everybody may write `X-Forwarded-For`. Every proxy adds whom it got the request from at the right,
-so what stands there is read from the right, as long as the one who wrote it is trusted: the first
-address that is none of a trusted proxy is the client's. What stands left of it is hearsay.
+Every client may send `X-Forwarded-For`. Each proxy appends the address of its own client on the
+right. So the service reads the header from the right, as long as the writer is a trusted proxy: the
+first address that is not a trusted proxy's is the client's. It ignores all further left.
 """
 
 from collections.abc import Sequence
@@ -15,26 +15,26 @@ from starlette.types import Scope
 Address: TypeAlias = IPv4Address | IPv6Address
 
 UNIX = "unix"
-"""Stands for whoever connects to a Unix socket, and has no address."""
+"""Stands for a client of a Unix socket, which has no IP address."""
 
 MOST_HOPS = 32
-"""Proxies behind each other that are followed."""
+"""Most proxies in a chain that the service follows."""
 
 LONGEST = 64
-"""Bytes of an address: one of IPv6 with its zone and its port has less."""
+"""Longest text of an address, in bytes: IPv6 with a zone and a port is shorter."""
 
 REMEMBERED = 4096
-"""Addresses that are not read anew: most requests come from somebody who was here before."""
+"""Addresses whose parsed form is cached: most requests come from a recent client."""
 
 _SCHEMES = {b"http": "http", b"https": "https"}
 
 
 class InvalidProxies(ValueError):
-    """What should be addresses of proxies is something else."""
+    """The setting of trusted proxies has an invalid item."""
 
 
 class Proxies:
-    """The proxies that are trusted; raises `InvalidProxies` for what names none."""
+    """The trusted proxies; raises `InvalidProxies` for an invalid address or network."""
 
     def __init__(self, listed: Sequence[str]) -> None:
         self._unix = UNIX in listed
@@ -42,23 +42,23 @@ class Proxies:
             self._networks = tuple(ip_network(text) for text in listed if text != UNIX)
         except ValueError:
             raise InvalidProxies(
-                "needed addresses, or networks without bits of hosts, such as 10.0.0.0/8, "
+                "needed addresses, or networks without host bits, such as 10.0.0.0/8, "
                 f"fd00::/8 or {UNIX}."
             ) from None
 
-    def introduce(self, scope: Scope) -> None:
-        """Puts the client, and the scheme that it uses, into the scope where a proxy tells them."""
+    def set_client(self, scope: Scope) -> None:
+        """Sets the scope's client and scheme as the trusted proxies report them."""
         client = scope.get("client")
         peer = address_in(client[0].encode()) if client else None
         if not self._trusts(peer):
             return
         said = [value for name, value in scope["headers"] if name == b"x-forwarded-for"]
-        # From the right; the oldest of too many hops are left together, as one that is no address.
+        # From the right; hops beyond MOST_HOPS stay joined, which is no address.
         hops = b",".join(said).rsplit(b",", MOST_HOPS)
         for hop in reversed(hops):
             address = address_in(hop)
             if address is None:
-                break  # nobody whom we could name: the one who says so is the nearest we know
+                break  # not an address: the proxy that reports it is the nearest known peer
             peer = address
             if not self._trusts(peer):
                 break
@@ -74,10 +74,10 @@ class Proxies:
 
 
 def address_in(text: bytes) -> Address | None:
-    """The address in one part of the header, which may have a port; None if it is none.
+    """The IP address in one item of the header, without its port; None if it is none.
 
-    An IPv4 address that is written as one of IPv6 is the IPv4 address that it is. The zone of an
-    address, any text, means something on the machine that wrote it alone, and is left out.
+    An IPv4 address in IPv6 form becomes IPv4. The zone of an address is any text that only the
+    writing machine understands; it is left out.
     """
     word = text.strip()
     return _address(word) if len(word) <= LONGEST else None

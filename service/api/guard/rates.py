@@ -1,8 +1,9 @@
-"""Rates: how many requests a minute somebody may make.
+"""Rate limits: how many requests a minute each caller may make.
 
-A token bucket, kept as the one moment at which it will be full again ("generic cell rate"): each
-request moves that moment on by its share of a minute, and who would move it further than a minute
-from now has to wait. So a minute's requests may come at once, and after that one each share.
+A token bucket, kept as one number, the time at which it will be full again ("generic cell rate
+algorithm"): each request moves that time on by its share of a minute, and a caller who would move
+it further than a minute from now must wait. So the requests of a minute may come at once, and after
+that one in each share.
 """
 
 import time
@@ -13,30 +14,30 @@ from functools import lru_cache
 from ipaddress import IPv6Address, ip_address
 from math import ceil
 
-from service.api.caching.entries import RawHeaders
+from service.api.caching.cached_response import RawHeaders
 
 WINDOW = 60
-"""Seconds for which a rate is told."""
+"""Seconds over which the limit applies."""
 
 MOST = 20_000
-"""Callers that are remembered, the latest ones. A flood of addresses takes 5 MB and no more."""
+"""Callers remembered, the latest ones. A flood of addresses takes at most 5 MB."""
 
 _POLICY = "requests"
 
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """One request, counted.
+    """The result of counting one request.
 
     Attributes
     ----------
     allowed : bool
     remaining : int
-        Requests that could follow at once.
+        Requests that the caller may make at once.
     reset : int
-        Seconds until the whole quota is there again.
+        Seconds until the caller may make all requests of a minute at once.
     wait : int
-        Seconds until the next one is allowed; 0 if it is.
+        Seconds until the next request is allowed; 0 if this one is.
     """
 
     allowed: bool
@@ -46,7 +47,7 @@ class Taken:
 
 
 class Rates:
-    """The requests of everybody who asked lately.
+    """Counts the requests of each recent caller.
 
     Parameters
     ----------
@@ -65,11 +66,11 @@ class Rates:
         return len(self._full)
 
     def take(self, who: str) -> Taken:
-        """Counts one request. What is refused costs nothing: to wait helps."""
+        """Counts one request. A refused request does not count."""
         now = self._clock()
         full = max(self._full.get(who, now), now)
         after = full + self._share
-        # A thousandth of a share is for rounding: sixty sixtieths are a minute.
+        # 1/1000 of a share for rounding: 60 sixtieths are a minute.
         over = after - now - WINDOW - self._share * 1e-3
         if over > 0:
             self._full.move_to_end(who)
@@ -82,26 +83,26 @@ class Rates:
         return Taken(True, remaining, ceil(after - now), 0)
 
     def headers(self, taken: Taken) -> RawHeaders:
-        """The headers that tell of it (draft-ietf-httpapi-ratelimit-headers, version 10)."""
+        """The headers of the result (draft-ietf-httpapi-ratelimit-headers, version 10)."""
         now = f'"{_POLICY}";r={taken.remaining};t={taken.reset}'
         return (self._policy, (b"ratelimit", now.encode()))
 
 
 def caller(key: str | None, client: str | None) -> str:
-    """Whose requests are counted together: those of one key, else of one address.
+    """The name under which requests are counted together: a key, else an address.
 
-    Somebody with one IPv6 address has 2⁶⁴ of them, so there the network is meant.
+    A client with one IPv6 address usually has 2⁶⁴ of them, so these count by their /64 network.
     """
     return f"key {key}" if key is not None else _network(client)
 
 
 @lru_cache(4096)
 def _network(client: str | None) -> str:
-    """What an address is counted as."""
+    """The address or network that a client's requests count for."""
     try:
         address = ip_address(client or "")
     except ValueError:
-        return "somebody"
+        return "unknown"
     if not isinstance(address, IPv6Address):
         return str(address)
     if address.ipv4_mapped is not None:

@@ -1,4 +1,4 @@
-"""Addresses that carry their own permission: signed, and good until a moment that they name.
+"""Signed URLs: they permit to read one URL until a time that they name.
 
 The signature is HMAC-SHA-256 (RFC 2104) over what is asked for: that it is read, the path, and all
 parameters of the query in one order. So it holds for GET and HEAD, and however a client orders or
@@ -17,49 +17,49 @@ from service.errors import InvalidRequest, Issue
 from service.schemas.request import MAX_SECONDS, SignRequest
 
 EXPIRES, SIGNATURE = "expires", "signature"
-"""The parameters that signing adds: a moment in Unix time, and 43 letters."""
+"""The parameters that signing adds: a Unix time, and 43 letters."""
 
 MIN_SECRET = 32
-"""Letters that a secret has at least: as many bytes as its hash (RFC 2104, section 3)."""
+"""Fewest letters of a secret: as many bytes as the hash (RFC 2104, section 3)."""
 
 MAX_PARAMETERS = 100
 
 PATHS = "/v1/surfaces/{id} or /v1/surfaces/{id}/mesh.{suffix}"
-"""What can be signed, in words."""
+"""URLs that can be signed, in words."""
 
 _PATH = re.compile(
     r"/v1/surfaces/[0-9a-z-]{1,64}(?:/mesh\.(?:" + "|".join(fmt.suffix for fmt in FORMATS) + "))?"
 )
 _MOMENT = re.compile("[0-9]{1,12}")
 _PREFIX = "surface-service 1\nread\n"
-"""Says what is signed, so that no signature made with this secret elsewhere means anything here."""
+"""Names the purpose: a signature made with this secret for another purpose is not valid here."""
 
 _Pairs = list[tuple[str, str]]
 
 
 class InvalidSecrets(ValueError):
-    """What should be secrets cannot be used as such."""
+    """The signing secrets are too short, or repeated."""
 
 
 class Signer:
-    """Signs with the first secret, and believes them all; raises `InvalidSecrets` for weak ones."""
+    """Signs with the first secret, accepts all; raises `InvalidSecrets` for weak secrets."""
 
     def __init__(self, secrets: Sequence[str]) -> None:
         if any(len(secret) < MIN_SECRET for secret in secrets):
             raise InvalidSecrets(
-                f"one of them is too short; needed {MIN_SECRET} letters or more each."
+                f"one secret is too short; needed {MIN_SECRET} letters or more each."
             )
         if len(set(secrets)) < len(secrets):
-            raise InvalidSecrets("one of them is there twice; needed each one once.")
+            raise InvalidSecrets("one secret is listed twice; needed each secret once.")
         self._secrets = [secret.encode() for secret in secrets]
 
     def signed(self, path: str, query: str, expires: int) -> str:
-        """The query with its signature, to be put behind the same path.
+        """The query with its signature, for the same path.
 
         Raises
         ------
         ValueError
-            Where that is no address of a surface or a mesh, or one that was signed before.
+            The path is not that of a surface or a mesh, or the query is signed already.
         """
         pairs = _pairs(query)
         if not is_signable(path) or any(name in (EXPIRES, SIGNATURE) for name, _ in pairs):
@@ -71,9 +71,9 @@ class Signer:
         )
 
     def check(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
-        """The query without its signature, as it was written, and until when it is good.
+        """The query as the client wrote it, without the signature, and its end in Unix time.
 
-        Every secret is tried, in a time that tells nothing of how much was right.
+        Tries every secret in constant time, so that the time tells nothing about the signature.
 
         Raises
         ------
@@ -101,17 +101,17 @@ class Signer:
 
 
 def is_signable(path: str) -> bool:
-    """Whether something that can be read by a signed address could be there."""
+    """Whether a path is one that signed URLs may have."""
     return _PATH.fullmatch(path) is not None
 
 
 def is_signed(path: str, query: bytes) -> bool:
-    """Whether an address says that it is signed."""
+    """Whether a URL has a signature."""
     return b"signature=" in query and path.startswith("/v1/surfaces/")
 
 
 def _pairs(query: str) -> _Pairs:
-    """The parameters; raises ValueError where bytes are no text, or parameters are too many."""
+    """The query's parameters; raises ValueError for invalid UTF-8 or too many parameters."""
     return parse_qsl(query, keep_blank_values=True, errors="strict", max_num_fields=MAX_PARAMETERS)
 
 
@@ -122,45 +122,45 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
 
 
 def _stripped(query: str) -> str:
-    """The query without what signing added; the rest as it was written."""
+    """The query without the parameters that signing added; the rest unchanged."""
     own = (EXPIRES, SIGNATURE)
     parts = (part for part in query.split("&"))
     return "&".join(part for part in parts if unquote_plus(part.partition("=")[0]) not in own)
 
 
 def _invalid() -> SignatureInvalid:
-    message = "The signature is not one of this address."
-    needed = "the whole address, as it was signed"
+    message = "The signature does not belong to this URL."
+    needed = "the whole URL, as it was signed"
     issue = Issue("signature_invalid", message, f"/{SIGNATURE}", "another signature", needed)
     return SignatureInvalid(issue)
 
 
 def _expired() -> SignatureExpired:
-    message = "The address was signed until a moment that is over."
-    got, needed = "a moment in the past", "an address that is signed anew"
+    message = "The signature of this URL has expired."
+    got, needed = "a time in the past", "a URL that is signed again"
     return SignatureExpired(Issue("signature_expired", message, f"/{EXPIRES}", got, needed))
 
 
 def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:
-    """The address with its signature, and until when it is good.
+    """The URL with its signature, and its end in Unix time.
 
-    Nothing is looked up: a client that reads the address learns whether the surface exists.
+    Does not look the surface up: a client learns whether it exists when it reads the URL.
 
     Parameters
     ----------
     root : str
-        The path that the service is mounted at; addresses have it, signatures do not.
+        The path that the service is mounted at; URLs have it, signatures do not.
 
     Raises
     ------
     InvalidRequest
-        Where it cannot be signed, or not for so long.
+        The URL cannot be signed, or not for this time.
     """
     expires = int(now) + wanted.seconds if wanted.seconds is not None else wanted.expires
     if expires is None:
         raise ValueError("a request without an end was not validated")
     if not now < expires <= now + MAX_SECONDS:
-        message = "An address is signed for seven days at most."
+        message = "A URL can be signed for at most seven days."
         needed = f"1 to {MAX_SECONDS} seconds from now"
         got = "a moment in the past" if expires <= now else "a moment too far away"
         raise InvalidRequest(Issue("out_of_range", message, f"/{EXPIRES}", got, needed))
@@ -170,7 +170,7 @@ def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -
             raise ValueError
         signed = signer.signed(path.removeprefix(root), query, expires)
     except ValueError:
-        message, got = "This is no address that can be signed.", "another text"
+        message, got = "This URL cannot be signed.", "another text"
         needed = f"{PATHS}, with a query or without, and without `{EXPIRES}` or `{SIGNATURE}`"
         raise InvalidRequest(Issue("wrong_value", message, "/url", got, needed)) from None
     return f"{path}?{signed}", expires

@@ -1,1 +1,1 @@
-"""The models of answers."""
+"""Models of responses."""

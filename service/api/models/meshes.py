@@ -19,7 +19,7 @@ _ROW: dict[str, Any] = {"type": "integer", "minimum": 0}
 
 
 def schema_of_names(names: list[str]) -> WithJsonSchema:
-    """The schema of one of some names."""
+    """The schema of a string that is one of some names."""
     return WithJsonSchema({"type": "string", "enum": names})
 
 
@@ -35,7 +35,7 @@ def _sizes(what: str) -> WithJsonSchema:
 
 
 class Answer(BaseModel):
-    """An answer, or a part of one."""
+    """A response, or a part of one."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 
@@ -56,7 +56,7 @@ FormatName: TypeAlias = Annotated[str, schema_of_names([f.name for f in FORMATS]
 
 
 class Bounds(Answer):
-    """Of the vertices as stored."""
+    """Bounding box of the stored vertices."""
 
     min: Vector
     """Least x, y and z."""
@@ -65,7 +65,7 @@ class Bounds(Answer):
 
 
 class CurvatureRange(Answer):
-    """Least and greatest curvature of the vertices."""
+    """Least and greatest curvature at the vertices."""
 
     gaussian: Pair
     """Per square of the model unit."""
@@ -74,16 +74,16 @@ class CurvatureRange(Answer):
 
 
 class PartReport(Answer):
-    """What is known about a part."""
+    """Facts about a part."""
 
     name: str
     """Name of the part; of a group, of the member."""
     deviation_bound: Length | Missing = None
-    """As that of the whole; left out of what has no parameters."""
+    """As in the whole report; left out if the part has no parameters."""
 
 
 class MeshReport(Answer):
-    """What is known about a mesh."""
+    """Facts about a mesh."""
 
     vertices: Count
     """Number of positions: one with several normals counts once."""
@@ -95,11 +95,11 @@ class MeshReport(Answer):
     """Number of Bézier patches; tubes and ribbons have none."""
     bounds: Bounds
     watertight: bool
-    """Whether every edge is used by exactly two faces."""
+    """Whether every edge belongs to exactly two faces."""
     boundary_edges: Count
-    """Edges that only one face uses."""
+    """Edges that belong to only one face."""
     poles_repaired: Count
-    """Samples whose normal is a limit, since du × dv vanishes there."""
+    """Samples where du × dv vanishes, so that the normal is a limit."""
     closed_u: bool | Missing = None
     """Whether the surface closes along u: its last line is its first one. Left out, as the next
     three, for several patches that are not one surface."""
@@ -143,7 +143,7 @@ class MeshPart(Answer):
     faces: Run
     """First face, and the one after the last."""
     color: Rgba | Missing = None
-    """Base colour [r, g, b, a], sRGB, where one was told."""
+    """Base colour [r, g, b, a], sRGB, if the part has one."""
 
 
 class MeshLines(Answer):
@@ -152,7 +152,7 @@ class MeshLines(Answer):
     name: str
     """Name of the overlay."""
     vertices: list[Vector]
-    """Positions of its own."""
+    """Positions of the overlay."""
     segments: list[Segment]
     """Pairs of rows of its `vertices`."""
 
@@ -191,31 +191,31 @@ class Mesh(Answer):
 
 
 class Refusal(Answer):
-    """One thing for which `POST /v1/mesh` would refuse."""
+    """A reason for which `POST /v1/mesh` would refuse the request."""
 
     formats: Annotated[list[FormatName], Field(min_length=1)]
-    """The formats that it holds for."""
+    """The formats that it applies to."""
     code: str
     """As in an error of `POST /v1/mesh`."""
     pointer: str
     """JSON pointer (RFC 6901) into the body."""
     detail: str
-    """What is wrong, for people."""
+    """Text of the error, for people."""
     got: str
-    """What was found."""
+    """The input, described and not repeated."""
     needed: str
-    """What would be right."""
+    """A valid input, described."""
 
 
 class Estimate(Answer):
-    """What a mesh would be."""
+    """The size of a mesh before it is computed."""
 
     vertices: Count
-    """Positions, as in the report: one with several normals counts once."""
+    """Number of positions, as in the report: one with several normals counts once."""
     triangles: Count
-    """Triangles."""
+    """Number of triangles."""
     quads: Count
-    """Quads."""
+    """Number of quads."""
     exact: bool
     """Whether these three are those of the report. Else they are upper bounds: under a tolerance,
     usually some ten times what comes out, or a budget; of what is swept along a curve; of wires

@@ -1,4 +1,4 @@
-"""Answers about points and curves as JSON."""
+"""Models of JSON responses about points and curves."""
 
 from typing import Annotated, Any, TypeAlias
 
@@ -16,7 +16,7 @@ Point: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=3)]
 
 
 class Points(Answer):
-    """Points of a surface in columns, float64, a row for every place asked for."""
+    """Points of a surface in columns, float64, one row for each requested place."""
 
     positions: list[Vector]
     """The points [x, y, z]."""
@@ -48,7 +48,7 @@ class Points(Answer):
 
 
 class CurveBounds(Answer):
-    """Of the points as stored."""
+    """Bounding box of the stored points."""
 
     min: Point
     """Least x, y and, in space, z."""
@@ -57,18 +57,18 @@ class CurveBounds(Answer):
 
 
 class CurveReport(Answer):
-    """What is known about the curve."""
+    """Facts about a curve."""
 
     points: Annotated[int, Field(ge=2)]
     """Number of points."""
     pieces: Annotated[int, Field(ge=1)]
     """Number of Bézier pieces."""
     length: float
-    """Length of the curve itself, to about twelve digits."""
+    """Length of the curve itself, to about 12 digits."""
     closed: bool
     """Whether it ends where it begins; the last point is then the first."""
     deviation_bound: Length
-    """No point of the curve is further from the lines between the points, as they are written."""
+    """Bound, in the unit of the curve: no point of it is further from the written lines."""
     bounds: CurveBounds
     engine: int
     """Version of the numbers."""
@@ -80,8 +80,8 @@ class Curve(Answer):
     points: list[Point]
     """Points with as many coordinates as the control points have."""
     tangents: list[Point] | Missing = None
-    """Unit tangents; left out if `tangents` is false. At a corner or a cusp, that of what
-    follows."""
+    """Unit tangents; left out if `tangents` is false. At a corner or a cusp, the tangent of the
+    following piece."""
     parameters: list[float]
     """Parameters in the domain of the curve."""
     arc_lengths: list[float] | Missing = None

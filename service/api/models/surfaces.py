@@ -1,4 +1,4 @@
-"""Answers about surfaces, formats, errors and the service itself as JSON."""
+"""Models of JSON responses about surfaces, formats, errors and the service."""
 
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 
@@ -29,69 +29,69 @@ Addresses: TypeAlias = Annotated[dict[str, str], WithJsonSchema(_ADDRESSES)]
 
 
 class Issue(Answer):
-    """One thing that is wrong, and where: a pointer, a parameter or a header."""
+    """One error, and where it is: a pointer, a parameter or a header."""
 
     code: Annotated[str, Field(examples=["ragged"])]
-    """What is wrong, stable, for programs; the list stands at the head of this document. There may
-    be more of them in later versions."""
+    """Stable code of the error, for programs; the list stands at the head of this document. Later
+    versions may add codes."""
     pointer: str | Missing = None
-    """JSON pointer (RFC 6901) into the body; empty for the whole of it."""
+    """JSON pointer (RFC 6901) into the body; empty for the whole body."""
     parameter: str | Missing = None
     """Name of the path or query parameter, instead of a pointer."""
     header: str | Missing = None
     """Name of the header, instead of a pointer."""
     detail: str
-    """What is wrong, for people."""
+    """Text of the error, for people."""
     got: str | Missing = None
-    """What was found, described and not repeated."""
+    """The input, described and not repeated."""
     needed: str | Missing = None
-    """What would have been right."""
+    """A valid input, described."""
 
 
 class Problem(Answer):
-    """An error answer (RFC 9457)."""
+    """An error response (RFC 9457)."""
 
     type: Literal["about:blank"]
-    """Always `about:blank`; `code` tells more."""
+    """Always `about:blank`; `code` says more."""
     title: str
-    """The phrase of the status."""
+    """The phrase of the HTTP status."""
     status: int
-    """The status again."""
+    """The HTTP status."""
     code: ProblemCode
-    """Kind of problem, stable, for programs."""
+    """Stable code of the kind of problem, for programs."""
     detail: str
     """Kind of problem, for people."""
     errors: list[Issue] = Field(
         max_length=MAX_ISSUES,
-        description=f"What is wrong, place by place; at most {MAX_ISSUES} of them.",
+        description=f"The errors; at most {MAX_ISSUES} of them.",
     )
 
 
 class SurfaceLinks(Answer):
-    """Addresses, without the host."""
+    """URLs, without the host."""
 
     self: str
-    """Address of the definition."""
+    """URL of the definition."""
     mesh: Addresses
-    """Address of the mesh by suffix; options are added as a query."""
+    """URL of the mesh by suffix; add options as a query."""
 
 
 class SurfaceSummary(Answer):
     """A built-in surface."""
 
     id: str
-    """The id, readable."""
+    """A readable id."""
     title: str
     """A short title."""
     description: str
-    """What it is."""
+    """What the surface shows."""
     up: Literal["y", "z"]
     """The vertical axis."""
     patches: Count
     """Number of Bézier patches; tubes and ribbons have none."""
     degree: Run
-    """Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of what is swept along a
-    curve, that of the curve and 0."""
+    """Highest degree [p, q] of its patches; a triangle counts as [n, n], a tube or ribbon as the
+    degree of its curve and 0."""
     links: SurfaceLinks
 
 
@@ -99,26 +99,26 @@ class SurfaceList(Answer):
     """The built-in surfaces."""
 
     surfaces: list[SurfaceSummary]
-    """One entry a surface."""
+    """The built-in surfaces, one entry each."""
 
 
 class SurfaceDocument(Answer):
-    """A surface alone: a body for the other calls, to which options may be added."""
+    """A surface alone: a body for the other calls; options may be added."""
 
     surface: SurfaceDefinition
-    """The definition, as a request would give it."""
+    """The definition, in the form of a request."""
 
 
 class StoredLinks(SurfaceLinks):
-    """Addresses, without the host."""
+    """URLs, without the host."""
 
     mesh: Addresses
-    """Address of the mesh by suffix, in the numbers of today: it may be kept for ever. Options are
-    added in front of `engine`."""
+    """URL of the mesh by suffix, in this version of the numbers: clients may cache it for ever. Add
+    options in front of `engine`."""
 
 
 class StoredSurface(Answer):
-    """A surface that is stored."""
+    """A stored surface."""
 
     id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     """SHA-256 of the content: 64 hexadecimal digits."""
@@ -126,16 +126,16 @@ class StoredSurface(Answer):
 
 
 class SignedAddress(Answer):
-    """An address that any client may read without a key."""
+    """A URL that any client may read without a key."""
 
     url: str
-    """The address, with `expires` and `signature` at its end."""
+    """The URL, with `expires` and `signature` at its end."""
     expires: int
-    """Until when, in Unix time."""
+    """When it expires, in Unix time."""
 
 
 class Format(Answer):
-    """A format that meshes are written in."""
+    """A format of meshes."""
 
     name: str
     """Name for `?format=`."""

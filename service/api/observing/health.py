@@ -1,8 +1,8 @@
-"""Health: the service lives, and it is ready for requests.
+"""Health checks: the process runs, and it is ready for requests.
 
-Ready means that the engine computes a tiny mesh rightly, that the store answers, and that the
-service is not about to stop. Instances that share a store are all not ready when it fails; what
-that means for operators, `docs/observability.md` says.
+Ready means that the engine computes a tiny mesh correctly, that the store answers, and that the
+service is not about to stop. Instances that share a store are all unready when it fails:
+`docs/observability.md` says what operators do then.
 """
 
 import asyncio
@@ -25,20 +25,20 @@ INTERVAL = 5.0
 """Seconds for which the result of a self-test is used."""
 
 PATIENCE = 5.0
-"""Seconds for which a store may fail: it is asked twice, so one slow answer does not count."""
+"""Seconds for which a store may fail: two checks must fail, so one slow answer does not count."""
 
 DEADLINE = 2.0
-"""Seconds for which a caller waits for a self-test."""
+"""Seconds that a caller waits for a self-test."""
 
 SILENCE = 30.0
-"""Seconds after which an engine that does not answer counts as stuck. One that answered before is
-busy: were this instance taken out, its requests would make the next one as busy."""
+"""Seconds after which an engine that does not answer counts as stuck. Until then it counts as busy:
+without this instance, its requests would make the next one as busy."""
 
 _log = logging.getLogger(__name__)
 
 
 def computes_rightly() -> bool:
-    """Whether the mesh of a known surface is right.
+    """Whether the engine meshes a known surface correctly.
 
     A square of nine control points, the middle one 4 above the others: at 2 × 2 divisions all
     coordinates are binary fractions, and the vertex in the middle lies 4 · ½ · ½ = 1 above.
@@ -59,9 +59,9 @@ def computes_rightly() -> bool:
 
 
 class SelfTest:
-    """A mesh with known numbers, made every 5 s at most, when a caller asks.
+    """Makes a mesh with known numbers when a caller asks, at most once in 5 s.
 
-    It has a thread of its own: when all others compute, the service is busy, and well.
+    It has a thread of its own: with all other threads computing, the service is busy but healthy.
     """
 
     def __init__(self, test: Callable[[], bool] = computes_rightly) -> None:
@@ -73,7 +73,7 @@ class SelfTest:
         """The last result; true until the first."""
 
     async def passes(self) -> bool:
-        """The result of a test that is 5 s old at most."""
+        """The result of a test that is at most 5 s old."""
         async with self._lock:
             if time.monotonic() - self._last_run > INTERVAL:
                 self._last_run = time.monotonic()
@@ -85,17 +85,17 @@ class SelfTest:
         try:
             passed = await asyncio.wait_for(work, DEADLINE)
         except TimeoutError:
-            _log.warning("the engine has not answered within %g s", DEADLINE)
+            _log.warning("the engine has not answered the self-test within %g s", DEADLINE)
             return time.monotonic() - self._last_success <= SILENCE
         except Exception as error:
-            _log.error("the engine does not answer", exc_info=error)
+            _log.error("the self-test failed with an error", exc_info=error)
             return False
         self._last_success = time.monotonic() if passed else -math.inf
         if not passed:
-            _log.error("the engine computes wrong numbers")
+            _log.error("the self-test failed: the engine computes wrong numbers")
         return passed
 
 
 def is_ready(state: State) -> bool:
-    """Whether new requests are welcome, as far as is known without asking."""
+    """Whether the service is ready, by the last results."""
     return bool(state.ready and state.self_test.last and state.store.seconds_failing <= PATIENCE)

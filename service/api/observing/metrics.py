@@ -1,6 +1,6 @@
-"""GET /metrics: what the service counts, as Prometheus reads it.
+"""GET /metrics: counters and gauges of the service, for Prometheus.
 
-What happens is counted where it happens; what other rooms hold is read at each scrape.
+Events are counted as they happen; the state of other parts is read at each scrape.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -31,7 +31,7 @@ from starlette.responses import Response
 
 from service import __version__
 from service.api.answers import HEADERS, ChunkedResponse
-from service.api.negotiation import no_parameters
+from service.api.negotiation import refuse_parameters
 from service.api.observing.health import is_ready
 from service.api.observing.record import RequestRecord
 from service.api.workers import Workers
@@ -53,10 +53,10 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 
 
 class RequestCounters:
-    """What is counted of the requests of one application, in a registry of its own.
+    """Counters of one application's requests, in a registry of their own.
 
-    `dropped` gives the number of lines of the log that could not be written; the log sets it. What
-    the event loop alone counts are plain numbers: `sent` bytes by format, `refusals` by code.
+    `dropped` returns the number of log lines that could not be written; the log sets it. Numbers
+    that only the event loop changes are plain: `sent` bytes by format, `refusals` by code.
     """
 
     def __init__(self) -> None:
@@ -64,24 +64,24 @@ class RequestCounters:
         self.dropped: Callable[[], int] = int
         durations = Histogram(
             "surface_http_request_duration_seconds",
-            "From the head of a request until its answer was handed to the server.",
+            "Time from the head of a request until its response was handed to the server.",
             ("route", "method", "status"),
             buckets=BUCKETS,
             registry=registry,
         )
         self._durations = cache(durations.labels)
         self.in_flight = 0
-        gauge = Gauge("surface_http_requests_in_flight", "Requests under way.", registry=registry)
+        gauge = Gauge("surface_http_requests_in_flight", "Running requests.", registry=registry)
         gauge.set_function(lambda: self.in_flight)
         self.sent: dict[str, int] = {}
         self.refusals: dict[str, int] = {}
         self.vertices = self.triangles = 0
-        about = "Computing, by the way it is done; encoding is no part of it."
+        about = "Time of computing, without encoding, by the formulation used."
         named = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
         self._engine_seconds = cache(named.labels)
 
     def count(self, record: RequestRecord, seconds: float) -> None:
-        """Counts a request that is over."""
+        """Counts a request that has ended."""
         status = f"{record.status // 100}xx" if record.status else "none"
         self._durations(record.label.route, record.method, status).observe(seconds)
         if record.format and status == "2xx":
@@ -90,23 +90,23 @@ class RequestCounters:
             self.refused(record.code)
 
     def refused(self, code: str) -> None:
-        """Counts a problem; the server calls it where no request reached the application."""
+        """Counts an error response; the server calls it for requests that it refuses itself."""
         self.refusals[code] = self.refusals.get(code, 0) + 1
 
     def made(self, report: MeshReport | None) -> None:
-        """Counts a mesh that was made; exact patches have no report, and are none."""
+        """Counts a computed mesh; exact patches have no report and do not count."""
         if report is not None:
             self.vertices += report.vertices
             self.triangles += report.triangles
 
     def add_engine_seconds(self, formulation: str, seconds: float) -> None:
-        """Counts time of computing; may be called from any thread."""
+        """Adds computing time; may be called from any thread."""
         self._engine_seconds(formulation).inc(seconds)
 
 
 def register_state(registry: CollectorRegistry, state: State) -> None:
-    """Adds what is read at each scrape: of the application's state, and of the process."""
-    build = Info("surface_build", "Version of the service, and of its numbers.", registry=registry)
+    """Registers the metrics that are read at each scrape: the application's state, the process."""
+    build = Info("surface_build", "Version of the service and of its numbers.", registry=registry)
     build.info({"version": __version__, "engine": str(ENGINE)})
     registry.register(StateCollector(state))
     ProcessCollector(registry=registry)
@@ -114,8 +114,8 @@ def register_state(registry: CollectorRegistry, state: State) -> None:
 
 
 async def metrics(request: Request) -> Response:
-    """GET /metrics: the numbers of this moment."""
-    no_parameters(request.query_params)
+    """GET /metrics: all metrics, as of now."""
+    refuse_parameters(request.query_params)
     registry: CollectorRegistry = request.app.state.observed.registry
     if accepts_open_metrics(request.headers.get("accept", "")):
         generate_latest: Callable[..., bytes] = openmetrics.generate_latest
@@ -127,42 +127,40 @@ async def metrics(request: Request) -> Response:
 
 
 def accepts_open_metrics(accept: str) -> bool:
-    """Whether a client takes OpenMetrics: clients that do prefer it."""
+    """Whether a client accepts OpenMetrics; such clients prefer it."""
     types = (part.split(";")[0].strip().lower() for part in accept.split(","))
     return "application/openmetrics-text" in types
 
 
 class StateCollector(Collector):
-    """The numbers that the rooms of an application hold, read at each scrape."""
+    """Reads the state of the application's parts at each scrape."""
 
     def __init__(self, state: State) -> None:
         self._state = state
 
     def collect(self) -> Iterator[Metric]:
-        """The families of all rooms."""
+        """All metric families."""
         state, answers = self._state, self._state.services.answers
         counts = answers.counts
         ready, limit = is_ready(state), state.settings.max_connections
         seen: RequestCounters = state.observed
-        yield _gauge("ready", "Whether new requests are welcome, as was last found.", ready)
-        yield _gauge("connections", "Connections that are open.", len(state.connections))
-        yield _gauge("connections_limit", "Connections that may be open.", limit)
-        yield _counter(
-            "log_lines_dropped", "Lines of the log that could not be written.", seen.dropped()
-        )
-        yield _counter("http_response_bytes", "Bytes of bodies of answers.", seen.sent, "format")
-        yield _counter("refused", "Problems that were answered.", seen.refusals, "code")
-        yield _counter("vertices", "Vertices of meshes that were made.", seen.vertices)
-        yield _counter("triangles", "Triangles of meshes that were made.", seen.triangles)
-        yield _counter("cache_hits", "Answers sent again.", counts.hits)
-        yield _counter("cache_misses", "Answers made anew.", counts.misses)
-        yield _counter("cache_evictions", "Answers forgotten to make room.", counts.evictions)
-        yield _gauge("cache_bytes", "Memory of kept answers.", answers.bytes)
-        yield _gauge("cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes)
-        yield _gauge("cache_entries", "Kept answers.", len(answers))
-        yield _counter("plan_hits", "Meshes' plans used again.", MESH_PLANS.hits)
-        yield _counter("plan_misses", "Meshes' plans made anew.", MESH_PLANS.misses)
-        yield _gauge("plan_bytes", "Memory of kept plans.", MESH_PLANS.nbytes)
+        yield _gauge("ready", "Whether the service was ready at the last check.", ready)
+        yield _gauge("connections", "Open connections.", len(state.connections))
+        yield _gauge("connections_limit", "Most connections at the same time.", limit)
+        yield _counter("log_lines_dropped", "Log lines that could not be written.", seen.dropped())
+        yield _counter("http_response_bytes", "Bytes of response bodies.", seen.sent, "format")
+        yield _counter("refused", "Error responses.", seen.refusals, "code")
+        yield _counter("vertices", "Vertices of computed meshes.", seen.vertices)
+        yield _counter("triangles", "Triangles of computed meshes.", seen.triangles)
+        yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
+        yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
+        yield _counter("cache_evictions", "Responses dropped to make room.", counts.evictions)
+        yield _gauge("cache_bytes", "Memory of cached responses.", answers.bytes)
+        yield _gauge("cache_limit_bytes", "Most memory of cached responses.", answers.max_bytes)
+        yield _gauge("cache_entries", "Number of cached responses.", len(answers))
+        yield _counter("plan_hits", "Mesh plans used again.", MESH_PLANS.hits)
+        yield _counter("plan_misses", "Mesh plans made.", MESH_PLANS.misses)
+        yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)
         yield from _workers(state.services.workers)
         yield from _store(state.store)
 
@@ -174,27 +172,27 @@ def _workers(workers: Workers) -> Iterator[Metric]:
     limits = {"work": workers.capacity - workers.max_body, "bodies": workers.max_body}
     about = "Requests that wait for a thread or for memory."
     yield _gauge("queue_length", about, {"work": workers.waiting}, "lane")
-    yield _gauge("threads_busy", "Threads that compute, or are about to.", busy, "lane")
-    yield _gauge("threads", "Threads that may compute.", threads, "lane")
-    about, waited = "What all requests together have waited.", {"work": workers.seconds_waited}
+    yield _gauge("threads_busy", "Threads that compute.", busy, "lane")
+    yield _gauge("threads", "Threads that may compute at the same time.", threads, "lane")
+    about, waited = "Waiting time of all requests together.", {"work": workers.seconds_waited}
     yield _counter("queue_wait_seconds", about, waited, "lane")
-    yield _gauge("memory_bytes", "Memory that is lent, by prediction.", held, "pool")
-    yield _gauge("memory_limit_bytes", "Memory that may be lent.", limits, "pool")
+    yield _gauge("memory_bytes", "Memory that requests hold, as predicted.", held, "pool")
+    yield _gauge("memory_limit_bytes", "Most memory that requests may hold.", limits, "pool")
 
 
 def _store(store: SurfaceStore) -> Iterator[Metric]:
-    about = "Whether the store answered when it was last asked."
+    about = "Whether the store answered the last check."
     yield _gauge("store_answering", about, not store.seconds_failing)
     took = SummaryMetricFamily(
         "surface_store_operation_seconds",
-        "What the store was asked to do, by the end it came to.",
+        "Time of store operations, by their outcome.",
         labels=("operation", "outcome"),
     )
-    for labels, done in store.operations.totals.items():
-        took.add_metric(labels, done.count, done.seconds)
+    for labels, total in store.operations.totals.items():
+        took.add_metric(labels, total.count, total.seconds)
     yield took
-    yield _gauge("store_bytes", "Bytes of stored surfaces, as last counted.", store.used)
-    yield _gauge("store_quota_bytes", "Bytes that they may take; 0 is no limit.", store.quota)
+    yield _gauge("store_bytes", "Bytes of stored surfaces, at the last count.", store.used)
+    yield _gauge("store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", store.quota)
 
 
 def _family(
@@ -204,7 +202,7 @@ def _family(
     values: Mapping[str, float] | float | None,
     label: str = "",
 ) -> Metric:
-    """A family of one number, of one for each value of a label, or without any (None)."""
+    """A metric family with one number, one for each value of a label, or none (None)."""
     if not isinstance(values, Mapping):
         return kind(f"surface_{name}", about, values)
     family = kind(f"surface_{name}", about, labels=(label,))

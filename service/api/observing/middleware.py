@@ -1,9 +1,9 @@
-"""The outermost middleware: it makes the request record, times, counts and logs each request.
+"""The outermost middleware: makes the request record; times, counts and logs each request.
 
-It also adds the headers that every answer has: the request's id, and those for other origins.
+It also adds headers to every response: the request's id, and CORS.
 
-`logging` would take ten times as long for the lines about requests, so they are made here;
-`service.server.logs` makes all others, in the same form.
+`logging` would take ten times as long for access log lines, so they are written here;
+`service.server.logs` writes all others, in the same form.
 """
 
 import logging
@@ -41,13 +41,13 @@ _ID = ID_HEADER.lower().encode()
 _log = logging.getLogger(__name__)
 
 Write: TypeAlias = Callable[[str], None]
-"""Takes a line with its end."""
+"""Writes a line, which ends with a line feed."""
 
 FAILED = 500
-"""Statuses from here on are errors of the service, and logged as such."""
+"""Statuses from here on are errors of the service, and are logged as errors."""
 
 PROBES = frozenset({"/health/live", "/health/ready", "/metrics"})
-"""Routes that machines ask every few seconds: logged at the level `debug` only."""
+"""Routes that monitoring asks every few seconds: logged only at the level `debug`."""
 
 
 def timestamp(seconds: float) -> str:
@@ -61,7 +61,7 @@ def _to_second(seconds: int) -> str:
 
 
 class AccessLog:
-    """Writes the lines that the settings ask for."""
+    """Writes the access log, in the form and from the level that the settings name."""
 
     def __init__(self, settings: Settings, write: Write | None) -> None:
         self._write = write if settings.access_log else None
@@ -80,7 +80,7 @@ class AccessLog:
 
 
 def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
-    """The line as uvicorn writes it, with bytes and time; of a problem, with its code and id."""
+    """The line in uvicorn's form, with bytes and time; for an error also its code and id."""
     level = "ERROR:   " if record.status >= FAILED else "INFO:    "
     request = f'{record.client} - "{record.method} {record.label.path}" {record.status}'
     key, id = record.key and f"key {record.key}", record.code and f"id {record.id}"
@@ -90,7 +90,7 @@ def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
 
 
 def json_line(record: RequestRecord, end: float, seconds: float) -> str:
-    """The line as one JSON object; texts that are not known are left out."""
+    """The line as one JSON object, without unknown values."""
     line: dict[str, Any] = {
         "time": timestamp(end),
         "level": "error" if record.status >= FAILED else "info",
@@ -117,20 +117,20 @@ def json_line(record: RequestRecord, end: float, seconds: float) -> str:
 
 
 def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "RequestMiddleware":
-    """Puts the middleware around `inner`, and what it and the metrics need into `app.state`.
+    """Puts the middleware around `inner`, and sets the state that it and the metrics need.
 
-    `write` takes the lines of the access log; there are none without it. Spans are made where the
-    setting `tracing` is set; where it is not, nothing of OpenTelemetry's SDK is imported.
+    `write` writes the access log; without it there is none. Only with the setting `tracing` are
+    spans made and OpenTelemetry's SDK imported.
 
     Raises
     ------
     InvalidSettings
-        The extra `telemetry` is needed and not installed.
+        The setting `tracing` needs the extra `telemetry`, which is not installed.
     """
     state = app.state
     state.observed = RequestCounters()
     state.self_test = SelfTest()
-    state.connections = ()  # the server puts its own here
+    state.connections = ()  # the server replaces it by its own set
     register_state(state.observed.registry, state)
     state.tracing = None
     if state.settings.tracing:
@@ -139,7 +139,7 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         except ModuleNotFoundError as error:
             raise InvalidSettings(
                 "SURFACE_TRACING: got 'true', needed the extra `telemetry` to be installed: "
-                f"there is no {error.name}."
+                f"the module {error.name} is missing."
             ) from None
         tracing: Tracing = module.Tracing(inner, module.exporting_provider())
         state.tracing = inner = tracing
@@ -150,7 +150,7 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
 
 @dataclass(eq=False, slots=True)
 class RequestMiddleware:
-    """Sees every request first and every answer last, hits of the cache too."""
+    """Sees every request first and every response last, cache hits included."""
 
     app: ASGIApp
     labels: RouteLabels
@@ -159,7 +159,7 @@ class RequestMiddleware:
     origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answers one request."""
+        """Handles one request."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -170,10 +170,10 @@ class RequestMiddleware:
         async def recorded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 record.status = message["status"]
-                # Messages of the cache are sent again: they must not change.
+                # The cache sends its messages several times: they must not change.
                 headers = [*message.get("headers", ()), *added, (_ID, record.id.encode())]
                 message = {**message, "headers": headers}
-            elif record.method != "HEAD":  # of which the server sends the head only
+            elif record.method != "HEAD":  # the server sends only the head
                 record.sent += len(message.get("body", b""))
             await send(message)
 
@@ -185,7 +185,7 @@ class RequestMiddleware:
             await answer_failure(error, scope, receive, recorded)
         finally:
             counters.in_flight -= 1
-            client = scope.get("client")  # the guard knows for whom a proxy asks
+            client = scope.get("client")  # the guard may have set it to a proxy's client
             record.client = client[0] if client else "-"
             seconds = time.perf_counter() - start
             counters.count(record, seconds)
@@ -193,9 +193,9 @@ class RequestMiddleware:
 
 
 async def answer_failure(error: Exception, scope: Scope, receive: Receive, send: Send) -> None:
-    """Logs a failure of the service, and answers 500 unless an answer has begun.
+    """Logs an error of the service, and answers 500 unless a response has begun.
 
-    An answer that has begun stays incomplete: the server closes the connection.
+    A response that has begun stays incomplete: the server closes the connection.
     """
     _log.error("a request failed", exc_info=error)
     record = record_of(scope)

@@ -1,7 +1,7 @@
-"""The request record: what becomes known of a request and its answer inside the service.
+"""The request record: what the service knows about a request and its response.
 
-The middleware makes one for each request; other rooms find it by `record_of` and set what they
-learn. It holds no path but a label, so that metrics, spans and logs never tell what a client sent.
+The middleware makes one for each request; other parts get it by `record_of` and set its fields. It
+holds a label instead of the path, so that metrics, spans and logs never contain clients' texts.
 """
 
 import random
@@ -23,10 +23,10 @@ from service.storage.keys import is_id
 from service.surface.examples import EXAMPLES
 
 KEY = "surface.record"
-"""Where the record stands in an ASGI scope."""
+"""Name of the record in an ASGI scope."""
 
 UNMATCHED = "unmatched"
-"""The route of all paths that lead nowhere."""
+"""The route of all paths that no route matches."""
 
 LONGEST_CACHED_PATH = 200
 
@@ -40,7 +40,7 @@ _random = random.Random()
 
 
 class RouteLabel(NamedTuple):
-    """What a path stands for; `surface` and `format` are empty where it names none.
+    """The route of a path; `surface` and `format` are empty if the path names none.
 
     `path` is the template `route` in which the id of an example or of a stored surface, and the
     suffix of a format, are filled in.
@@ -56,7 +56,7 @@ NO_ROUTE = RouteLabel(UNMATCHED, "(no such path)")
 
 
 class RouteLabels:
-    """The labels of paths, by the templates of an application's routes."""
+    """Finds the label of a path, by the templates of the application's routes."""
 
     def __init__(self, templates: Iterable[str]) -> None:
         self._fixed = {template: RouteLabel(template, template) for template in templates}
@@ -87,7 +87,7 @@ def _fill(template: str, id: str = "", suffix: str = "", **_: str) -> RouteLabel
 
 @dataclass(slots=True)
 class RequestRecord:
-    """One request and its answer. Texts that are not known are empty.
+    """One request and its response. Unknown texts are empty.
 
     `id` is the client's, or else `trace_id`. `status` is 0 until the answer has begun; `sent` are
     the bytes of its body so far; `code` is that of a problem; `cache` is "hit" or "miss" where the
@@ -110,7 +110,7 @@ class RequestRecord:
 
 
 current_record: ContextVar[RequestRecord | None] = ContextVar("request record", default=None)
-"""The record of the request under way, in its task and threads: log records take ids from it."""
+"""The record of the running request, in its task and threads; log lines take their ids from it."""
 
 
 def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
@@ -120,10 +120,10 @@ def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
 
 
 def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
-    """Makes the record of a request from its head, for `record_of` and `current_record`.
+    """Makes the record of a request from its head; sets it in the scope and in the context.
 
-    The trace is the one that `traceparent` names (W3C Trace Context), or a new one. Of a header
-    that comes several times no value is used.
+    The trace id is that of `traceparent` (W3C Trace Context), or a new one. A repeated header
+    counts as missing.
     """
     ids: list[bytes] = []
     parents: list[bytes] = []
@@ -145,37 +145,37 @@ def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
 
 
 def caller_trace_id(traceparent: bytes) -> str:
-    """The id of the trace that a `traceparent` header names; empty where it names none."""
+    """The trace id in a `traceparent` header; empty if it has none."""
     context = _W3C.extract({"traceparent": traceparent.decode("latin-1")})
     caller = get_current_span(context).get_span_context()
     return format_trace_id(caller.trace_id) if caller.is_valid else ""
 
 
 class Timing:
-    """Steps and how long each took, in the order in which they ended first.
+    """Steps of a request with their times, in the order in which they first ended.
 
     Parameters
     ----------
     mark : str
-        What stands before the steps and has no length.
+        Text before the steps, such as `cache;desc=miss`; it has no time.
     before : Timing
-        Its steps come first.
+        Steps that come first.
     """
 
     def __init__(self, mark: str = "", before: "Timing | None" = None) -> None:
         self._mark = mark
         self._steps: dict[str, float] = {} if before is None else before._steps.copy()
         self.step = partial(Step, self._steps)
-        """Measures what is done within `step(name)`; several of one name are added up."""
+        """Measures a `with` block; blocks with the same name are added up."""
 
     def __str__(self) -> str:
-        """The header, in milliseconds."""
+        """The header `Server-Timing`, in milliseconds."""
         steps = [f"{name};dur={seconds * 1e3:.3f}" for name, seconds in self._steps.items()]
         return ", ".join([self._mark, *steps] if self._mark else steps)
 
 
 class Step:
-    """Adds the time that is spent in this context, also where it fails, to steps and record."""
+    """Adds the time of a `with` block, even if it fails, to the steps and the request record."""
 
     __slots__ = ("_name", "_start", "_steps")
 

@@ -1,7 +1,7 @@
 """Spans of requests, made by OpenTelemetry's ASGI middleware: the extra `telemetry`.
 
-Where spans go, and how many, OpenTelemetry's own variables `OTEL_…` say. Sending them is the one
-request that the service makes to another host, and no client has a say in it.
+OpenTelemetry's own variables `OTEL_…` say where spans go, and how many. Sending them is the only
+request that the service makes to another host; no client has an influence on it.
 """
 
 import asyncio
@@ -39,7 +39,7 @@ _HEADERS = frozenset({b"traceparent", b"tracestate"})
 
 
 def exporting_provider() -> TracerProvider:
-    """Makes spans and sends them, with OTLP over HTTP, where the variables `OTEL_…` say."""
+    """A provider that sends spans with OTLP over HTTP, as the variables `OTEL_…` say."""
     service = Resource({SERVICE_NAME: "surface-service", SERVICE_VERSION: __version__})
     resource = Resource.create().merge(service).merge(OTELResourceDetector().detect())
     provider = TracerProvider(resource=resource, shutdown_on_exit=False)
@@ -50,12 +50,12 @@ def exporting_provider() -> TracerProvider:
 class Tracing:
     """Middleware behind `RequestMiddleware`: a span for each request, children for its steps.
 
-    The library sees a scope whose path is the record's label and which has no query, and of headers
-    only those of Trace Context: nothing else that a client sent gets into a span.
+    The library gets a scope with the record's label as path, without a query, and only with the
+    headers of Trace Context: no other text of a client gets into a span.
     """
 
     def __init__(self, app: ASGIApp, provider: TracerProvider) -> None:
-        # Otherwise the library names attributes as the conventions did before version 1.23.
+        # Without it the library names attributes as before version 1.23 of the conventions.
         os.environ.setdefault("OTEL_SEMCONV_STABILITY_OPT_IN", "http")
         self.app = app
         self._provider = provider
@@ -68,7 +68,7 @@ class Tracing:
         )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answers one request."""
+        """Handles one request."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -97,12 +97,12 @@ class Tracing:
             await self.app(scope, receive, send)
         except Exception as error:
             await answer_failure(error, scope, receive, send)
-        if span.is_recording():  # the answer is not complete
+        if span.is_recording():  # the response is not complete
             _describe(span, scope)
         self._add_steps(span, record)
 
     def _add_steps(self, span: Span, record: RequestRecord) -> None:
-        """Adds the steps of the work: they were timed by another clock than that of spans."""
+        """Adds the steps as child spans; converts their times to the clock of spans."""
         parent = set_span_in_context(span)
         zero = time.time_ns() - time.perf_counter_ns()
         for name, start, seconds in record.steps:
@@ -110,8 +110,8 @@ class Tracing:
             self._tracer.start_span(name, parent, start_time=at).end(at + int(seconds * 1e9))
 
     async def close(self) -> None:
-        """Sends the last spans; gives up after some seconds where the collector does not answer."""
-        # Not one of the pool's threads: the process would wait for it.
+        """Sends the last spans; gives up after 3 s without an answer of the collector."""
+        # Not a thread of the pool: the process would wait for it.
         thread = Thread(target=self._provider.shutdown, name="last spans", daemon=True)
         thread.start()
         end = time.monotonic() + SHUTDOWN_TIMEOUT
@@ -129,7 +129,7 @@ def _name_span(seen: Scope) -> tuple[str, dict[str, str]]:
 
 
 def _describe(span: Span, scope: Scope) -> None:
-    """Sets the attributes that are known at the end."""
+    """Sets the attributes that are known when the response ends."""
     record, client = record_of(scope), scope.get("client")
     attributes = {
         "client.address": client[0] if client else "",

@@ -1,7 +1,7 @@
-"""The OpenAPI document of a service as it is set up.
+"""Builds the OpenAPI document of a service, for its settings.
 
-FastAPI makes it from the routes, which are those that are switched on. Added here is what they do
-not know: what the middleware in front of them answers and adds, and computed examples.
+FastAPI makes it from the routes that are switched on. This module adds what they do not know: the
+responses and headers of the middleware, and computed examples.
 """
 
 from collections.abc import Sequence, Set
@@ -23,37 +23,37 @@ from service.api.openapi.responses import error, header
 from service.settings.values import Settings
 
 DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf-8").strip()
-"""What holds for all operations, and the list of codes of errors: a test keeps it complete."""
+"""The text for all operations, with the list of error codes, which a test keeps complete."""
 
 _TAGS = {
     "meshes": "Surfaces to meshes.",
     "points": "Points of surfaces, one by one.",
-    "queries": "Questions to surfaces and curves, with proofs of the answers.",
-    "surfaces": "Surfaces with an address, and in another form.",
+    "queries": "Queries to surfaces and curves, with proved answers.",
+    "surfaces": "Stored and built-in surfaces, and conversions.",
     "curves": "Curves to points and lines.",
-    "catalogue": "What there is to ask for.",
-    "operations": "Whether the service is well.",
+    "catalogue": "Formats and built-in surfaces.",
+    "operations": "Health and metrics.",
 }
 
 _SECURITY_SCHEME = {
     "type": "http",
     "scheme": "bearer",
     "bearerFormat": "sfk_ and 64 hexadecimal digits",
-    "description": "A key of the operator's, for whatever computes or stores (`SURFACE_API_KEYS`), "
-    "and with `SURFACE_PUBLIC_READS=false` for surfaces and meshes by URL too. Never in an "
-    "address.",
+    "description": "A key from the operator, for calls that compute or store "
+    "(`SURFACE_API_KEYS`); with `SURFACE_PUBLIC_READS=false` also for surfaces and meshes by URL. "
+    "Never send it in a URL.",
 }
 
 _RATES: Json = {
     "RateLimit-Policy": header(
-        "There where requests are limited (`SURFACE_RATE_LIMIT`): `q`, how many may be made in "
-        "`w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).",
+        "Sent if requests are limited (`SURFACE_RATE_LIMIT`): `q` requests are allowed in `w` "
+        "seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).",
         '"requests";q=60;w=60',
         always=False,
     ),
     "RateLimit": header(
-        "There with `RateLimit-Policy`: `r`, how many could follow at once, and `t`, after how "
-        "many seconds all could again.",
+        "Sent with `RateLimit-Policy`: `r`, how many requests may follow at once, and `t`, the "
+        "seconds until all `q` may.",
         '"requests";r=57;t=3',
         always=False,
     ),
@@ -61,9 +61,9 @@ _RATES: Json = {
 
 _ID: Json = {
     "RequestId": header(
-        "Id of the request, to quote in a question to the operator, who finds it in the log. The "
-        "client may send its own in this header, of at most 128 letters, digits and "
-        "`._:/+=@-`; otherwise it is random.",
+        "Id of the request. The operator finds it in the log, so quote it in a question. A client "
+        "may send its own in this header, of at most 128 letters, digits and `._:/+=@-`; otherwise "
+        "the service makes a random one.",
         "0af7651916cd43dd8448eb211c80319c",
         minLength=1,
         maxLength=128,
@@ -73,11 +73,11 @@ _ID: Json = {
 _RATE_REFERENCES: Json = {name: {"$ref": f"#/components/headers/{name}"} for name in _RATES}
 _ID_REFERENCE: Json = {ID_HEADER: {"$ref": "#/components/headers/RequestId"}}
 _LIMITED = frozenset({"Busy", "TooManyRequests"})
-"""Error answers only of addresses where requests are counted."""
+"""Error responses only of operations that count against a rate limit."""
 
 
 def everything() -> Settings:
-    """Settings with which all that can be switched on is on."""
+    """Settings that switch everything on."""
     return Settings(
         api_keys=(entry_line("all", new_key()),),
         signing_keys=(SecretStr("-" * MIN_SECRET),),
@@ -89,7 +89,7 @@ def everything() -> Settings:
 
 
 def describe(app: FastAPI, settings: Settings) -> Json:
-    """The document of an application with these settings."""
+    """The OpenAPI document of an application with these settings."""
     document = get_openapi(
         title=app.title,
         version=app.version,
@@ -116,14 +116,14 @@ def describe(app: FastAPI, settings: Settings) -> Json:
 
 
 def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> None:
-    """What the guard asks for, and what it answers in place of the route."""
+    """Adds the key that an operation needs, and the responses of the guard."""
     policy = Policy(settings)
     need = policy.need(method.upper(), path)
     responses = operation["responses"]
     if need != "nothing":
         responses["401"] = error("KeyNeeded")
         if policy.has_keys:
-            # A signature in the address stands for a key.
+            # A signature in the URL replaces a key.
             operation["security"] = [{"key": []}, *([{}] if need == "key or signature" else [])]
     if settings.signing_keys and need != "key" and path.startswith("/v1/surfaces/"):
         responses["403"] = error("SignatureInvalid")
@@ -136,9 +136,9 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
 
 
 def _finished(answer: Json, operation: str, operations: Set[str]) -> Json:
-    """An answer with its examples, its id, and those of its links that lead somewhere."""
+    """A response with examples, the id header, and only links to operations that exist."""
     if "$ref" in answer:
-        # FastAPI adds a description, which would stand for that of the component.
+        # FastAPI adds a description, which would hide that of the component.
         return {"$ref": answer["$ref"]}
     content = answer.get("content", {})
     if operation in ANSWERS and "application/json" in content:
@@ -150,7 +150,7 @@ def _finished(answer: Json, operation: str, operations: Set[str]) -> Json:
 
 
 def _error_answers(operations: Sequence[Json], settings: Settings) -> Json:
-    """The error answers that operations refer to, with the headers of all answers."""
+    """The error responses that operations refer to, with the headers of all responses."""
     answers = [each for operation in operations for each in operation["responses"].values()]
     names = {each["$ref"].rpartition("/")[2] for each in answers if "$ref" in each}
     errors = {name: each for name, each in error_answers(settings).items() if name in names}
@@ -161,7 +161,7 @@ def _error_answers(operations: Sequence[Json], settings: Settings) -> Json:
 
 
 def _problem_schemas() -> Json:
-    """The schemas of errors, which no route answers by itself."""
+    """The schemas of errors: no route names them as its response."""
     template = "#/components/schemas/{model}"
     schema = Problem.model_json_schema(ref_template=template)
     schemas: Json = schema.pop("$defs") | {"Problem": schema}

@@ -1,4 +1,4 @@
-"""Examples of answers in the OpenAPI document: computed from those of requests, hence true."""
+"""Examples of responses in the OpenAPI document, computed from the examples of requests."""
 
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -49,7 +49,7 @@ _MESHES: Json = {
     },
 }
 _NOW = 1_799_996_400
-"""An hour before the moment in the examples of addresses."""
+"""An hour before the expiry in the examples of signed URLs."""
 
 
 def _mesh(wanted: MeshRequest) -> bytes:
@@ -85,7 +85,7 @@ def _stored(wanted: SurfaceRequest) -> bytes:
 
 
 def _signed(wanted: SignRequest) -> bytes:
-    """Signed with a secret that is no secret, so that the example is always the same."""
+    """A URL signed with a fixed public secret, so that the example never changes."""
     url, expires = signed_address(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
     return orjson.dumps({"url": url, "expires": expires})
 
@@ -124,4 +124,4 @@ ANSWERS: Mapping[str, Callable[[], Json]] = MappingProxyType(
         "signAddress": _computed(REQUESTS["signAddress"], SignRequest, _signed),
     }
 )
-"""What makes the examples of answers as JSON, by the id of the operation."""
+"""What computes the examples of JSON responses, by the id of the operation."""

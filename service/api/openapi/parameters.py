@@ -1,4 +1,4 @@
-"""Parameters and bodies of requests, as the decorators of routes tell them to FastAPI."""
+"""Parameters and request bodies for the OpenAPI document, as FastAPI's decorators take them."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ from service.surface.knots import NAMED
 Json: TypeAlias = dict[str, Any]
 
 REQUESTS: dict[str, Json] = json.loads(files(__package__).joinpath("requests.json").read_bytes())
-"""Examples of bodies, by operation: a summary and a value by name."""
+"""Examples of bodies by operation: a summary and a value for each name."""
 
 _MESHES = REQUESTS["createMesh"]
 
@@ -37,10 +37,10 @@ def _of_mesh(name: str, summary: str, **changed: Any) -> Json:
 
 REQUESTS["estimateMesh"] = {
     "patch": _MESHES["patch"],
-    "quads": _of_mesh("patches", "Quads, for which some formats have no place"),
-    "huge": _of_mesh("patch", "More vertices than are answered in any format", resolution=60_000),
-    "tolerance": _of_mesh("tolerance", "By tolerance: no more than this comes out"),
-    "tube": _of_mesh("tube", "A tube, whose vertices are counted as many as they may be"),
+    "quads": _of_mesh("patches", "Quads, which some formats cannot store"),
+    "huge": _of_mesh("patch", "More vertices than the service allows", resolution=60_000),
+    "tolerance": _of_mesh("tolerance", "By tolerance: upper bounds"),
+    "tube": _of_mesh("tube", "A tube: an upper bound of its vertices"),
 }
 REQUESTS["storeSurface"] = {
     name: _MESHES[name] | {"value": {"surface": _MESHES[name]["value"]["surface"]}}
@@ -53,7 +53,7 @@ SurfaceId: TypeAlias = Annotated[
     str,
     WithJsonSchema({"anyOf": [{"type": "string", "enum": list(EXAMPLES)}, _HASH]}),
     Path(
-        description="Id of a surface: the name of a built-in one, or what storing it answered.",
+        description="Id of a surface: the name of a built-in one, or the id of a stored one.",
         openapi_examples={"teapot": {"value": "utah-teapot"}},
     ),
 ]
@@ -61,7 +61,7 @@ StoredId: TypeAlias = Annotated[
     str,
     WithJsonSchema(_HASH),
     Path(
-        description="Id of a stored surface: what storing it answered.",
+        description="Id of a stored surface.",
         openapi_examples={"saddle": {"value": content_id("saddle")}},
     ),
 ]
@@ -69,7 +69,7 @@ Suffix: TypeAlias = Annotated[
     str,
     WithJsonSchema({"type": "string", "enum": [f.suffix for f in FORMATS]}),
     Path(
-        description="Suffix of the format of the answer; `Accept` is not read.",
+        description="Suffix of the response's format; `Accept` is not read.",
         openapi_examples={"glb": {"value": "glb"}},
     ),
 ]
@@ -83,16 +83,16 @@ def _parameter(place: str, name: str, description: str, schema: Json, **more: An
 IF_NONE_MATCH = _parameter(
     "header",
     "If-None-Match",
-    "Tags of answers that the client has, or `*`.",
+    "Entity tags of responses that the client has, or `*`.",
     {"type": "string"},
     example='"3q2-7wEAAAAAAAAAAAAAAA"',
 )
 ACCEPT_ENCODING = _parameter(
     "header",
     "Accept-Encoding",
-    "Codings that the client takes, with weights if it likes: "
+    "Codings that the client accepts, optionally with quality values: "
     + ", ".join(f"`{coding}`" for coding in CODINGS)
-    + ". Small bodies, and those that would not become smaller, are sent as they are.",
+    + ". Small bodies, and bodies that would not become smaller, are not compressed.",
     {"type": "string"},
     example="zstd, gzip",
 )
@@ -100,13 +100,13 @@ SIGNED = [
     _parameter(
         "query",
         EXPIRES,
-        "Of a signed address: until when it is good, in Unix time.",
+        "Only in a signed URL: when it expires, in Unix time.",
         {"type": "integer", "minimum": 0, "examples": [1800000000]},
     ),
     _parameter(
         "query",
         SIGNATURE,
-        "Of a signed address, as `POST /v1/sign` makes it: its last parameter.",
+        "Only in a signed URL, as `POST /v1/sign` makes it: its last parameter.",
         {"type": "string", "pattern": "^[A-Za-z0-9_-]{43}$"},
     ),
 ]
@@ -114,15 +114,15 @@ SIGNED = [
 
 def format_parameter(
     formats: Sequence[FileFormat],
-    description: str = "Format of the answer, stronger than `Accept`.",
+    description: str = "Format of the response; takes precedence over `Accept`.",
 ) -> Json:
-    """The format that a query may name."""
+    """The query parameter `format`."""
     names = {"type": "string", "enum": [fmt.name for fmt in formats]}
     return _parameter("query", "format", description, names, example="glb")
 
 
 def option_parameters() -> list[Json]:
-    """The options of a mesh and the engine as query parameters, lists comma-separated."""
+    """The options of a mesh and `engine` as query parameters; lists are comma-separated."""
     parameters = []
     for name, schema in MeshQuery.model_json_schema()["properties"].items():
         description, examples = schema.pop("description"), schema.pop("examples", [])
@@ -137,7 +137,7 @@ def _style(name: str) -> Json:
 
 
 def json_body(operation: str, *parameters: Json) -> Json:
-    """The examples of a body that is JSON, and parameters, as `openapi_extra` takes them."""
+    """A JSON body with its examples, and parameters, as `openapi_extra` takes them."""
     body = {"content": {"application/json": {"examples": REQUESTS[operation]}}}
     return {"requestBody": body, "parameters": list(parameters)}
 
@@ -148,33 +148,33 @@ def surface_body(operation: str, *parameters: Json, has_options: bool = True) ->
     Parameters
     ----------
     operation : str
-        Its id, by which the examples are listed.
+        Id of the operation, which the examples are listed under.
     parameters : dict
-        Other parameters of the query.
+        More query parameters.
     has_options : bool
-        Whether the query has the options of a mesh, too.
+        Whether the query may also have the options of a mesh.
     """
     extra = json_body(operation)
     extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in DECODERS}
     beside = [_beside_a_file(option) for option in option_parameters()] if has_options else []
-    # The engine, too, is a parameter, but of addresses.
+    # `engine` is a parameter too, but only of meshes by URL.
     beside = [option for option in beside if option["name"] in MeshOptionFields.model_fields]
     return extra | {"parameters": [*parameters, *_field_parameters(), *beside]}
 
 
 def _beside_a_file(option: Json) -> Json:
-    """An option whose example is within its schema, and whose default is in words.
+    """An option without a top-level example, and with its default in the description.
 
-    Pages on which calls are tried begin with the examples and defaults of parameters, and beside
-    JSON these must be empty.
+    Pages for trying calls fill in examples and defaults of parameters; with a JSON body these must
+    stay empty.
     """
     parameter = {key: value for key, value in option.items() if key != "example"}
     schema = dict(option["schema"])
     default = schema.pop("default", None)
-    left_out = "" if default is None else f" Left out: {json.dumps(default)}."
+    default_text = "" if default is None else f" Default: {json.dumps(default)}."
     if "example" in option:
         schema["examples"] = [option["example"]]
-    text = f"Beside a file: {option['description']}{left_out}"
+    text = f"With a file: {option['description']}{default_text}"
     return parameter | {"description": text, "schema": schema}
 
 
@@ -197,15 +197,15 @@ _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
 
 
 def _field_parameters() -> list[Json]:
-    """The fields of a surface that stand beside a file."""
+    """The fields of a surface as query parameters, for a body that is a file."""
     return [
-        _parameter("query", name, f"Beside a file: {about}", _FIELD_SCHEMAS[name], **_style(name))
+        _parameter("query", name, f"With a file: {about}", _FIELD_SCHEMAS[name], **_style(name))
         for name, about in FIELDS.items()
     ]
 
 
 def _file(decoder: Decoder) -> Json:
-    """A body that is a file."""
+    """The schema and example of a body that is a file."""
     schema = {"type": "string", "description": decoder.about}
     if decoder.example is None:
         return {"schema": schema | {"format": "binary"}}

@@ -1,4 +1,4 @@
-"""The error answers of the OpenAPI document; the code that raises errors makes the examples."""
+"""The error responses of the OpenAPI document, with examples from the code that raises them."""
 
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
@@ -9,7 +9,12 @@ from service.api import problems
 from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited
 from service.api.guard.signatures import MIN_SECRET, Signer
-from service.api.negotiation import by_accept, by_name, by_suffix, check_codings
+from service.api.negotiation import (
+    check_codings,
+    format_by_accept,
+    format_by_name,
+    format_by_suffix,
+)
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import header
 from service.api.problems import MEDIA_TYPE, Place, Problem, problem_document, problem_of
@@ -40,7 +45,7 @@ from service.surface.examples import find
 
 Refuse: TypeAlias = Callable[[], object]
 Example: TypeAlias = Problem | SurfaceError | Refuse
-"""A row of the table of problems, an error, or a call that raises one."""
+"""A problem, an error, or a call that raises one."""
 
 _PLACE = Query(np.array([[0.5, 0.5]]), None, 0)
 _OUTSIDE = Query(np.array([[0.5, 1.5]]), None, 0)
@@ -55,7 +60,7 @@ _MESH, _UNTIL = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
 def error_answers(settings: Settings) -> dict[str, Json]:
-    """The error answers of a service with these settings, by name."""
+    """The error responses of a service with these settings, by name."""
     answers = {name: _answer(name, examples) for name, examples in _examples(settings).items()}
     for name, headers in _HEADERS.items():
         answers[name]["headers"] = headers
@@ -78,9 +83,12 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         },
         "TooManyRequests": limited,
         "NotFound": {"no such path": problems.NOT_FOUND},
-        "UnknownSurface": {"id": lambda: content_id("teapot"), "suffix": lambda: by_suffix("fbx")},
+        "UnknownSurface": {
+            "id": lambda: content_id("teapot"),
+            "suffix": lambda: format_by_suffix("fbx"),
+        },
         "MethodNotAllowed": {"method": problems.METHOD_NOT_ALLOWED},
-        "NotAcceptable": {"pictures": lambda: by_accept("image/png", FORMATS)},
+        "NotAcceptable": {"pictures": lambda: format_by_accept("image/png", FORMATS)},
         "CodingNotAcceptable": {"coding": lambda: check_codings(b"br, identity;q=0")},
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
         "BodyTooSlow": {"stalled": body_too_slow(0, settings)},
@@ -89,7 +97,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "InvalidRequest": {
             "net": _post(_RAGGED),
             "options": _post(b'{"resolution": 0, "faces": null, "colour": 1}'),
-            "format": lambda: by_name("fbx", FORMATS),
+            "format": lambda: format_by_name("fbx", FORMATS),
             "quads": _render("stl", MeshOptions(faces="quads")),
             "size": _render("glb", MeshOptions((9000, 9000))),
             "points": lambda: plan_points(find("saddle").surface(), _OUTSIDE).run(),
@@ -122,7 +130,7 @@ def _render(fmt: str, options: MeshOptions) -> Refuse:
 
 
 def _problem(example: Example, place: Place | None) -> Json:
-    """The body of the error answer."""
+    """The body of an error response."""
     if isinstance(example, Problem):
         return problem_document(example)
     if not isinstance(example, SurfaceError):
@@ -147,7 +155,7 @@ def _answer(name: str, examples: Mapping[str, Example]) -> Json:
 
 
 def _retry_after(*, always: bool = True) -> Json:
-    text = "Seconds after which coming again makes sense."
+    text = "Seconds after which to try again."
     whole = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
     return {"Retry-After": header(text, 3, always=always, **whole)}
 

@@ -1,10 +1,10 @@
-"""Answers with their headers and links, and errors, as the decorators of routes tell FastAPI."""
+"""Responses, headers and links for the OpenAPI document, as FastAPI's decorators take them."""
 
 from collections.abc import Sequence
 from typing import Any
 
 from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
-from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
+from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER
 from service.api.links import mesh_address, surface_address
 from service.api.openapi.parameters import Json
 from service.api.stored import content_id
@@ -12,7 +12,7 @@ from service.encoders.format import FileFormat
 
 
 def error(name: str) -> Json:
-    """An error answer, by the name of its component."""
+    """A reference to an error response, by the name of its component."""
     return {"$ref": f"#/components/responses/{name}"}
 
 
@@ -26,31 +26,31 @@ POST_ERRORS: dict[int | str, Json] = {
     500: error("InternalError"),
     503: error("OutOfTime"),
 }
-"""What every POST may answer."""
+"""Errors that every POST may answer."""
 
 
 def header(description: str, example: Any, *, always: bool = True, **schema: Any) -> Json:
-    """A header of an answer."""
+    """A response header."""
     about = {"description": description, "required": always, "example": example}
     return about | {"schema": {"type": "string"} | schema}
 
 
 def _count(what: str, example: int) -> Json:
-    text = f"Number of {what}, as in the report. Not with the exact patches."
+    text = f"Number of {what}, as in the report. Not sent with exact patches."
     return header(text, example, always=False, type="integer", minimum=0)
 
 
 TIMED: Json = {
     "Server-Timing": header(
-        "Where the time went, in milliseconds: steps by name, `wait` being that for others. "
-        "`cache;desc=hit` where nothing was computed for this request.",
+        "Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. "
+        "`cache;desc=hit` if nothing was computed for this request.",
         "cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, "
         "compress;dur=4.200",
     )
 }
 FILE_HEADERS: Json = TIMED | {
     "Content-Disposition": header(
-        "A name to save the file under; not with JSON.",
+        "A name to save the file under. Not sent with JSON.",
         'attachment; filename="sail.glb"',
         always=False,
     )
@@ -59,9 +59,9 @@ MESH_HEADERS: Json = FILE_HEADERS | {
     VERTICES_HEADER: _count("vertices", 8257),
     TRIANGLES_HEADER: _count("triangles", 16256),
     BOUND_HEADER: header(
-        "The `deviation_bound` of the report, in model units, for formats that have no place for a "
-        "report; OBJ and PLY have it in a comment, too. Not with the exact patches, and not where "
-        "nothing is certified.",
+        "The `deviation_bound` of the report, in model units, for formats that cannot store a "
+        "report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no "
+        "bound is certified.",
         0.0005,
         always=False,
         type="number",
@@ -69,17 +69,16 @@ MESH_HEADERS: Json = FILE_HEADERS | {
     ),
 }
 _CACHE_HEADERS: Json = {
-    "ETag": header("Strong tag of these very bytes, in this coding.", '"3q2-7wEAAAAAAAAAAAAAAA"'),
+    "ETag": header("Strong tag of the bytes in this coding.", '"3q2-7wEAAAAAAAAAAAAAAA"'),
     "Cache-Control": header(
-        f"`{FOR_EVER}` under canonical addresses of surfaces whose id is a hash; else "
-        f"`{FOR_AN_HOUR}`.",
+        f"`{FOR_EVER}` for canonical URLs of surfaces whose id is a hash; else `{FOR_AN_HOUR}`.",
         FOR_AN_HOUR,
     ),
-    "Vary": header("What else the answer depends on.", "Accept-Encoding"),
+    "Vary": header("Request headers that the response depends on.", "Accept-Encoding"),
 }
 UNCHANGED_MESH: Json = {
-    "description": "The client has the mesh already: `If-None-Match` lists the tag of an answer "
-    "that it takes.",
+    "description": "The client has the mesh already: `If-None-Match` lists its tag in a coding "
+    "that the client accepts.",
     "headers": _CACHE_HEADERS | TIMED,
 }
 URL_HEADERS: Json = (
@@ -87,21 +86,19 @@ URL_HEADERS: Json = (
     | _CACHE_HEADERS
     | {
         "Content-Encoding": header(
-            "The coding; not there where the body is sent as it is.", "zstd", always=False
+            "The coding. Not sent if the body is not compressed.", "zstd", always=False
         ),
         "Content-Disposition": header(
             "A name to save the file under.", 'inline; filename="sail.glb"'
         ),
         "Link": header(
-            "The canonical address.", f'<{mesh_address("", "utah-teapot", "glb")}>; rel="canonical"'
+            "The canonical URL.", f'<{mesh_address("", "utah-teapot", "glb")}>; rel="canonical"'
         ),
     }
 )
 DEFINITION_HEADERS: Json = {
     "ETag": header("The hash of the content, in quotes.", f'"{content_id("saddle")}"'),
-    "Cache-Control": header(
-        f"`{FOR_EVER}` where the id is a hash; else `{FOR_AN_HOUR}`.", FOR_EVER
-    ),
+    "Cache-Control": header(f"`{FOR_EVER}` if the id is a hash; else `{FOR_AN_HOUR}`.", FOR_EVER),
 }
 UNCHANGED_DEFINITION: Json = {
     "description": "The client has the definition already: `If-None-Match` lists its tag.",
@@ -109,19 +106,19 @@ UNCHANGED_DEFINITION: Json = {
 }
 LOCATION: Json = {
     "Location": header(
-        "Address of the definition, without the host.", surface_address("", content_id("saddle"))
+        "URL of the definition, without the host.", surface_address("", content_id("saddle"))
     )
 }
 
 _LINKS = {
     "Definition": ("getSurface", "The definition of the surface."),
     "Mesh": ("getSurfaceMesh", "Its mesh, in the format of a suffix."),
-    "Removal": ("deleteSurface", "Its removal, where that is allowed."),
+    "Removal": ("deleteSurface", "Its removal, if the service allows it."),
 }
 
 
 def links(where: str, *names: str) -> Json:
-    """Links to operations on the surface whose id stands there: an OpenAPI runtime expression."""
+    """Links to operations on a surface; `where`: the runtime expression of its id."""
     return {
         name: {"operationId": id, "description": text, "parameters": {"id": where}}
         for name, (id, text) in _LINKS.items()
@@ -130,13 +127,13 @@ def links(where: str, *names: str) -> Json:
 
 
 def answer(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **more: Any) -> Json:
-    """An answer with these headers; `formats` are those beside JSON that it may be written in."""
+    """A response with these headers; `formats`: formats other than JSON that it may have."""
     content = {f.media_type: {"schema": _file_schema(f)} for f in formats if f.name != "json"}
     return {"headers": headers, "content": content} | more
 
 
 def _file_schema(fmt: FileFormat) -> Json:
-    """A file in a format other than our JSON: an object, a text or bytes."""
+    """The schema of a file in a format other than our JSON: an object, a text or bytes."""
     about: Json = {"description": f"{fmt.title}."}
     if fmt.media_type.endswith("json"):
         return about | {"type": "object", "additionalProperties": True}

@@ -1,1 +1,1 @@
-"""The routes of the service, one module for each kind of thing that a client asks for."""
+"""The routes of the service, one module for each kind of resource."""

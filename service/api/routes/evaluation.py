@@ -1,4 +1,4 @@
-"""Points of surfaces, surfaces in another form, and curves."""
+"""Routes for points of surfaces, conversions of surfaces, and curves."""
 
 from fastapi import APIRouter, Response
 
@@ -20,7 +20,7 @@ from service.surface.convert.nets import Allowed
 
 
 class CurveRoute(BodyRoute):
-    """A route that answers in a format of curves."""
+    """A route that answers in a format for curves."""
 
     formats = CURVE_FORMATS
 
@@ -41,11 +41,11 @@ curves = APIRouter(route_class=CurveRoute)
     openapi_extra=json_body("queryPoints"),
 )
 async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
-    """Evaluates the surface at the parameters given, in float64, and answers in columns.
+    """Evaluates the surface at the given parameters, in float64, and answers in columns.
 
-    Row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to
-    the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none
-    (`not_parametric`).
+    Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
+    the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have no
+    parameters (`not_parametric`).
     """
     services, job, *_ = context
     work = plan_points(wanted.to_surface(), wanted.to_query(), services.limits)
@@ -63,10 +63,10 @@ async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     openapi_extra=json_body("convertSurface"),
 )
 async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Response:
-    """Does the operations one after the other and answers the surface that comes out.
+    """Applies the operations in their order and answers the converted surface.
 
-    The answer is a body for the other calls. Corner points keep their digits, and patches that
-    shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
+    The response is a body for the other calls. Corner points keep their digits, and patches that
+    shared an edge still share it. Colours, texture coordinates and attributes are converted too.
     """
     services, job, *_ = context
     settings = services.settings
@@ -93,8 +93,8 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
 async def create_curve(wanted: CurveRequest, context: ContextDep) -> Response:
     """Samples the curve.
 
-    The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
-    anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
+    The response is in the format that `format` names or `Accept` prefers; JSON without either. In
+    glTF, OOGL and OBJ a plane curve lies at z = 0.
     """
     services, job, _, fmt = context
     work = plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, services.limits)

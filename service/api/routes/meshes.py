@@ -1,4 +1,4 @@
-"""Meshes of surfaces that are posted, and estimates of them."""
+"""Routes for meshes of posted surfaces, and for estimates of such meshes."""
 
 from collections.abc import Sequence
 
@@ -20,14 +20,14 @@ from service.schemas.request import MeshRequest
 
 
 class MeshRoute(BodyRoute):
-    """A route that takes a surface as JSON or as a file, and answers in a format of meshes."""
+    """A route that reads a surface as JSON or as a file, and answers in a mesh format."""
 
     formats = FORMATS
     decoders = DECODERS
 
 
 class EstimateRoute(MeshRoute):
-    """A route that takes the same bodies; only the query names a format."""
+    """A route with the bodies of `MeshRoute`, but JSON responses; only the query names a format."""
 
     accepts_any = False
 
@@ -49,9 +49,9 @@ estimates = APIRouter(route_class=EstimateRoute)
 async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     """Evaluates the surface and answers its mesh.
 
-    The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
-    anything. The body is a JSON document with the options in it, or a file of control points with
-    the options in the query.
+    The response is in the format that `format` names or `Accept` prefers; JSON without either. The
+    body is a JSON document with the options in it, or a file of control points with the options in
+    the query.
     """
     services, job, request, fmt = context
     options, encode = wanted.mesh_options(), encode_options(wanted)
@@ -65,21 +65,21 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     "/v1/estimate",
     operation_id="estimateMesh",
     tags=["meshes"],
-    summary="What a mesh would be, before it is made",
+    summary="The size of a mesh, before it is computed",
     response_model=Estimate,
     response_description="The estimate.",
     responses={200: answer(), **POST_ERRORS},
     openapi_extra=surface_body(
         "estimateMesh",
-        format_parameter(FORMATS, "The one format to estimate for; all of them if left out."),
+        format_parameter(FORMATS, "The format to estimate for; without it, all formats."),
     ),
 )
 async def estimate_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
-    """Takes the body of `POST /v1/mesh` and answers how large the mesh would be.
+    """Reads the body of `POST /v1/mesh` and answers how large the mesh would be.
 
-    That is how many vertices and faces it would have, how many bytes in each format, and whether
-    the request would be refused, at a small part of the cost of the mesh. What is wrong with the
-    body itself is refused here as well.
+    The response has the numbers of vertices and faces, the bytes in each format, and whether
+    `POST /v1/mesh` would refuse the request. It costs a small part of the mesh. An invalid body is
+    an error here too.
     """
     services, job, _, named = context
     formats: Sequence[Format] = FORMATS if named is None else (named,)

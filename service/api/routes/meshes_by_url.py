@@ -1,4 +1,4 @@
-"""Meshes by URL: what browsers fetch, and caches between them and the service may keep."""
+"""Route for meshes by URL, which browsers and caches on the way may keep."""
 
 from functools import partial
 from typing import NamedTuple
@@ -7,11 +7,11 @@ from urllib.parse import parse_qsl
 from fastapi import APIRouter, Request, Response
 
 from service.api.answers import FileResponse, disposition, report_headers
-from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
-from service.api.caching.entries import Entry, Subject, Variant, held, is_any
+from service.api.caching.cached_response import CachedResponse, Subject, Variant, held, is_any
+from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compressed
 from service.api.links import mesh_address
 from service.api.models.meshes import Mesh
-from service.api.negotiation import by_suffix, codings_of, condition_of
+from service.api.negotiation import codings_of, condition_of, format_by_suffix
 from service.api.observing.metrics import RequestCounters
 from service.api.observing.record import Timing, record_of
 from service.api.openapi.parameters import (
@@ -38,23 +38,23 @@ from service.schemas.query import canonical_query, mesh_query
 by_url = APIRouter()
 
 
-class Asked(NamedTuple):
-    """What an address asks for; `query` is its canonical query."""
+class MeshTarget(NamedTuple):
+    """A URL's meaning; `query` is its canonical query."""
 
     subject: Subject
     fmt: Format
     query: str
 
 
-class Made(NamedTuple):
-    """An answer, and where the time went that making it took."""
+class ComputedResponse(NamedTuple):
+    """A computed response, and the times of its steps."""
 
-    entry: Entry
+    entry: CachedResponse
     timing: Timing
 
 
 class Compression(NamedTuple):
-    """A body that is to be compressed; `forced` where the client takes it in no other coding."""
+    """The work of compressing a body; `forced`: the client accepts no other coding."""
 
     body: bytes
     coding: Coding
@@ -62,11 +62,11 @@ class Compression(NamedTuple):
 
     @property
     def cost(self) -> Cost:
-        """Time and memory that it takes."""
+        """Time and memory of the compression."""
         return compression_cost(len(self.body))
 
     def run(self) -> bytes | None:
-        """The body in its coding; None where that does not pay."""
+        """The compressed body; None where compressing does not pay."""
         if self.forced:
             return COMPRESS[self.coding](self.body)
         return compressed(self.coding, self.body)
@@ -95,20 +95,20 @@ class Compression(NamedTuple):
 async def get_surface_mesh(
     id: SurfaceId, suffix: Suffix, request: Request, context: ContextDep
 ) -> Response:
-    """For browsers, and for everything between them and this service that keeps answers.
+    """Answers a mesh by URL, for browsers and for caches between them and this service.
 
-    An address is a pure function of its parts: the same mesh comes from every service with the same
-    version of the numbers. Processors and libraries of another kind may round the last digit of a
-    number differently; then the tag is another, too. `Link` names the canonical spelling of the
-    address: options in one order, without defaults, `engine` at the end. Under that address the
-    mesh of a surface whose id is a hash may be kept for ever; all others for an hour, after which
-    `ETag` tells whether they changed.
+    A URL is a pure function of its parts: every service with the same version of the numbers
+    answers the same mesh. Other processors and libraries may round the last digit of a number
+    differently; then the entity tag differs too. `Link` names the canonical form of the URL:
+    options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
+    the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
+    tells whether they changed.
 
-    Equal requests that come together are computed once. Answers are kept in memory, compressed as
-    well.
+    Equal requests at the same time are computed once. Responses are kept in memory, also
+    compressed.
     """
     services, job, *_ = context
-    fmt = by_suffix(suffix)
+    fmt = format_by_suffix(suffix)
     asked = mesh_query(request.query_params.multi_items())
     check_engine(asked.engine)
     pinned = asked.engine is not None
@@ -118,14 +118,14 @@ async def get_surface_mesh(
     subject = Subject(
         address=mesh_address(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
-        # The name of the bytes: the surface, what is done with it, and what computes it.
+        # All that the bytes depend on: the surface, the options, and the encoder's version.
         content=f"{content} {fmt.suffix} {query} {written_by(asked.compression)}",
         for_ever=id == content,
     )
     answers, record = services.answers, record_of(request.scope)
     entry = answers.get(subject.address)
     known = held(condition, wanted.order, subject.tag)
-    async with job.attended():
+    async with job.until_deadline():
         if known is not None and (entry is not None or await exists(services.store, id)):
             return FileResponse(b"", subject.unchanged(known, pinned=pinned), 304)
         if entry is not None:
@@ -138,7 +138,7 @@ async def get_surface_mesh(
             answers.counts.misses += 1
             record.cache = "miss"
             counters: RequestCounters = request.app.state.observed
-            make = partial(_make, services, counters, Asked(subject, fmt, query))
+            make = partial(_make, services, counters, MeshTarget(subject, fmt, query))
             made = await services.flights.join((subject.address, answers.age), make, job.until_end)
             entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
         variant = await _coded(services, job, entry, wanted, timing)
@@ -150,21 +150,23 @@ async def get_surface_mesh(
 
 
 def check_engine(engine: int | None) -> None:
-    """Refuses another version of the numbers than ours.
+    """Refuses a version of the numbers other than this service's.
 
     Raises
     ------
     EngineGone
-        They cannot be computed here, now or later.
+        The query names another version.
     """
     if engine not in (None, ENGINE):
-        message = "These numbers are not computed here any more, or not yet."
+        message = "This service does not compute this version of the numbers."
         got, needed = "another version of the numbers", f"engine={ENGINE}, or no engine"
         raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 
-async def _make(services: Services, counters: RequestCounters, asked: Asked, job: Job) -> Made:
-    """The answer computed from the canonical query; kept if it is not too large."""
+async def _make(
+    services: Services, counters: RequestCounters, asked: MeshTarget, job: Job
+) -> ComputedResponse:
+    """Computes the response from the canonical query, and puts it into the cache if it fits."""
     subject, fmt, query = asked
     answers = services.answers
     age = answers.age
@@ -182,18 +184,18 @@ async def _make(services: Services, counters: RequestCounters, asked: Asked, job
         (b"content-disposition", saved.encode()),
         *report_headers(answer.report),
     )
-    entry = Entry(subject, bytes(answer.content), described)
+    entry = CachedResponse(subject, bytes(answer.content), described)
     answers.put(entry, age)
-    return Made(entry, job.timing)
+    return ComputedResponse(entry, job.timing)
 
 
 async def _coded(
-    services: Services, job: Job, entry: Entry, wanted: Accepted, timing: Timing
+    services: Services, job: Job, entry: CachedResponse, wanted: AcceptedCodings, timing: Timing
 ) -> Variant:
-    """The answer in the coding that the client likes best.
+    """The response in the coding that the client prefers.
 
-    An answer that is not kept, or that would have to wait for memory to be compressed, goes as it
-    is: the request holds memory for which others wait.
+    A response is sent uncompressed if it is not in the cache, or if compressing would have to wait
+    for memory: the request holds memory that others wait for.
     """
     answers, workers = services.answers, services.workers
     coding = wanted.order[0]

@@ -1,4 +1,4 @@
-"""What there is to ask for, and whether the service is well."""
+"""Routes for the list of formats, health and metrics."""
 
 import asyncio
 from typing import Any
@@ -9,7 +9,7 @@ from fastapi.responses import PlainTextResponse
 from service import __version__
 from service.api.answers import HEADERS, json_response
 from service.api.models.surfaces import FormatList, Health
-from service.api.negotiation import no_parameters
+from service.api.negotiation import refuse_parameters
 from service.api.observing import metrics as service_metrics
 from service.api.observing.health import is_ready
 from service.api.openapi.parameters import Json
@@ -25,19 +25,19 @@ catalogue = APIRouter()
     "/v1/formats",
     operation_id="listFormats",
     tags=["catalogue"],
-    summary="The formats written here",
+    summary="The formats of meshes",
     response_model=FormatList,
-    response_description="The formats written here.",
+    response_description="The formats of meshes.",
     responses={422: error("InvalidQuery"), 500: error("InternalError")},
 )
 async def list_formats(request: Request) -> Response:
-    """Lists the formats that meshes are written in, and what each can hold."""
-    no_parameters(request.query_params)
+    """Lists the formats of meshes, and what each can store."""
+    refuse_parameters(request.query_params)
     return json_response({"formats": formats()})
 
 
 def formats() -> list[dict[str, Any]]:
-    """The formats as they are listed."""
+    """The entries of `GET /v1/formats`."""
     return [
         {
             "name": f.name,
@@ -64,8 +64,8 @@ _READY: Json = {
 }
 _FAILING = {"status": "unready", "computing": "ready", "store": "unavailable"}
 _UNREADY: Json = {
-    "description": "No new requests should come here, for what does not work, or since the service "
-    "is about to stop.",
+    "description": "Send no new requests here: a part does not work, or the service is about to "
+    "stop.",
     "content": {
         "application/json": {
             "examples": {
@@ -91,7 +91,7 @@ health = APIRouter()
     responses={500: error("InternalError")},
 )
 async def get_health(request: Request) -> Response:
-    """Versions of the service and of its numbers."""
+    """The state and versions of the service and of its numbers."""
     state = "ready" if request.app.state.ready else "draining"
     return json_response({"status": state, "version": __version__, "engine": ENGINE})
 
@@ -100,13 +100,13 @@ async def get_health(request: Request) -> Response:
     "/health/live",
     operation_id="getLiveness",
     tags=["operations"],
-    summary="200 as long as the process works",
+    summary="200 while the process runs",
     response_model=Health,
-    response_description="200 as long as the process works.",
+    response_description="The process runs.",
     responses={500: error("InternalError")},
 )
 async def get_liveness() -> Response:
-    """Nothing is computed, and nothing else is asked."""
+    """Answers at once, without any check."""
     return json_response({"status": "live"}, headers=_HEADERS)
 
 
@@ -114,17 +114,16 @@ async def get_liveness() -> Response:
     "/health/ready",
     operation_id="getReadiness",
     tags=["operations"],
-    summary="200 as long as new requests are welcome",
+    summary="200 while the service is ready for new requests",
     response_model=Health,
-    response_description="200 as long as new requests are welcome.",
+    response_description="The service is ready for new requests.",
     responses={200: _READY, 500: error("InternalError"), 503: _UNREADY | {"model": Health}},
 )
 async def get_readiness(request: Request) -> Response:
-    """Whether new requests are welcome.
+    """Whether the service is ready for new requests.
 
-    Ready means that a tiny mesh, made every few seconds at most, came out right, that the place
-    where surfaces are kept has answered in the last seconds, and that the service is not about to
-    stop.
+    Ready means that a self-test (a tiny mesh, at most once in 5 s) gave the right numbers, that the
+    store has answered in the last seconds, and that the service is not about to stop.
     """
     state = request.app.state
     if not state.ready:
@@ -140,12 +139,12 @@ async def get_readiness(request: Request) -> Response:
 
 
 _COUNTER = """\
-# HELP surface_cache_hits_total Answers sent again.
+# HELP surface_cache_hits_total Responses sent from the cache.
 # TYPE surface_cache_hits_total counter
 surface_cache_hits_total 1204.0
 """
 _OPEN_COUNTER = """\
-# HELP surface_cache_hits Answers sent again.
+# HELP surface_cache_hits Responses sent from the cache.
 # TYPE surface_cache_hits counter
 surface_cache_hits_total 1204.0
 # EOF
@@ -162,10 +161,10 @@ metrics.get(
     "/metrics",
     operation_id="getMetrics",
     tags=["operations"],
-    summary="Numbers of what the service does, as Prometheus reads them",
+    summary="Metrics of the service, for Prometheus",
     description="In the text format of Prometheus, or as OpenMetrics where `Accept` names it. "
-    "Whether it is there, and open, is for the operator to say.",
+    "The operator decides whether it exists, and whether it needs a key.",
     response_class=PlainTextResponse,
-    response_description="Every number that is counted.",
+    response_description="All metrics.",
     responses={200: _METRICS, 422: error("InvalidQuery"), 500: error("InternalError")},
 )(service_metrics.metrics)

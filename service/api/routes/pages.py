@@ -1,7 +1,7 @@
-"""The editor at `/`, the documentation at `/docs`, and /openapi.json: all from this server.
+"""Routes for pages: the editor at `/`, the documentation at `/docs`, and /openapi.json.
 
-Modules, styles and pictures are served under closed lists of names, so that no path of a request
-decides which files can be opened.
+Modules, styles and pictures are served from closed lists of names: no path of a request decides
+which file is opened.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,13 +22,13 @@ from service.decoders.registry import BY_NAME, BY_SUFFIX
 
 API = Path(__file__).parents[1]
 PAGE, DOCS = API / "page", API / "docs"
-"""Written by us: the editor with its style and its modules, and the page of Swagger UI."""
+"""Our own files: the editor with its style and modules, and the page of Swagger UI."""
 
 THUMBNAILS = PAGE / "examples"
 """A small picture of each example, drawn by `make picture`."""
 
 STATIC = API / "static"
-"""Filled by `make web` and by the image build."""
+"""Scripts of others, installed by `make web` and by the image build."""
 
 THREE = "three/three.js"
 SWAGGER = ("swagger-ui/swagger-ui-bundle.js", "swagger-ui/swagger-ui.css")
@@ -39,7 +39,7 @@ _MEDIA_TYPES = MappingProxyType(
 
 
 def _headers(own: str) -> dict[str, str]:
-    """The headers of a page whose policy has these directives beside those of all pages."""
+    """Headers of a page, with its own directives in the content security policy."""
     always = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     policy = f"default-src 'none'; script-src 'self'; connect-src 'self'; {own}; {always}"
     return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
@@ -54,11 +54,11 @@ pages = APIRouter(include_in_schema=False)
 
 @pages.get("/")
 async def editor(request: Request, context: ContextDep) -> Response:
-    """The editor, or what to run to have it. Its query is read by the editor."""
+    """The editor, or how to install it. The editor itself reads the query."""
     if not (STATIC / THREE).is_file():
         return _missing(
             "The editor draws with three.js, which is not installed.",
-            'Nothing else depends on it; <a href="docs">the interface</a> answers as ever.',
+            'Everything else works; see <a href="docs">the interface</a>.',
             _EDITOR_HEADERS,
         )
     return await context.services.static_files.answer(request, "page")
@@ -72,11 +72,11 @@ async def editor_file(file: str, request: Request, context: ContextDep) -> Respo
 
 @pages.get("/docs")
 async def documentation(request: Request, context: ContextDep) -> Response:
-    """Swagger UI over /openapi.json, or what to run to have it."""
+    """Swagger UI for /openapi.json, or how to install it."""
     if not all((STATIC / name).is_file() for name in SWAGGER):
         return _missing(
             "The scripts of this page are not installed.",
-            "Nothing else depends on them; the interface is described in "
+            "Everything else works; the interface is described in "
             '<a href="openapi.json">openapi.json</a>.',
             _DOCS_HEADERS,
         )
@@ -91,18 +91,18 @@ async def documentation_file(asset: str, request: Request, context: ContextDep) 
 
 @pages.get("/openapi.json")
 async def openapi(request: Request, context: ContextDep) -> Response:
-    """The interface as a document."""
+    """The OpenAPI document."""
     return await context.services.static_files.answer(request, "openapi.json")
 
 
 def _missing(what: str, rest: str, headers: Mapping[str, str]) -> Response:
-    """A page that says what is not installed, what to run, and what works without it: 503."""
+    """A 503 page: what is not installed, how to install it, and what works without it."""
     text = Template((DOCS / "missing.html").read_text(encoding="utf-8"))
     return HTMLResponse(text.substitute(what=what, rest=rest), 503, headers)
 
 
 def files(document: Callable[[], dict[str, Any]]) -> dict[str, StaticFile]:
-    """The pages and what they are made of, and the OpenAPI document; nothing else is served."""
+    """All files that pages need, and the OpenAPI document; no other file is served."""
     modules = [STATIC / THREE, *sorted([*PAGE.iterdir(), *THUMBNAILS.iterdir()])]
     scripts = [DOCS / "start.js", *(STATIC / name for name in SWAGGER)]
     return {
@@ -123,9 +123,9 @@ def _by_name(folder: str, paths: Sequence[Path]) -> dict[str, StaticFile]:
 
 
 def _editor_page() -> bytes:
-    """`index.html` with what the folders and the registry of decoders list."""
+    """`index.html`, with the lists of modules and of file suffixes filled in."""
     names = {path.name for path in PAGE.glob("*.js")} - {"main.js"} | {Path(THREE).name}
-    # Teapots are handed on as `.txt` as well.
+    # Teapot files often have the suffix `.txt`.
     media_types = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
     media_types["txt"] = BY_NAME["teapot"].media_type
     suffixes = [".json", *(f".{suffix}" for suffix in media_types)]

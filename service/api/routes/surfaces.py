@@ -1,4 +1,4 @@
-"""Surfaces with an address, stored under the hash of their content; and signed addresses."""
+"""Routes for surfaces: storing them under the hash of their content, reading, and signed URLs."""
 
 import time
 from functools import cache
@@ -8,11 +8,11 @@ from fastapi import APIRouter, HTTPException, Request, Response
 
 from service.api.answers import HEADERS, bytes_response, json_response
 from service.api.body import BodyRoute
-from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER, is_any, listed
+from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, listed
 from service.api.guard.signatures import signed_address
 from service.api.links import mesh_links, mesh_path, surface_address
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
-from service.api.negotiation import condition_of, no_parameters
+from service.api.negotiation import condition_of, refuse_parameters
 from service.api.openapi.parameters import (
     IF_NONE_MATCH,
     StoredId,
@@ -44,7 +44,7 @@ from service.surface.sweep_model import SweepModel
 
 
 class SurfaceRoute(BodyRoute):
-    """A route that takes a surface as JSON or as a file."""
+    """A route that reads a surface as JSON or as a file."""
 
     decoders = DECODERS
 
@@ -66,10 +66,10 @@ _STORED = answer(
     tags=["surfaces"],
     summary="Stores a surface",
     response_model=StoredSurface,
-    response_description="It was stored already.",
+    response_description="The surface was stored already.",
     responses={
         200: _STORED,
-        201: _STORED | {"description": "It is stored.", "model": StoredSurface},
+        201: _STORED | {"description": "The surface is stored.", "model": StoredSurface},
         **POST_ERRORS,
         503: error("Unavailable"),
         507: error("StoreFull"),
@@ -77,17 +77,17 @@ _STORED = answer(
     openapi_extra=surface_body("storeSurface", has_options=False),
 )
 async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response:
-    """Stores the surface under the SHA-256 of its content, which is its id from then on.
+    """Stores the surface under the SHA-256 of its content, which becomes its id.
 
-    The status is 201 where it is new, 200 where it was there. All ways to write a surface down have
-    one id: the order of keys, the spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says
-    and whether it is said make no difference; any other number does. A file of control points is
-    the surface that JSON would say, with what it does not hold in the query. Its meshes have
-    addresses, which `links` names, and clients may cache them for ever.
+    The status is 201 for a new surface, 200 for one that was stored already. All ways to write the
+    same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`, −0) and
+    explicit defaults make no difference; any other number does. A file of control points is the
+    same surface as in JSON, with its other fields in the query. `links` names the URLs of its
+    meshes, which clients may cache for ever.
     """
     services, job, request, _ = context
     id, content = await job.run(plan_content(wanted.to_surface()), "content")
-    async with job.attended():
+    async with job.until_deadline():
         with job.timing.step("store"):
             is_new = await services.store.put(id, content)
     root = request.scope.get("root_path", "")
@@ -111,8 +111,8 @@ async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response
     },
 )
 async def list_surfaces(request: Request) -> Response:
-    """Lists the built-in surfaces, with the addresses of their meshes."""
-    no_parameters(request.query_params)
+    """Lists the built-in surfaces, with the URLs of their meshes."""
+    refuse_parameters(request.query_params)
     root = request.scope.get("root_path", "")
     return json_response({"surfaces": [_summary(e, root) for e in EXAMPLES.values()]})
 
@@ -136,15 +136,15 @@ async def list_surfaces(request: Request) -> Response:
     openapi_extra={"parameters": [IF_NONE_MATCH]},
 )
 async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> Response:
-    """The definition of a built-in or a stored surface, as a body for the other calls.
+    """Answers the definition of a built-in or a stored surface: a body for the other calls.
 
-    Under an id that is a hash it never changes; its `ETag` is the hash of the content, in quotes.
+    If the id is a hash, it never changes; its `ETag` is the hash of the content, in quotes.
     """
     services, job, *_ = context
-    no_parameters(request.query_params)
+    refuse_parameters(request.query_params)
     tag = f'"{content_id(id)}"'
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
-    async with job.attended():
+    async with job.until_deadline():
         condition = condition_of(request) or b""
         is_held = is_any(condition) or tag.encode() in listed(condition)
         if is_held and await exists(services.store, id):
@@ -161,7 +161,7 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
     tags=["surfaces"],
     summary="Removes a stored surface",
     status_code=204,
-    response_description="It is gone.",
+    response_description="The surface is removed.",
     responses={
         404: error("UnknownSurface"),
         405: error("MethodNotAllowed"),
@@ -171,16 +171,16 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
     },
 )
 async def delete_surface(id: StoredId, request: Request, context: ContextDep) -> Response:
-    """Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`).
+    """Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
 
-    Built-in surfaces stay: 405. What others have kept of its meshes is theirs: addresses that may
-    be kept for ever are not called back. Storing the surface again brings back the same id.
+    Built-in surfaces stay: 405. Caches may keep its meshes: a URL that may be kept for ever cannot
+    be called back. Storing the surface again gives it the same id.
     """
-    no_parameters(request.query_params)
+    refuse_parameters(request.query_params)
     if id in EXAMPLES:
         raise HTTPException(405, headers={"Allow": "GET, HEAD"})
     if not await context.services.store.delete(content_id(id)):
-        issue = Issue("unknown_surface", "No surface is kept under this id.", "/id")
+        issue = Issue("unknown_surface", "No surface is stored under this id.", "/id")
         raise UnknownSurface(issue)
     context.services.answers.forget(id)
     return Response(status_code=204, headers=HEADERS)
@@ -211,7 +211,7 @@ def _facts(example: Example) -> dict[str, Any]:
 
 
 def _degree(model: Model) -> list[int]:
-    """The highest degree along u and along v of any patch; of a sweep, that of its curve and 0."""
+    """The highest degree of the patches along u and along v; of a sweep, its curve's and 0."""
     degrees = [(0, 0)]
     for each in model.models if isinstance(model, GroupModel) else (model,):
         if isinstance(each, SweepModel):
@@ -227,20 +227,19 @@ def _degree(model: Model) -> list[int]:
     "/v1/sign",
     operation_id="signAddress",
     tags=["surfaces"],
-    summary="Signs an address of a private surface",
+    summary="Signs a URL of a private surface",
     response_model=SignedAddress,
-    response_description="The address.",
+    response_description="The URL.",
     responses={200: answer({}), **POST_ERRORS},
     openapi_extra=json_body("signAddress"),
 )
 async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
-    """Makes an address that any client may read without a key until it expires.
+    """Makes a URL that any client may read without a key until it expires.
 
-    That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
-    for a viewer on a page, say. The signature holds for that path and those parameters, in any
-    order, for `GET` and `HEAD`. Nothing is looked up or computed. Only addresses of this service
-    can be signed, for seven days at most; and only where it is set up for that
-    (`SURFACE_SIGNING_KEYS`), else there is no such call.
+    It is for services whose surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`): for
+    a viewer on a page, for example. The signature holds for one path and its parameters, in any
+    order, for `GET` and `HEAD`. The service does not look the surface up. It signs only its own
+    URLs, for seven days at most; without `SURFACE_SIGNING_KEYS` this call does not exist.
     """
     assert context.services.signer is not None
     root = context.request.scope.get("root_path", "")

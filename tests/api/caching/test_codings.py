@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from service.api.caching.codings import COMPRESS, MIN_BYTES, Coding, accepted, compressed
+from service.api.caching.codings import COMPRESS, MIN_BYTES, Coding, accepted_codings, compressed
 from tests.packed import unpacked_gzip, unpacked_zstd
 
 TEXT = b"v 0.25 0.5 1\n" * 1000
@@ -42,7 +42,7 @@ TEXT = b"v 0.25 0.5 1\n" * 1000
 )
 def test_what_a_client_wants(header: bytes | None, order: list[Coding]) -> None:
     for _ in range(2):
-        wanted = accepted(header)
+        wanted = accepted_codings(header)
         assert list(wanted.order) == order
         assert wanted.plain == ("identity" in order)
 

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from service.api.caching import entries
+from service.api.caching import cached_response as module
+from service.api.caching.cached_response import entity_tag, is_any, listed
 from service.api.caching.codings import CODINGS, MADE_BY
-from service.api.caching.entries import entity_tag, is_any, listed
 
 
 def test_a_tag_is_of_the_content_and_of_the_coding() -> None:
@@ -20,7 +20,7 @@ def test_a_tag_is_of_the_content_and_of_the_coding() -> None:
 def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
     before = {coding: entity_tag("a", coding) for coding in CODINGS}
     made_by = {**MADE_BY, "gzip": "zlib 9.9.9"}
-    monkeypatch.setattr(entries, "MADE_BY", made_by)
+    monkeypatch.setattr(module, "MADE_BY", made_by)
     changed = {coding for coding in CODINGS if entity_tag("a", coding) != before[coding]}
     assert changed == {"gzip"}
 

@@ -8,7 +8,7 @@ from pydantic import SecretStr
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.app import create_app
-from service.api.caching.front import Front
+from service.api.caching.middleware import CacheMiddleware
 from service.api.guard.keys import entry_line
 from service.api.observing.middleware import RequestMiddleware
 from service.api.observing.record import record_of
@@ -110,7 +110,7 @@ def test_what_is_read_by_an_address_stays_open(client: Client, path: str) -> Non
 def test_without_keys_nothing_is_checked_and_there_is_no_guard() -> None:
     app = create_app(Settings())
     assert isinstance(app.front, RequestMiddleware)
-    assert isinstance(app.front.app, Front)
+    assert isinstance(app.front.app, CacheMiddleware)
     with client_of(app) as client:
         assert client.post("/v1/mesh", NET).status_code == 200
 

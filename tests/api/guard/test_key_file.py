@@ -7,7 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from service.api.guard.keys import MAX_BYTES, InvalidKeys, KeyEntry, KnownKeys, entries, entry_line
+from service.api.guard.keys import (
+    MAX_BYTES,
+    InvalidKeys,
+    KeyEntry,
+    KnownKeys,
+    entry_line,
+    parse_entries,
+)
 
 ALICE, BOB, CAROL = (entry_line(name, name) for name in ("alice", "bob", "carol"))
 
@@ -40,7 +47,7 @@ def write(file: Path, text: str) -> None:
 
 
 def test_it_is_read_beside_the_settings(file: Path) -> None:
-    assert names(KnownKeys(entries([BOB]), str(file))()) == ["bob", "alice"]
+    assert names(KnownKeys(parse_entries([BOB]), str(file))()) == ["bob", "alice"]
 
 
 def test_it_is_read_again_when_it_changed_a_second_later(

@@ -5,11 +5,13 @@ import re
 import pytest
 
 from service.api.guard import keys
-from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, new_key, owner
+from service.api.guard.keys import InvalidKeys, bearer, entry_line, new_key, owner, parse_entries
 from tests.programs import run_python
 
 OLD, NEW = new_key(), new_key()
-KNOWN = entries([entry_line("alice", OLD), entry_line("alice", NEW), entry_line("bob", new_key())])
+KNOWN = parse_entries(
+    [entry_line("alice", OLD), entry_line("alice", NEW), entry_line("bob", new_key())]
+)
 
 
 def test_a_key_is_256_bits_that_nobody_else_has() -> None:
@@ -38,7 +40,7 @@ def test_what_differs_anywhere_is_another_key() -> None:
 
 
 def test_a_password_whose_hash_is_listed_is_no_key() -> None:
-    assert owner(b"password", entries([entry_line("eve", "password")])) is None
+    assert owner(b"password", parse_entries([entry_line("eve", "password")])) is None
 
 
 def test_all_keys_are_compared_wherever_the_right_one_stands(
@@ -62,23 +64,25 @@ def test_all_keys_are_compared_wherever_the_right_one_stands(
 )
 def test_wrong_entries_are_told_by_their_number_and_not_repeated(line: str) -> None:
     with pytest.raises(InvalidKeys, match="key 2 ") as caught:
-        entries([entry_line("bob", NEW), line])
+        parse_entries([entry_line("bob", NEW), line])
     assert "alice" not in str(caught.value)
     assert "0000" not in str(caught.value)
 
 
 def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
     with pytest.raises(InvalidKeys) as caught:
-        entries([f"alice:{NEW}"])
+        parse_entries([f"alice:{NEW}"])
     assert NEW not in str(caught.value)
 
 
 def test_one_key_is_listed_once_and_keys_are_not_endless() -> None:
     with pytest.raises(InvalidKeys, match="twice"):
-        keys.together(entries([entry_line("alice", NEW)]), entries([entry_line("bob", NEW)]))
-    many = entries([entry_line("alice", str(i)) for i in range(keys.MOST + 1)])
+        keys.join_entries(
+            parse_entries([entry_line("alice", NEW)]), parse_entries([entry_line("bob", NEW)])
+        )
+    many = parse_entries([entry_line("alice", str(i)) for i in range(keys.MOST + 1)])
     with pytest.raises(InvalidKeys, match="too many"):
-        keys.together(many)
+        keys.join_entries(many)
 
 
 @pytest.mark.parametrize(
@@ -100,6 +104,6 @@ def test_keys_come_as_bearer_tokens(header: bytes | None, key: bytes | None) -> 
 def test_the_command_prints_a_key_and_what_the_service_is_told() -> None:
     printed = run_python("-m", "service", "key", "alice").stdout
     (_, key), (_, line) = (each.split() for each in printed.splitlines())
-    assert owner(key.encode(), entries([line])) == "alice"
+    assert owner(key.encode(), parse_entries([line])) == "alice"
     wrong = run_python("-m", "service", "key", "a b", check=False)
     assert (wrong.returncode, wrong.stdout) == (2, "")

@@ -54,7 +54,7 @@ def test_reads_need_a_key_or_a_signature(client: Client, path: str) -> None:
         assert answer.headers["www-authenticate"].startswith("Bearer")
         assert answer.headers["cache-control"] == "no-store"
     needed = client.get(path).json()["errors"][0]["needed"]
-    assert "signed address" in needed
+    assert "signed URL" in needed
 
 
 @pytest.mark.parametrize("path", ["/v1/surfaces", "/v1/formats", "/health", "/openapi.json"])

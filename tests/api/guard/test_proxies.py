@@ -26,7 +26,7 @@ def introduced(
     headers = [(b"x-forwarded-for", line.encode("latin-1")) for line in lines]
     headers += [(b"x-forwarded-proto", value.encode()) for value in proto]
     scope: dict[str, Any] = {"client": peer, "scheme": "http", "headers": headers}
-    Proxies(listed).introduce(scope)
+    Proxies(listed).set_client(scope)
     client = scope["client"]
     return (client[0] if client else None), scope["scheme"]
 

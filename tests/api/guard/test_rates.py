@@ -83,8 +83,8 @@ def test_a_flood_of_addresses_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> 
         (None, "2001:db8:1:2:3:4:5:6", "2001:db8:1:2::"),
         (None, "2001:db8:1:2:ffff::", "2001:db8:1:2::"),
         (None, "fe80::1%eth0", "fe80::"),
-        (None, None, "somebody"),
-        (None, "testclient", "somebody"),
+        (None, None, "unknown"),
+        (None, "testclient", "unknown"),
     ],
 )
 def test_who_is_counted_together(key: str | None, client: str | None, expected: str) -> None:

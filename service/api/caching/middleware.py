@@ -1,4 +1,4 @@
-"""The front door: what is known is answered here, before anything else sees the request."""
+"""Middleware that answers from the cache, and answers preflight requests."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -7,9 +7,9 @@ from operator import attrgetter
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.answers import CHUNK, UNTRACKED, send_pieces
-from service.api.caching.answers import AnswerCache
-from service.api.caching.codings import Accepted, accepted
-from service.api.caching.entries import Entry, Variant, held, is_any
+from service.api.caching.cache import AnswerCache
+from service.api.caching.cached_response import CachedResponse, Variant, held, is_any
+from service.api.caching.codings import AcceptedCodings, accepted_codings
 from service.api.cors import Origins
 from service.api.observing.record import record_of
 
@@ -17,11 +17,11 @@ _END: Message = {"type": "http.response.body", "body": b""}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Front:
-    """Answers requests whose answers are kept, and preflight requests; hands on all others.
+class CacheMiddleware:
+    """Answers requests whose responses are cached, and preflight requests; passes on all others.
 
-    An address is looked up as it was written. Nothing is parsed that was parsed before, and the
-    heads are ready; so a hit takes a few microseconds, of which the server's own work is most.
+    It looks a URL up as the client wrote it, without parsing, and the heads are ready: a hit takes
+    a few microseconds, most of them in the server.
     """
 
     app: ASGIApp
@@ -29,7 +29,7 @@ class Front:
     origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
+        """Handles one request."""
         method = scope["method"] if scope["type"] == "http" else ""
         if method in _METHODS:
             found = self.answers.find(scope["path"], scope["query_string"])
@@ -41,7 +41,7 @@ class Front:
                         coding = value if coding is None else coding + b"," + value
                     elif name == b"if-none-match":
                         condition = value if condition is None else condition + b"," + value
-                chosen = _choose(entry, accepted(coding), condition)
+                chosen = _choose(entry, accepted_codings(coding), condition)
                 if chosen is not None:
                     self.answers.counts.hits += 1
                     record_of(scope).cache = "hit"
@@ -60,8 +60,8 @@ class Front:
             return
         await self.app(scope, receive, send)
 
-    async def _send_tracked(self, entry: Entry, variant: Variant, send: Send) -> None:
-        """A body that a slow client may leave with the server: so long the entry is kept."""
+    async def _send_tracked(self, entry: CachedResponse, variant: Variant, send: Send) -> None:
+        """Sends a long body; the entry stays in memory while a slow client receives it."""
         self.answers.begin(entry)
         try:
             if len(variant.body) <= CHUNK:
@@ -76,10 +76,12 @@ class Front:
 _METHODS = frozenset({"GET", "HEAD"})
 
 
-def _choose(entry: Entry, wanted: Accepted, condition: bytes | None) -> tuple[Variant, bool] | None:
-    """The bytes to send, and whether the client has them; None if they are yet to be made."""
+def _choose(
+    entry: CachedResponse, wanted: AcceptedCodings, condition: bytes | None
+) -> tuple[Variant, bool] | None:
+    """The variant to send, and whether the client has it already; None if it must be made."""
     if not wanted.plain:
-        return None  # a coding that does not pay must be used after all
+        return None  # the client refuses plain bodies: compress even if it does not pay
     known = held(condition, _ready(entry, wanted), _TAG)
     if known is not None:
         return known, True
@@ -87,8 +89,8 @@ def _choose(entry: Entry, wanted: Accepted, condition: bytes | None) -> tuple[Va
     return None if variant is None else (variant, condition is not None and is_any(condition))
 
 
-def _ready(entry: Entry, wanted: Accepted) -> Iterator[Variant]:
-    """The bytes in the codings that the client accepts, as far as they are there."""
+def _ready(entry: CachedResponse, wanted: AcceptedCodings) -> Iterator[Variant]:
+    """The variants in memory that the client accepts, best first."""
     return (entry.variants[coding] for coding in wanted.order if coding in entry.variants)
 
 

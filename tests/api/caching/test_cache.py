@@ -7,17 +7,19 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from service.api.caching.answers import ALIASES, SHARE, AnswerCache
+from service.api.caching.cache import ALIASES, SHARE, AnswerCache
+from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.codings import Coding
-from service.api.caching.entries import Entry, Subject
 
 ROOM = 200_000
 
 
-def entry(name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False) -> Entry:
+def entry(
+    name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False
+) -> CachedResponse:
     subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, for_ever)
     content = size.to_bytes(4) * (size // 4) + b"x" * (size % 4)
-    return Entry(subject, content, ((b"content-type", b"model/gltf-binary"),))
+    return CachedResponse(subject, content, ((b"content-type", b"model/gltf-binary"),))
 
 
 def test_what_was_put_is_found_and_counted() -> None:
@@ -151,7 +153,7 @@ class Memory(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.cache = AnswerCache(60_000)
-        self.made: list[Entry] = []
+        self.made: list[CachedResponse] = []
 
     @rule(
         name=st.sampled_from("abcdefghijklm"),

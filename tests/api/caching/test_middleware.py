@@ -7,9 +7,9 @@ import pytest
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.answers import CHUNK, UNTRACKED
-from service.api.caching.answers import AnswerCache
-from service.api.caching.entries import Entry, Subject
-from service.api.caching.front import Front
+from service.api.caching.cache import AnswerCache
+from service.api.caching.cached_response import CachedResponse, Subject
+from service.api.caching.middleware import CacheMiddleware
 from service.api.cors import Origins
 from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
 
@@ -24,7 +24,7 @@ def asked(
 ) -> tuple[list[Message], int]:
     """The messages of an answer, and how many requests were handed on."""
     answers, behind, messages = AnswerCache(1 << 30), list[Scope](), list[Message]()
-    entry = Entry(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
+    entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert answers.put(entry, answers.age)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
@@ -41,7 +41,7 @@ def asked(
         raise AssertionError("a body was read")
 
     async def ask() -> None:
-        door = Front(inner, answers, Origins(["*"]))
+        door = CacheMiddleware(inner, answers, Origins(["*"]))
         await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(ask())

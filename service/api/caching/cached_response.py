@@ -1,7 +1,7 @@
-"""One file under one address, as it is sent: its tags, its bytes in each coding, and its heads.
+"""A mesh file in memory: its entity tags, its bytes in each coding, and its response heads.
 
-An entity tag is a name of bytes, known before the bytes are (RFC 9110, section 8.8.3). Heads are
-made once, before they are sent.
+An entity tag names the bytes before they are computed (RFC 9110, section 8.8.3). Heads are made
+once and sent many times.
 """
 
 import re
@@ -18,18 +18,18 @@ from service.api.caching.codings import CODINGS, MADE_BY, Coding
 Choice = TypeVar("Choice")
 
 _TAG_BYTES = 16
-"""Bytes of the hash in a tag: different answers never get the same one in practice."""
+"""Bytes of the hash in a tag: in practice different responses never share one."""
 
 _LISTED = re.compile(rb'(?:W/)?("[\x21\x23-\x7e\x80-\xff]*")')
 
 
 def entity_tag(content: str, coding: Coding) -> bytes:
-    """The strong tag, in its quotes, of some content in a coding.
+    """The strong entity tag of a content in a coding, with its quotes.
 
     Parameters
     ----------
     content : str
-        A name of the content: other bytes have another.
+        A name of the content: different bytes have different names.
     """
     name = f"{content}\n{MADE_BY[coding]}".encode()
     digest = sha256(name).digest()[:_TAG_BYTES]
@@ -37,9 +37,9 @@ def entity_tag(content: str, coding: Coding) -> bytes:
 
 
 def listed(header: bytes) -> frozenset[bytes]:
-    """The tags that an If-None-Match header lists.
+    """The entity tags in an If-None-Match header, without their `W/`.
 
-    They are compared weakly there (section 13.1.2), so a `W/` before one is not looked at.
+    This header compares tags weakly (section 13.1.2).
     """
     return frozenset(_LISTED.findall(header))
 
@@ -47,7 +47,7 @@ def listed(header: bytes) -> frozenset[bytes]:
 def held(
     condition: bytes | None, choices: Iterable[Choice], tag: Callable[[Choice], bytes]
 ) -> Choice | None:
-    """The first of these choices whose tag If-None-Match lists: the client has it already."""
+    """The first choice whose entity tag If-None-Match lists: the client has it already."""
     if condition is None:
         return None
     tags = listed(condition)
@@ -55,38 +55,38 @@ def held(
 
 
 def is_any(header: bytes) -> bool:
-    """Whether If-None-Match stands for every answer that there is."""
+    """Whether If-None-Match is `*`, which matches every response."""
     return header.strip() == b"*"
 
 
 RawHeaders: TypeAlias = tuple[tuple[bytes, bytes], ...]
 
 FOR_EVER = "public, max-age=31536000, immutable"
-"""Of addresses that will never stand for anything else: a hash, and the version of the numbers."""
+"""For URLs that always stand for the same bytes: they name a hash and the engine's version."""
 
 FOR_AN_HOUR = "public, max-age=3600, must-revalidate"
 
 HIT = b"cache;desc=hit"
-"""The Server-Timing of what was not computed for this request."""
+"""`Server-Timing` of a cached response."""
 
 ENTRY_BYTES, VARIANT_BYTES = 3000, 4500
-"""What Python needs for an entry and for each of its codings, beside the bytes themselves."""
+"""Memory that Python needs for an entry and for each coding, beside the file's bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """What an address stands for, known before anything is computed.
+    """What a URL stands for, known before anything is computed.
 
     Attributes
     ----------
     address : str
-        The canonical address, the path that the service is mounted at included.
+        The canonical URL's path and query, with the path that the service is mounted at.
     surface : str
-        The id in it.
+        The id in the URL.
     content : str
-        A name of the bytes: other bytes have another.
+        A name of the bytes: different bytes have different names.
     for_ever : bool
-        Whether the id is a hash, so that the canonical address never stands for other bytes.
+        Whether the id is a hash, so that the canonical URL always stands for the same bytes.
     """
 
     address: str
@@ -95,11 +95,11 @@ class Subject:
     for_ever: bool
 
     def tag(self, coding: Coding) -> bytes:
-        """The entity tag of the bytes in a coding."""
+        """The entity tag of the file in a coding."""
         return entity_tag(self.content, coding)
 
     def unchanged(self, coding: Coding, *, pinned: bool, timing: bytes = HIT) -> RawHeaders:
-        """The headers of a 304; `pinned` where the address that was asked for names the engine."""
+        """The headers of a 304; `pinned`: the requested URL names the engine."""
         lasting = FOR_EVER if self.for_ever and pinned else FOR_AN_HOUR
         return (
             (b"etag", self.tag(coding)),
@@ -112,9 +112,9 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """The bytes in one coding, to be sent as the `whole` body or as a `piece` of it.
+    """The file in one coding; the body's message is `whole`, or a `piece` of a longer response.
 
-    [False] of a pair is for addresses that do not name the engine.
+    Pairs have the item for URLs without `engine=` first, and for URLs with it second.
     """
 
     coding: Coding
@@ -126,13 +126,13 @@ class Variant:
     unchanged: tuple[Message, Message]
 
 
-class Entry:
-    """The file, and how it was sent so far.
+class CachedResponse:
+    """A mesh file in memory, with its codings and ready-made heads.
 
     Parameters
     ----------
     described : RawHeaders
-        Headers of the file, whatever its coding.
+        Headers that all codings of the file have.
     """
 
     __slots__ = ("_described", "aliases", "plain", "size", "subject", "variants")
@@ -147,11 +147,11 @@ class Entry:
         self.add(self.coded("identity", plain), "identity")
 
     def headers(self, variant: Variant, *, pinned: bool, timing: bytes) -> RawHeaders:
-        """The headers of the answer that brings the bytes."""
+        """The headers of a 200 response with this variant."""
         return self._full(variant.coding, len(variant.body), pinned, timing)
 
     def coded(self, coding: Coding, body: bytes | None) -> Variant:
-        """The bytes in a coding; None if it does not pay, and they go as they are."""
+        """The file in a coding; if `body` is None, compressing does not pay: the plain file."""
         if body is None:
             return self.variants["identity"]
         return Variant(
@@ -165,14 +165,14 @@ class Entry:
         )
 
     def add(self, variant: Variant, coding: Coding) -> None:
-        """Keeps what is sent where a client would like this coding best."""
+        """Keeps the variant for clients that prefer this coding."""
         if variant.coding == coding:
             self.size += len(variant.body) + VARIANT_BYTES
         self.variants[coding] = variant
 
     @property
     def largest(self) -> int:
-        """What the entry takes at most, once it is there in all codings."""
+        """Bytes that the response takes at most, once it has all codings."""
         return self.size + (len(CODINGS) - 1) * (len(self.plain) + VARIANT_BYTES)
 
     def _full(self, coding: Coding, length: int, pinned: bool, timing: bytes) -> RawHeaders:

@@ -10,8 +10,8 @@ from contextlib import closing
 
 import pytest
 
-from service.api.caching.answers import AnswerCache
-from service.api.caching.flights import Flights
+from service.api.caching.cache import AnswerCache
+from service.api.caching.single_flight import SingleFlight
 from service.api.workers import Job, Workers
 from service.pipeline.cost import Cost
 from service.settings.values import Settings
@@ -20,8 +20,8 @@ from service.stopping import Stopped, checkpoint
 pytestmark = pytest.mark.anyio
 
 
-class Airport(Flights):
-    """Flights that requests join, each for as long as it takes."""
+class Airport(SingleFlight):
+    """SingleFlight that requests join, each for as long as it takes."""
 
     def __init__(self) -> None:
         self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), AnswerCache(0))

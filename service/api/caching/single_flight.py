@@ -1,4 +1,4 @@
-"""Computations that several requests wait for and one task does ("single flight")."""
+"""Single flight: one task computes, several requests wait for its result."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Hashable
@@ -11,7 +11,7 @@ Result = TypeVar("Result")
 
 
 class _Flight:
-    """One computation, and the number of requests that wait for it or use its result."""
+    """One computation, and the number of requests that wait for or use its result."""
 
     __slots__ = ("job", "key", "task", "users")
 
@@ -22,15 +22,15 @@ class _Flight:
         self.task: asyncio.Task[Any]
 
 
-class Flights:
-    """Computations under way, by what they are for.
+class SingleFlight:
+    """Running computations by key.
 
-    A task of its own computes: the request that came first may be cancelled, the others get the
-    result all the same. When the last one has gone the computation is stopped, and a request that
-    comes then begins anew. An error is raised in all requests that wait; the next one tries again.
+    Each runs in a task of its own: if the first request is cancelled, the others still get the
+    result. When the last request has gone, the computation is cancelled, and a later request starts
+    again. All waiting requests get an error; the next request tries again.
 
-    A request uses the result until the end that it names; so long the result takes memory, and
-    later requests share it. There are no more flights than requests.
+    A request uses the result until its callbacks `until` are called; until then the result takes
+    memory, and later requests share it. There are never more flights than requests.
     """
 
     def __init__(self, workers: Workers) -> None:
@@ -43,12 +43,12 @@ class Flights:
     async def join(
         self, key: Hashable, work: Callable[[Job], Awaitable[Result]], until: Callbacks
     ) -> Result:
-        """The result of the computation under this key; `work` begins it if there is none.
+        """The result of the computation with this key; starts `work` if none is running.
 
         Parameters
         ----------
         until : list of callbacks
-            The request uses the result until they are called; one more is added here.
+            Called when the request no longer uses the result; `join` appends one callback.
         """
         flight = self._flights.get(key)
         if flight is None:
@@ -61,10 +61,10 @@ class Flights:
         try:
             return await asyncio.shield(task)
         finally:
-            del flight, task  # an error of theirs refers to this frame
+            del flight, task  # a traceback of their error refers to this frame
 
     def _leave(self, flight: _Flight) -> None:
-        """One request neither waits for the result nor uses it any longer."""
+        """Counts one user less; the last one ends the flight."""
         flight.users -= 1
         if not flight.users:
             self._end(flight)
@@ -74,7 +74,7 @@ class Flights:
             self._end(flight)
 
     def _end(self, flight: _Flight) -> None:
-        """No request can join it any more."""
+        """Removes a flight, and cancels its computation."""
         if self._flights.get(flight.key) is flight:
             del self._flights[flight.key]
         flight.task.cancel()

@@ -1,29 +1,28 @@
-"""The answers that are kept in memory: the least recently used go first, by bytes."""
+"""The cache of responses in memory: bounded in bytes, the least recently used go first."""
 
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from service.api.caching.cached_response import VARIANT_BYTES, CachedResponse, Variant
 from service.api.caching.codings import Coding
-from service.api.caching.entries import VARIANT_BYTES, Entry, Variant
 
 SHARE = 2
-"""An entry may take one part of so many, once it is there in all codings: no single one drives out
-all others."""
+"""An entry may take 1/SHARE of the cache, in all its codings together."""
 
 ALIASES = 8
-"""Spellings of its address by which an entry is found without being understood anew."""
+"""URL spellings by which the cache finds an entry without parsing them again."""
 
 ALIAS_LETTERS = 1000
-"""Longer addresses are understood anew each time."""
+"""Longer URLs are parsed each time."""
 
 ALIAS_BYTES = 400
-"""What Python needs for a spelling beside its letters."""
+"""Memory that Python needs for a spelling, beside its letters."""
 
 
 @dataclass(slots=True)
 class Counts:
-    """What the cache has done so far."""
+    """Hits, misses and evictions since the start."""
 
     hits: int = 0
     misses: int = 0
@@ -31,7 +30,7 @@ class Counts:
 
 
 class AnswerCache:
-    """Entries by their canonical addresses, and by other spellings of them.
+    """Entries by their canonical URLs, and by other spellings of these.
 
     Everything counts against the bound: bytes, heads, and the spellings. What is being sent to a
     slow client is not dropped: it would go on taking memory of which nobody knows.
@@ -39,9 +38,9 @@ class AnswerCache:
     Attributes
     ----------
     allowed : int
-        The bound as it is right now, where others need some of the memory.
+        The present bound in bytes: lower while requests need the memory.
     freed : Callable
-        Called when something is given up that could not be before.
+        Called when an entry can be dropped that was being sent before.
     """
 
     def __init__(self, max_bytes: int) -> None:
@@ -51,35 +50,35 @@ class AnswerCache:
         self.freed: Callable[[], None] = lambda: None
         self.counts = Counts()
         self.age = 0
-        """How often something was forgotten: what was begun before is not kept after it."""
-        self._entries: OrderedDict[str, Entry] = OrderedDict()
-        self._known: dict[tuple[str, bytes], tuple[Entry, bool]] = {}
+        """Number of calls of `forget`: a response begun before the last one is not kept."""
+        self._entries: OrderedDict[str, CachedResponse] = OrderedDict()
+        self._known: dict[tuple[str, bytes], tuple[CachedResponse, bool]] = {}
         self._of_surface: dict[str, set[str]] = {}
-        self._read: dict[Entry, int] = {}
+        self._read: dict[CachedResponse, int] = {}
 
     def __len__(self) -> int:
         return len(self._entries)
 
-    def find(self, path: str, query: bytes) -> tuple[Entry, bool] | None:
-        """The entry at an address as it was written, and whether that names the engine."""
+    def find(self, path: str, query: bytes) -> tuple[CachedResponse, bool] | None:
+        """The entry of a URL as written, and whether that URL names the engine."""
         found = self._known.get((path, query))
         if found is not None:
             self._entries.move_to_end(found[0].subject.address)
         return found
 
-    def get(self, address: str) -> Entry | None:
-        """The entry at a canonical address."""
+    def get(self, address: str) -> CachedResponse | None:
+        """The entry of a canonical URL."""
         entry = self._entries.get(address)
         if entry is not None:
             self._entries.move_to_end(address)
         return entry
 
-    def holds(self, entry: Entry) -> bool:
-        """Whether it is this very entry that is kept."""
+    def holds(self, entry: CachedResponse) -> bool:
+        """Whether the cache keeps this entry (not another with the same URL)."""
         return self._entries.get(entry.subject.address) is entry
 
-    def put(self, entry: Entry, age: int) -> bool:
-        """Keeps an entry if there is room for all its codings; `age` is that of its beginning."""
+    def put(self, entry: CachedResponse, age: int) -> bool:
+        """Keeps an entry if there is room for all its codings; `age`: as the work on it began."""
         if age != self.age or entry.largest > self.max_bytes // SHARE:
             return False
         subject = entry.subject
@@ -92,8 +91,8 @@ class AnswerCache:
         self.bytes += entry.size
         return True
 
-    def add(self, entry: Entry, coding: Coding, body: bytes | None) -> Variant:
-        """The entry in one more coding; it counts if the entry is kept."""
+    def add(self, entry: CachedResponse, coding: Coding, body: bytes | None) -> Variant:
+        """Adds a coding to the entry; its bytes count if the cache keeps the entry."""
         variant = entry.coded(coding, body)
         growth = 0 if body is None else len(body) + VARIANT_BYTES
         if not self.holds(entry):
@@ -103,8 +102,8 @@ class AnswerCache:
             self.bytes += growth
         return variant
 
-    def alias(self, entry: Entry, path: str, query: bytes, *, pinned: bool) -> None:
-        """Remembers a spelling of the address of an entry, if that is kept."""
+    def alias(self, entry: CachedResponse, path: str, query: bytes, *, pinned: bool) -> None:
+        """Remembers a URL spelling of an entry that the cache keeps."""
         spelling = (path, query)
         letters = len(path) + len(query)
         if letters > ALIAS_LETTERS or spelling in self._known or not self.holds(entry):
@@ -119,28 +118,28 @@ class AnswerCache:
         self.bytes += letters + ALIAS_BYTES
 
     def forget(self, surface: str) -> None:
-        """Drops everything that was made of a surface, and what is being made right now."""
+        """Drops all responses made from a surface; those being made now will not be kept."""
         self.age += 1
         for address in self._of_surface.get(surface, set()).copy():
             self._drop(address)
 
     @property
     def fixed(self) -> int:
-        """Bytes of entries that are being sent: the cache cannot give them up right now."""
+        """Bytes of entries that are being sent: the cache cannot drop them now."""
         return sum(entry.size for entry in self._read) if self._read else 0
 
     def resize(self, room: int) -> None:
-        """Keeps at most `room` bytes from now on, or the bound if that is less; `fixed` aside."""
+        """Keeps at most `room` bytes and at most the bound from now on, `fixed` aside."""
         self.allowed = min(self.max_bytes, room)
         if self._entries or self._read:
             self._has_room(0)
 
-    def begin(self, entry: Entry) -> None:
-        """Begins to send an entry that is kept: it stays until `end`."""
+    def begin(self, entry: CachedResponse) -> None:
+        """Begins to send an entry: it stays in memory until `end`."""
         self._read[entry] = self._read.get(entry, 0) + 1
 
-    def end(self, entry: Entry) -> None:
-        """One client has it, or has gone."""
+    def end(self, entry: CachedResponse) -> None:
+        """Ends sending it to one client."""
         left = self._read.pop(entry) - 1
         if left:
             self._read[entry] = left
@@ -149,8 +148,8 @@ class AnswerCache:
                 self._has_room(0)
             self.freed()
 
-    def _has_room(self, size: int, but: Entry | None = None) -> bool:
-        """Makes room for so much by giving up others than this one; whether that succeeds."""
+    def _has_room(self, size: int, but: CachedResponse | None = None) -> bool:
+        """Drops old entries (not `but`) until `size` bytes are free; returns whether they are."""
         if size and self.fixed + size > self.allowed:
             return False
         gone = sum(e.size for e in self._read if not self.holds(e)) if self._read else 0
@@ -173,7 +172,7 @@ class AnswerCache:
         if not addresses:
             del self._of_surface[entry.subject.surface]
 
-    def _unlearn(self, entry: Entry, index: int) -> None:
+    def _unlearn(self, entry: CachedResponse, index: int) -> None:
         path, query = spelling = entry.aliases.pop(index)
         del self._known[spelling]
         size = len(path) + len(query) + ALIAS_BYTES
