@@ -4295,7 +4295,7 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
