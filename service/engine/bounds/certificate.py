@@ -39,15 +39,19 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import chunks
-from service.engine.bounds.clip import clipped, images
+from service.bases.distinct import distinct
+from service.engine.bounds.clip import Pieces, clipped, images
 from service.engine.bounds.degree_reduction import DIRECT, box_order
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.local_frames import local_frames
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.bounds.local_frames import LocalFrames, local_frames
+from service.engine.bounds.patch_nets import Nets, PatchNets
 
 CHUNK = 1 << 17
 """Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""
+
+COVERED = 16
+"""Patches that a part covers as a whole from which on most of them are looked at only roughly."""
 
 BLOCK = 1 << 16
 """Pieces that there are at a time, unless one part alone has more."""
@@ -152,35 +156,18 @@ def _measured(
     corners = parts.corners.transpose(1, 2, 0)
     pieces = clipped(faces, parts.face, corners)
     shares = images(pieces, corners) if goal.two_sided else None
-    deviation, near, mesh = found = np.zeros((3, len(pieces.part)))
-    for nets, rows in ground.by_group(pieces.patch):
-        p, q = nets.degree
-        numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
-        if is_high:
-            numbers = 2 * (p + 1) * (q + 1)
-            rows = rows[box_order(pieces.patch[rows], pieces.places[..., rows])]  # noqa: PLW2901
-        for chunk in chunks(len(rows), numbers, CHUNK):
-            some = rows[chunk]
-            patch, places, part = pieces.patch[some], pieces.places[..., some], pieces.part[some]
-            beyond = parts.across[part].T
-            vertices, across = (
-                columns.take(ids, axis=1).swapaxes(0, 1) for ids in (parts.host[part].T, beyond)
-            )
-            beside = across, beyond >= 0
-            frames = local_frames(ground, nets, patch, vertices, beside, ordered=goal.two_sided)
-            if is_high:
-                patches, which = np.unique(patch, return_inverse=True)
-                own = nets.items[ground.row[patches]]
-                piece = frames.near(own, which, ground.sizes[patches], places)
-            else:
-                piece = frames.over(nets.items[ground.row[patch]], places)
-            deviation[some] = frames.restored(piece.deviation)
-            if goal.view is not None:
-                near[some] = frames.distances_to_eye(piece, goal.view.eye)
-            if shares is not None:
-                mesh[some] = frames.restored(frames.reverse_distances(piece, shares[..., some]))
+    found = np.zeros((3, len(pieces.part)))
+    measure = _Measure(ground, parts, pieces, columns, goal, shares)
+    rough = None if goal.two_sided or goal.view is not None else _roughly(measure)
+    if rough is None:
+        measure.add(found, np.arange(len(pieces.part)))
+    else:
+        hull, first = rough
+        measure.add(found, first.nonzero()[0])
+        known = _joined(np.maximum, found[0], pieces.part, len(parts.face))
+        measure.add(found, (~first & (hull > known[pieces.part])).nonzero()[0])
     if parts.own is not None:
-        mesh[~parts.own[pieces.part]] = 0.0
+        found[2, ~parts.own[pieces.part]] = 0.0
     choices = np.maximum, np.minimum, np.maximum
     return np.array(
         [
@@ -188,6 +175,92 @@ def _measured(
             for choose, values in zip(choices, found, strict=True)
         ]
     )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Measure:
+    """Pieces of parts, and what they are measured against.
+
+    The positions, `columns`, are (3, V); `shares` are the images of pieces if these matter.
+    """
+
+    ground: PatchNets
+    parts: Parts
+    pieces: Pieces
+    columns: FloatArray
+    goal: Goal
+    shares: FloatArray | None
+
+    def add(self, found: FloatArray, wanted: Ints) -> None:
+        """Deviation, distance from the eye, and deviation of the mesh of some pieces, (3, M)."""
+        ground, pieces = self.ground, self.pieces
+        deviation, near, mesh = found
+        for nets, rows in ground.by_group(pieces.patch[wanted]):
+            here, (p, q) = wanted[rows], nets.degree
+            numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
+            if is_high:
+                numbers = 2 * (p + 1) * (q + 1)
+                here = here[box_order(pieces.patch[here], pieces.places[..., here])]
+            for chunk in chunks(len(here), numbers, CHUNK):
+                some = here[chunk]
+                patch, places = pieces.patch[some], pieces.places[..., some]
+                frames = self._frames(nets, some)
+                if is_high:
+                    patches, which = np.unique(patch, return_inverse=True)
+                    own = nets.items[ground.row[patches]]
+                    piece = frames.near(own, which, ground.sizes[patches], places)
+                else:
+                    piece = frames.over(nets.items[ground.row[patch]], places)
+                deviation[some] = frames.restored(piece.deviation)
+                if self.goal.view is not None:
+                    near[some] = frames.distances_to_eye(piece, self.goal.view.eye)
+                if self.shares is not None:
+                    images = self.shares[..., some]
+                    mesh[some] = frames.restored(frames.reverse_distances(piece, images))
+
+    def hulls(self, wanted: Ints) -> FloatArray:
+        """Bounds of the deviation of the whole patches that these pieces are in."""
+        bounds = np.empty(len(wanted))
+        for nets, rows in self.ground.by_group(self.pieces.patch[wanted]):
+            for chunk in chunks(len(rows), nets.items[0].size, CHUNK):
+                some = wanted[rows[chunk]]
+                own = nets.items[self.ground.row[self.pieces.patch[some]]]
+                bounds[rows[chunk]] = self._frames(nets, some).hulls(own)
+        return bounds
+
+    def _frames(self, nets: Nets, some: Ints) -> LocalFrames:
+        """The frames of some pieces, of one degree."""
+        part, patch = self.pieces.part[some], self.pieces.patch[some]
+        host, beyond = self.parts.host[part].T, self.parts.across[part].T
+        vertices, across = (self.columns.take(ids, axis=1).swapaxes(0, 1) for ids in (host, beyond))
+        beside, ordered = (across, beyond >= 0), self.goal.two_sided
+        return local_frames(self.ground, nets, patch, vertices, beside, ordered=ordered)
+
+
+def _roughly(measure: _Measure) -> tuple[FloatArray, Bools] | None:
+    """Of parts of many spans: bounds of their pieces by whole nets, and pieces to begin with.
+
+    A piece is in the hull of all of its patch, which says enough of most patches that a part covers
+    as a whole: their bound is less than that of what is measured first, namely of the pieces on the
+    edges of the part, and in the patch with the greatest hull. Bounds are (M,), infinite at edges.
+    What is done with a part depends on that part alone.
+    """
+    pieces = measure.pieces
+    if np.bincount(pieces.part).max(initial=0) < 2 * COVERED:
+        return None
+    first, pair = distinct(pieces.part * len(measure.ground.sizes) + pieces.patch)
+    one, two = (pieces.corners[1:] - pieces.corners[0]).astype(np.float64)
+    area = np.bincount(pair, np.abs(one[0] * two[1] - one[1] * two[0]))
+    part, covered = pieces.part[first], area >= (2.0 - 1e-9) * SPAN * SPAN
+    covered &= (np.bincount(part, covered) >= COVERED)[part]
+    if not covered.any():
+        return None
+    hull = np.full(len(first), np.inf)
+    rows = covered.nonzero()[0]
+    hull[rows] = measure.hulls(first[rows])
+    greatest = np.zeros(len(measure.parts.face))
+    np.maximum.at(greatest, part[rows], hull[rows])
+    return hull[pair], (~covered | (hull >= greatest[part]))[pair]
 
 
 def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:

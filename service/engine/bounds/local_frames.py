@@ -110,6 +110,12 @@ class LocalFrames:
             bound[rows] = np.minimum(bound[rows], away)
         return Piece(net, gap, bound)
 
+    def hulls(self, nets: FloatArray) -> FloatArray:
+        """Bounds (m,) of the deviations of whole patches (m, D, p+1, q+1), in model units."""
+        framed = self.triangles.framed(nets, 1.0 / self.unit)
+        net = projected(framed.reshape(*framed.shape[:2], -1))
+        return self.restored(distances(net, self.triangles))
+
     def restored(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
         bounds: FloatArray = (bound + self.triangles.tilt + self.rounding) * self.unit + self.slack

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from service.engine.bounds import certificate
 from service.engine.bounds.certificate import certify
 from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
@@ -75,6 +76,30 @@ def test_parts_across_knot_lines() -> None:
             places, corners, beyond = divided(u, v)
             parts = parts_of(places, corners, beyond)
             checked(ground, faces, parts, evaluated(ground, faces, places))
+
+
+def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_enough(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The bounds are those of all pieces, though few of these are looked at."""
+    net = sheet(np.random.default_rng(13), 15, 16, 0.02)
+    ground, faces = PatchNets.of(BsplineSurface(net, (3, 2)).lower()), one_face(13, 15)
+    places, corners, beyond = divided(divisions(1, 13), divisions(1, 15))
+    parts, positions = parts_of(places, corners, beyond), evaluated(ground, faces, places)
+    looked: list[int] = []
+
+    def add(self: certificate._Measure, found: np.ndarray, wanted: np.ndarray) -> None:
+        looked.append(len(wanted))
+        of_all(self, found, wanted)
+
+    of_all = certificate._Measure.add
+    monkeypatch.setattr(certificate._Measure, "add", add)
+    bounds, _ = checked(ground, faces, parts, positions)
+    few, looked[:] = sum(looked), []
+    monkeypatch.setattr(certificate, "COVERED", 10**9)
+    every = certify(ground, faces, parts, positions, GOAL)
+    assert every.deviation.tolist() == bounds.deviation.tolist()
+    assert few < 0.5 * sum(looked)
 
 
 def test_a_plane_is_at_no_distance_from_two_triangles_whatever_its_parameters_do() -> None:
