@@ -12,7 +12,7 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.tolerances import diagonal_of, goal_of
+from service.engine.adaptive.tolerances import goal_of
 from service.engine.mesh.mesh import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
@@ -108,7 +108,7 @@ def build_within_budget(
     work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
     """The mesh of the least certified deviation that the budget allows, and its file."""
-    finest = (FINEST_SINGLE if work.fmt.single else FINEST) * diagonal_of(model)
+    finest = (FINEST_SINGLE if work.fmt.single else FINEST) * model.diagonal
     effort = Effort(EFFORT * work.limits.max_multiplications)
     build = AdaptiveMesher(work, model, options, effort).build
     return search_budget(build, work.encode_mesh, accuracy, finest, effort)

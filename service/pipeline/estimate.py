@@ -11,7 +11,6 @@ from service.encoders.registry import FORMATS
 from service.engine.adaptive.size_bound import MostTriangles, most_triangles
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import (
-    box,
     each_alone,
     goal_of,
     goals_of_models,
@@ -289,7 +288,7 @@ def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, mo
     goal = goal_of(accuracy, model)
     seen = inf if goal.view is None else goal.view.rate * goal.view.near
     least = min(goal.tolerance, seen)
-    return least >= SURE * float(np.abs(box(model)).max()) + GRID_SHARE * moved
+    return least >= SURE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
 
 
 def estimate_object(found: Estimate) -> dict[str, object]:

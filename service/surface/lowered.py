@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.surface.batches import Patches
 from service.surface.checks import Up
+from service.surface.placement import placed_bounds
 from service.surface.sweep_model import SweepModel
 
 
@@ -146,6 +147,18 @@ class GroupModel:
     def patch_count(self) -> int:
         """Number of patches of all copies."""
         return sum(self.models[member.model].patch_count for member in self.members)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates of the control points of all copies."""
+        boxes = [placed_bounds(self.models[m.model].bounds, m.matrix) for m in self.members]
+        lows, highs = zip(*boxes, strict=True)
+        return np.min(lows, axis=0), np.max(highs, axis=0)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the box about the control points of all copies."""
+        return dist(*(bound.tolist() for bound in self.bounds))
 
 
 Model: TypeAlias = PatchModel | SweepModel | GroupModel

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import dist
 from typing import TypeAlias
 
 import numpy as np
@@ -89,3 +90,8 @@ class SweepModel:
         """Least and greatest coordinates that the surface stays within."""
         low, high = (raised(bound[np.newaxis])[0] for bound in self.pieces.bounds)
         return low - self.profile.reach, high + self.profile.reach
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of that box."""
+        return dist(*(bound.tolist() for bound in self.bounds))

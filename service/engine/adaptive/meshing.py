@@ -19,8 +19,6 @@ from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.size_bound import least_by_angle
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.adaptive.tolerances import (
-    box,
-    diagonal_of,
     each_alone,
     for_border,
     goals_of_models,
@@ -80,7 +78,7 @@ class Meshing:
         model, options, storage = self.model, self._options, self._storage
         origin = self._origin
         goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
-        goal = within_reach(goal, diagonal_of(model))
+        goal = within_reach(goal, model.diagonal)
         rounding = storage.rounding(origin, *model.bounds)
         check_goal(goal, floor(self._ground, rounding), goal.nearest(*model.bounds))
         if goal.angle < pi:
@@ -154,7 +152,7 @@ class GroupMeshing:
 
     def made(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
         """The scene, or the mesh, that meets a goal; raises what a `Meshing` raises."""
-        group, low, high = self._group, *box(self._group)
+        group, low, high = self._group, *self._group.bounds
         # In one mesh the copies are placed first, and rounded then.
         flat = self._storage.single and not self._nodes
         origin = self._storage.origin(low, high)

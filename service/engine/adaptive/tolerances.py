@@ -6,7 +6,7 @@ is asked for the least (ε − δ)/S of them.
 """
 
 from dataclasses import replace
-from math import hypot, inf, tan
+from math import inf, tan
 from typing import TypeAlias
 
 import numpy as np
@@ -15,9 +15,8 @@ from service.bases.arrays import FloatArray
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.goal import Goal, View, too_small
 from service.engine.scenes.placing import placing_error, scalings
-from service.surface.lowered import GroupModel, Model
+from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import placed_bounds
-from service.surface.sweep_model import SweepModel
 
 Bounds: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
@@ -43,28 +42,13 @@ LESS = 1 - 2.0**-40
 """What is divided by a stretch and multiplied by it again must not come out larger."""
 
 
-def box(model: Model) -> Bounds:
-    """Bounds of the control points of all copies, in the coordinates of the whole."""
-    if not isinstance(model, GroupModel):
-        return model.bounds
-    boxes = [placed_bounds(model.models[m.model].bounds, m.matrix) for m in model.members]
-    lows, highs = zip(*boxes, strict=True)
-    return np.min(lows, axis=0), np.max(highs, axis=0)
-
-
-def diagonal_of(model: Model) -> float:
-    """Diagonal of that box."""
-    low, high = box(model)
-    return hypot(*(high - low).tolist())
-
-
-def goal_of(accuracy: Accuracy, model: Model) -> Goal:
+def goal_of(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
     """What is asked of the mesh of a model, in the coordinates of the whole.
 
     The eye sees a pixel where h = 2 d tan(φ/2) / n: the height of the picture at the distance d,
     by the number of its lines.
     """
-    diagonal = diagonal_of(model)
+    diagonal = model.diagonal
     tolerance = ANYTHING * diagonal or inf
     if accuracy.tolerance is not None:
         tolerance = accuracy.tolerance
@@ -175,9 +159,3 @@ def each_alone(group: GroupModel) -> GroupModel:
     models = tuple(group.models[member.model] for member in group.members)
     members = tuple(replace(member, model=k) for k, member in enumerate(group.members))
     return replace(group, models=models, members=members)
-
-
-def has_sweeps(model: Model) -> bool:
-    """Whether the model is, or holds, a tube or a ribbon."""
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    return any(isinstance(own, SweepModel) for own in models)

@@ -10,11 +10,9 @@ from hypothesis import strategies as st
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.adaptive.tolerances import (
     NEAR,
-    box,
     each_alone,
     goal_of,
     goals_of_models,
-    has_sweeps,
     in_place,
 )
 from service.engine.bounds.goal import Goal, View
@@ -22,7 +20,6 @@ from service.engine.scenes.placing import placing_error, scalings
 from service.engine.scenes.scene import placed_points
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.examples import patches_of
@@ -58,7 +55,7 @@ def test_a_tolerance_is_absolute_or_a_share_of_the_diagonal() -> None:
 def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
     far = np.eye(4)
     far[:3, 3] = 9, 0, 0
-    low, high = box(group(None, far))
+    low, high = group(None, far).bounds
     np.testing.assert_allclose(high - low, [10, 1, 1])
     found = goal_of(Accuracy(relative_tolerance=0.5), group(None, far)).tolerance
     assert found == pytest.approx(0.5 * np.sqrt(102))
@@ -125,13 +122,6 @@ def test_every_copy_can_be_a_model_of_its_own() -> None:
     assert [member.model for member in apart.members] == [0, 1, 2]
     assert all(model is whole.models[0] for model in apart.models)
     assert [m.matrix for m in apart.members] == [m.matrix for m in whole.members]
-
-
-def test_tubes_are_found_in_groups() -> None:
-    assert has_sweeps(find("trefoil-tube").surface().lower())
-    assert has_sweeps(find("hair").surface().lower())
-    assert not has_sweeps(find("tea-service").surface().lower())
-    assert not has_sweeps(patches_of("saddle"))
 
 
 @pytest.mark.parametrize(
