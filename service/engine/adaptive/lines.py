@@ -21,7 +21,11 @@ from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.limits import Budget
 from service.engine.adaptive.storage import Storage
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.second_derivatives import blocks_along, grid_bends, triangle_deviations
+from service.engine.bounds.second_derivatives import (
+    blocks_along,
+    second_derivative_bounds,
+    triangle_deviations,
+)
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.mesh import Overlay
 from service.engine.mesh.overlays import control_net
@@ -93,7 +97,7 @@ def _across(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
         return pieces, pieces
     p, q = batch.degree
     blocks = blocks_along(PARTS, max(p, 1)), blocks_along(PARTS, max(q, 1))
-    bends = grid_bends(batch, (PARTS, PARTS), blocks)
+    bends = second_derivative_bounds(batch, (PARTS, PARTS), blocks)
     found = []
     for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
         pieces = _pieces(bend.max(axis=(0, 1)), allowed)

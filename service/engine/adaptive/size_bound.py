@@ -20,7 +20,7 @@ import numpy as np
 from service.bases.chunks import chunks
 from service.engine.adaptive.lines import goal_divisions
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.second_derivatives import grid_bends
+from service.engine.bounds.second_derivatives import second_derivative_bounds
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
@@ -92,7 +92,7 @@ def _cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     cells = pieces = 0
     for batch in model.batches:
         patches = batch.tensor() if isinstance(batch, TrianglePatches) else batch
-        bends = grid_bends(patches, (1, 1), (1, 1))
+        bends = second_derivative_bounds(patches, (1, 1), (1, 1))
         uu, uv, vv = (each[0, 0] / (8 * part) for each in (bends.uu, 2 * bends.uv, bends.vv))
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
         # A twist asks for the product of both numbers.

@@ -132,7 +132,7 @@ def certify(
     found = np.zeros((3, len(parts.face)))
     columns = np.ascontiguousarray(positions.T)
     for block in _blocks(parts):
-        found[:, block] = _measured(ground, faces, parts.take(block), columns, goal)
+        found[:, block] = _measure(ground, faces, parts.take(block), columns, goal)
     deviation, distance, mesh = found
     return Bounds(deviation, mesh if goal.two_sided else None, goal.allowed(distance))
 
@@ -146,7 +146,7 @@ def _blocks(parts: Parts) -> Iterator[slice]:
         yield slice(begin, end)
 
 
-def _measured(
+def _measure(
     ground: PatchNets, faces: Faces, parts: Parts, columns: FloatArray, goal: Goal
 ) -> FloatArray:
     """Deviation, distance from the eye, and deviation of the mesh, (3, m); 0 if not asked for.
@@ -164,14 +164,14 @@ def _measured(
     else:
         hull, first = rough
         measure.add(found, first.nonzero()[0])
-        known = _joined(np.maximum, found[0], pieces.part, len(parts.face))
+        known = _join(np.maximum, found[0], pieces.part, len(parts.face))
         measure.add(found, (~first & (hull > known[pieces.part])).nonzero()[0])
     if parts.own is not None:
         found[2, ~parts.own[pieces.part]] = 0.0
     choices = np.maximum, np.minimum, np.maximum
     return np.array(
         [
-            _joined(choose, values, pieces.part, len(parts.face))
+            _join(choose, values, pieces.part, len(parts.face))
             for choose, values in zip(choices, found, strict=True)
         ]
     )
@@ -211,12 +211,12 @@ class _Measure:
                     piece = frames.near(own, which, ground.sizes[patches], places)
                 else:
                     piece = frames.over(nets.items[ground.row[patch]], places)
-                deviation[some] = frames.restored(piece.deviation)
+                deviation[some] = frames.restore(piece.deviation)
                 if self.goal.view is not None:
                     near[some] = frames.distances_to_eye(piece, self.goal.view.eye)
                 if self.shares is not None:
                     images = self.shares[..., some]
-                    mesh[some] = frames.restored(frames.reverse_distances(piece, images))
+                    mesh[some] = frames.restore(frames.reverse_distances(piece, images))
 
     def hulls(self, wanted: Ints) -> FloatArray:
         """Bounds of the deviation of the whole patches that these pieces are in."""
@@ -263,7 +263,7 @@ def _roughly(measure: _Measure) -> tuple[FloatArray, Bools] | None:
     return hull[pair], (~covered | (hull >= greatest[part]))[pair]
 
 
-def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:
+def _join(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:
     """The largest, or the least, value of the pieces of each part; 0 of a part without any."""
     if len(values) == count:
         return values

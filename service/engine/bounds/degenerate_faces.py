@@ -28,7 +28,9 @@ CANDIDATES = 64
 """Places of the mesh that are tried where it has none of those that are lost."""
 
 
-def lost(layout: Layout, options: MeshOptions, positions: RealArray) -> FloatArray | None:
+def missing_distances(
+    layout: Layout, options: MeshOptions, positions: RealArray
+) -> FloatArray | None:
     """How much further from the mesh each patch may be than from its own triangles: (P,).
 
     None if nothing is lost, as is nearly always known from the layout alone.

@@ -114,9 +114,9 @@ class LocalFrames:
         """Bounds (m,) of the deviations of whole patches (m, D, p+1, q+1), in model units."""
         framed = self.triangles.framed(nets, 1.0 / self.unit)
         net = projected(framed.reshape(*framed.shape[:2], -1))
-        return self.restored(distances(net, self.triangles))
+        return self.restore(distances(net, self.triangles))
 
-    def restored(self, bound: FloatArray) -> FloatArray:
+    def restore(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
         bounds: FloatArray = (bound + self.triangles.tilt + self.rounding) * self.unit + self.slack
         return bounds

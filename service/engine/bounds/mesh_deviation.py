@@ -16,9 +16,13 @@ from math import isfinite
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.bounds.degenerate_faces import lost
-from service.engine.bounds.products import bend, is_small
-from service.engine.bounds.second_derivatives import blocks_along, grid_bends, triangle_deviations
+from service.engine.bounds.degenerate_faces import missing_distances
+from service.engine.bounds.products import grid_deviations, is_small
+from service.engine.bounds.second_derivatives import (
+    blocks_along,
+    second_derivative_bounds,
+    triangle_deviations,
+)
 from service.engine.bounds.vertex_rounding import (
     STEPS,
     edge_error,
@@ -70,8 +74,10 @@ def deviations(
             moved = measured_errors(
                 patches, block.resolution, samples.reshape(-1, block.count, 3), origin
             )
-        found[block.first + block.patches] = _bent(patches, layout, block) * STEPS + moved + beside
-    further = lost(layout, options, rows.positions) if layout.may_lose else None
+        found[block.first + block.patches] = (
+            _chordal(patches, layout, block) * STEPS + moved + beside
+        )
+    further = missing_distances(layout, options, rows.positions)
     return found if further is None else found + further
 
 
@@ -93,7 +99,7 @@ def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]
     return [rounded_up(max(values[part.first : part.last], default=0.0)) for part in model.parts]
 
 
-def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
+def _chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     """How far the patches of a block may be from triangles between points of their own: (m,)."""
     ru, rv = block.resolution
     if isinstance(patches, TrianglePatches):
@@ -103,13 +109,15 @@ def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     apart = layout.extra[numbers] >= 0 if layout.framed else None
     if apart is None or not apart.any():
         if is_small(patches, (ru, rv)):
-            return bend(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
-        bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))
+            return grid_deviations(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
+        bends = second_derivative_bounds(
+            patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q))
+        )
         return bends.deviations(1 / ru, 1 / rv) + slack(patches, 1 / ru, 1 / rv)
     sides = np.where(apart, layout.inner[numbers] + 1, np.inf)
     # A strip between lines of m and of n divisions goes along both in step: each of its triangles
     # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
     along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))
     along_u = 1 / np.minimum(ru, sides[:, 2:].min(axis=1))
-    bends = grid_bends(patches, (ru, rv), (1, 1))
+    bends = second_derivative_bounds(patches, (ru, rv), (1, 1))
     return bends.deviations(along_u, along_v) + slack(patches, 1.0, 1.0)

@@ -47,7 +47,7 @@ def _fits(degree: tuple[int, int], divisions: tuple[int, int]) -> bool:
     return blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
 
 
-def bend(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
+def grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
     """How far patches are at most from triangles between their points at R_u × R_v divisions: (P,).
 
     Parameters

@@ -59,7 +59,7 @@ MOST_LINES = 64
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Bends:
+class SecondDerivativeBounds:
     """M_uu, M_uv and M_vv of the blocks of patches: shapes (M_u, M_v, P).
 
     And what their hulls are across: no further is any point from any triangle between others.
@@ -85,10 +85,10 @@ def blocks_along(divisions: int, degree: int) -> int:
     return max(1, min(MOST_BLOCKS, min(MOST_LINES, divisions) // (degree + 1)))
 
 
-def grid_bends(
+def second_derivative_bounds(
     patches: TensorPatches, divisions: tuple[int, int], blocks: tuple[int, int]
-) -> Bends:
-    """Bends of the patches over `blocks` along u and v, which lines of the grid bound."""
+) -> SecondDerivativeBounds:
+    """The bounds of patches over `blocks` along u and v, which lines of the grid bound."""
     p, q = patches.degree
     found = np.zeros((4, *blocks, patches.count))
     found[3] = patches.diagonal
@@ -105,7 +105,7 @@ def grid_bends(
                 longest = _longest(_cut(second, divisions, blocks), middles)
                 found[row, ..., rows] = longest.reshape(*blocks, -1)
     found[:3] *= np.array([p * (p - 1), p * q, q * (q - 1)])[:, None, None, None]
-    return Bends(*found)
+    return SecondDerivativeBounds(*found)
 
 
 def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from service.engine.bounds.products import bend, is_small
+from service.engine.bounds.products import grid_deviations, is_small
 from service.engine.bounds.second_derivatives import (
-    Bends,
+    SecondDerivativeBounds,
     blocks_along,
-    grid_bends,
+    second_derivative_bounds,
     triangle_deviations,
 )
 from service.surface.batches import TensorPatches, TrianglePatches
@@ -23,10 +23,12 @@ def heights(coefficients: Array) -> Array:
     return np.stack([x, y, power @ coefficients @ power.T], axis=-1)
 
 
-def bends_of(net: Array, weights: Array | None = None, grid: tuple[int, int] = (1, 1)) -> Bends:
+def bends_of(
+    net: Array, weights: Array | None = None, grid: tuple[int, int] = (1, 1)
+) -> SecondDerivativeBounds:
     patches = TensorPatches(net[None], None if weights is None else weights[None])
     divisions = 2 * grid[0], 2 * grid[1]
-    return grid_bends(patches, divisions, grid)
+    return second_derivative_bounds(patches, divisions, grid)
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -57,12 +59,12 @@ def test_each_patch_of_a_batch_is_what_it_is_alone() -> None:
     rng = np.random.default_rng(9)
     nets, weights = rng.uniform(-1, 1, (5, 3, 4, 3)), rng.uniform(0.5, 2, (5, 3, 4))
     for loads in (None, weights):
-        together = grid_bends(TensorPatches(nets.copy(), loads), (9, 8), (3, 2))
+        together = second_derivative_bounds(TensorPatches(nets.copy(), loads), (9, 8), (3, 2))
         for k in range(5):
             alone = TensorPatches(nets[k : k + 1], None if loads is None else loads[k : k + 1])
             np.testing.assert_allclose(
                 together.deviations(1 / 9, 1 / 8)[k],
-                grid_bends(alone, (9, 8), (3, 2)).deviations(1 / 9, 1 / 8)[0],
+                second_derivative_bounds(alone, (9, 8), (3, 2)).deviations(1 / 9, 1 / 8)[0],
                 rtol=1e-9,
             )
 
@@ -95,9 +97,9 @@ def test_one_product_bounds_what_several_bound(
     (p, q), (ru, rv) = degree, divisions
     nets = np.random.default_rng(p * q).normal(1e3, 1, size=(6, p + 1, q + 1, 3))
     patches = TensorPatches(nets)
-    bends = grid_bends(patches, divisions, (blocks_along(ru, p), blocks_along(rv, q)))
+    bends = second_derivative_bounds(patches, divisions, (blocks_along(ru, p), blocks_along(rv, q)))
     assert is_small(patches, divisions) or max(divisions) > 16
-    found = bend(patches, divisions)
+    found = grid_deviations(patches, divisions)
     bounds = bends.deviations(1 / ru, 1 / rv)
     np.testing.assert_allclose(found, bounds, rtol=1e-4, atol=1e-12)
     assert (found >= bounds * (1 - 1e-12)).all()
