@@ -3,7 +3,7 @@
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerances import goal_of
-from service.engine.joining.snap import snap
+from service.engine.joining.join import Allow, allow_any, join
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
@@ -19,26 +19,33 @@ MOST = 1 << 31
 """Triangles of a mesh by tolerance where nobody limits them."""
 
 
-def build(model: Model, options: MeshOptions, *, single: bool = False) -> Mesh:
-    """The model as one mesh; `single` as in `tessellate`."""
+def build(
+    model: Model, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
+) -> Mesh:
+    """The model as one mesh; `single` and `allow` as in `tessellate`."""
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
         made = meshing(model, options, storage, nodes=False).made(goal, MOST)
         return flattened(made) if isinstance(made, Scene) else made
     if isinstance(model, GroupModel):
-        mesh = flattened(build_scene(model, options))
+        mesh = flattened(build_scene(model, options, allow=allow))
         return in_single(mesh) if single else mesh
-    return _alone(model, options, single=single)
+    return _alone(model, options, single, allow)
 
 
-def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool) -> Mesh:
+def _alone(
+    model: PatchModel | SweepModel, options: MeshOptions, single: bool, allow: Allow
+) -> Mesh:
     """The mesh of a model that is no group."""
     if isinstance(model, SweepModel):
         with Measured("sweep"):
             return sweep(model, options, single=single)
     if options.wired or not options.surface:
-        model = snap(model, options.weld_tolerance)
-    mesh = (tessellate if options.surface else without_faces)(model, options, single=single)
+        model, _ = join(model, options.weld_tolerance, allow)
+    if options.surface:
+        mesh = tessellate(model, options, single=single, allow=allow)
+    else:
+        mesh = without_faces(model, options, single=single)
     if options.wired:
         curves = isocurves(model, options.resolution, options.isocurves)
         mesh = with_wires(mesh, model, options, curves)
@@ -54,12 +61,14 @@ def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
     return overlays
 
 
-def build_scene(model: GroupModel, options: MeshOptions, *, single: bool = False) -> Scene:
+def build_scene(
+    model: GroupModel, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
+) -> Scene:
     """The group with every different model meshed once."""
     if options.accuracy is not None:
         storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
         made = meshing(model, options, storage, nodes=True).made(goal, MOST)
         if isinstance(made, Scene):
             return made
-    meshes = tuple(_alone(m, options, single=single) for m in model.models)
+    meshes = tuple(_alone(m, options, single, allow) for m in model.models)
     return arranged(model, meshes)

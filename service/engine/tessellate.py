@@ -16,7 +16,7 @@ from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, la
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
-from service.engine.joining.snap import connected
+from service.engine.joining.join import Allow, allow_any, join
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import OPEN, closure
 from service.engine.mesh.connectivity import digest
@@ -35,7 +35,9 @@ from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
 
-def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
+def tessellate(
+    model: PatchModel, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
+) -> Mesh:
     """The mesh of a model.
 
     Parameters
@@ -45,8 +47,10 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     single : bool
         float32 positions about a local origin, for formats that store them so; else float64 in
         model coordinates.
+    allow : callable
+        Looks at a model that was cut to meet others, before it is meshed.
     """
-    model, seams = connected(model, options.weld_tolerance)
+    model, seams = join(model, options.weld_tolerance, allow)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else AT_ZERO
@@ -116,7 +120,7 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     size = grids * (ru + 1) * (rv + 1) + triangles * triangle.size(max(ru, rv))
     framed = False
     if ru != rv:
-        _, seams = connected(model, options.weld_tolerance)
+        _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
         size, framed = layout.size, layout.framed
         # A framed grid has at least two divisions each way.

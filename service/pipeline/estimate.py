@@ -19,7 +19,7 @@ from service.engine.adaptive.tolerances import (
 from service.engine.curvatures.care import surely_affordable
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.gridded import grid_error
-from service.engine.joining.snap import snap, snap_group
+from service.engine.joining.join import join, join_each
 from service.engine.mesh.counts import Counts, count
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
@@ -137,9 +137,9 @@ class EstimateWork:
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
         model = surface.lower()
         if isinstance(model, GroupModel):
-            model = snap_group(model, options.weld_tolerance)
+            model = join_each(model, options.weld_tolerance)
         elif isinstance(model, PatchModel):
-            model = snap(model, options.weld_tolerance)
+            model, _ = join(model, options.weld_tolerance)
         if options.curvatures:
             # Copies that are bent in different ways are stored apart.
             model = with_stretches(model)

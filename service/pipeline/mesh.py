@@ -11,12 +11,14 @@ from service.engine.bounds.mesh_deviation import largest
 from service.engine.build import build, build_scene, lines_of
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.gridded import gridded
+from service.engine.joining.join import Allow, allow_any
 from service.engine.mesh.counts import Counts
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.report import MeshReport
 from service.engine.models import carrying
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, about_zero
+from service.engine.tessellate import predicted_size
 from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check_content
 from service.pipeline.checks import (
     check_bytes,
@@ -117,15 +119,23 @@ class MeshWork:
             size = mesh_size(stored_size(self.surface, options, fmt, encode), options, fmt, once)
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
+    def check_cut(self, model: PatchModel) -> None:
+        """Refuses a mesh whose surfaces, cut to meet others, are too many patches."""
+        vertices = predicted_size(model, self.options)[0]
+        check_vertices(vertices, self.limits)
+        memory = round(self.cost.memory * max(1.0, vertices / max(self.size.vertices, 1)))
+        less = "a lower resolution, or another format, takes less"
+        self.limits.check_memory(memory, "The mesh", "/resolution", less)
+
     def build(self, model: Model, options: MeshOptions) -> Mesh | Scene:
         """The mesh, or the scene where the format has nodes."""
         if options.accuracy is not None:
             return AdaptiveMesher(self, model, options).build(options.accuracy)
         mesh: Mesh | Scene
         if isinstance(model, GroupModel) and self.fmt.encode_scene is not None:
-            mesh = build_scene(model, options, single=self.fmt.single)
+            mesh = build_scene(model, options, single=self.fmt.single, allow=self.check_cut)
         else:
-            mesh = build_mesh(model, options, self.fmt)
+            mesh = build_mesh(model, options, self.fmt, self.check_cut)
         return gridded(mesh, model, options) if self.encode.quantize else mesh
 
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:
@@ -235,9 +245,9 @@ def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
     return EncodeOptions(wanted.oogl, wanted.quantize, wanted.compression)
 
 
-def build_mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:
-    """The mesh of a model as the format stores it."""
-    mesh = build(model, options, single=fmt.single)
+def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = allow_any) -> Mesh:
+    """The mesh of a model as the format stores it; `allow` looks at models that were cut."""
+    mesh = build(model, options, single=fmt.single, allow=allow)
     return mesh if fmt.local else about_zero(mesh)
 
 

@@ -97,7 +97,7 @@ class MultipatchSurface(SurfaceKind):
         nets = tuple(net for model in models for net in model.nets)
         return PatchModel(
             self.name,
-            tuple(_joined([models[n].batches[0] for n in numbers]) for numbers in forms.values()),
+            tuple(joined([models[n].batches[0] for n in numbers]) for numbers in forms.values()),
             tuple(
                 Part(surface.name, end - count, end)
                 for surface, count, end in zip(self.surfaces, counts.tolist(), ends, strict=True)
@@ -121,7 +121,7 @@ def _form(batch: Patches) -> tuple[object, ...]:
     return type(batch), batch.degree, batch.weights is None, nets
 
 
-def _joined(batches: Sequence[Patches]) -> Patches:
+def joined(batches: Sequence[Patches]) -> Patches:
     """Batches of one form as one."""
     first = batches[0]
     if len(batches) == 1:

@@ -30,7 +30,7 @@ from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from service.engine.gridded import grid_steps
-from service.engine.joining.snap import snap, snap_group
+from service.engine.joining.join import join, join_each
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
@@ -183,8 +183,8 @@ def meshing(
 ) -> Meshing | GroupMeshing:
     """What makes meshes of a model, for a format with or without nodes, on grids or not."""
     if isinstance(model, GroupModel):
-        model = snap_group(model, options.weld_tolerance)
+        model = join_each(model, options.weld_tolerance)
         return GroupMeshing(model, options, storage, nodes=nodes, quantized=quantized)
-    model = snap(model, options.weld_tolerance)
+    model, _ = join(model, options.weld_tolerance)
     step = grid_steps(model, options)[0] if quantized else 0.0
     return Meshing(model, options, replace(storage, step=step))

@@ -26,7 +26,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.joining.near_points import near_groups, run_starts
-from service.engine.mesh.connect import connect, connect_apart, has_near
+from service.engine.mesh.connect import connect, connect_apart
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     border_points,
@@ -38,7 +38,7 @@ from service.engine.mesh.edges import directed
 from service.engine.mesh.seams import Seams
 from service.stopping import checkpoint
 from service.surface.batches import Patches
-from service.surface.lowered import GroupModel, PatchModel
+from service.surface.lowered import PatchModel
 
 ROUNDED_UP = 1 + 2.0**-40
 """Times this, what was computed is an upper bound."""
@@ -57,17 +57,6 @@ def connected(model: PatchModel, tolerance: float) -> tuple[PatchModel, Seams]:
         return model, seams
     model = _snapped(model, tolerance)
     return model, connect(model)
-
-
-def snap(model: PatchModel, tolerance: float) -> PatchModel:
-    """The model with equal points where they are near; parameters as of `connected`."""
-    return _snapped(model, tolerance) if tolerance and has_near(model, tolerance) else model
-
-
-def snap_group(group: GroupModel, tolerance: float) -> GroupModel:
-    """The group with equal points where they are near, each of its models by itself."""
-    models = (snap(m, tolerance) if isinstance(m, PatchModel) else m for m in group.models)
-    return replace(group, models=tuple(models))
 
 
 def _snapped(model: PatchModel, tolerance: float) -> PatchModel:

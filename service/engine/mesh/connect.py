@@ -72,16 +72,6 @@ def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
     return seams or _renumbered(find_seams(batches))
 
 
-def has_near(model: PatchModel, tolerance: float) -> bool:
-    """Whether points or weights on borders may be near, within a tolerance, and not equal."""
-    border = np.concatenate([border_points(batch) for batch in model.batches])
-    if _may_be_near(model, border, _reach(model, tolerance)):
-        return True
-    if all(batch.weights is None for batch in model.batches):
-        return False
-    return _are_near(np.concatenate([border_weights(b) for b in model.batches]), tolerance)
-
-
 def _reach(model: PatchModel, tolerance: float) -> float:
     """How far apart projections of near points may be: as far as these, and their rounding."""
     furthest = max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])

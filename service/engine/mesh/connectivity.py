@@ -89,6 +89,14 @@ class Connectivity:
         return bool((self.users > 1).any())
 
     @cached_property
+    def open_lines(self) -> Bools:
+        """Which edges are lines that one side has alone, shape (E,)."""
+        lines = np.zeros(len(self.users), dtype=bool)
+        lines[self.edge[~self.collapsed]] = True
+        lines &= self.users == 1
+        return lines
+
+    @cached_property
     def is_folded(self) -> bool:
         """Whether two sides of a patch are one edge."""
         ordered = np.sort(self.edge, axis=1)

@@ -1,0 +1,183 @@
+"""Patches cut along whole parameter lines: a knot inserted into the surface that they are of.
+
+A cut of a patch goes on through all patches of its surface in the same span, so that the pieces are
+still a grid. The borders that no cut crosses keep their bits, and so do equal borders on both sides
+of a line: cutting works number by number (`service.bases.combine`).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.polynomials import Net, split
+from service.engine.joining.near_points import run_starts
+from service.engine.joining.shared_curves import Cuts
+from service.surface.batches import Patches, TensorPatches
+from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.multipatch import joined
+
+UNIT = np.array([0.0, 1.0])
+UNIT.flags.writeable = False
+
+ROUNDING = 2.0**-49
+"""What cutting may move a patch by, in units of its largest coordinate: some roundings a degree."""
+
+
+def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
+    """The parametric surfaces of a model, in the order of their patches."""
+    domains = model.domains or tuple(Domain(UNIT, UNIT, k) for k in range(model.patch_count))
+    return tuple(sorted(domains, key=lambda domain: domain.first))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Lines:
+    """Parameter lines along which surfaces are cut: all of shape (K,), in order.
+
+    `surface`, a number among `surfaces_of`; `axis`, 0 if u is constant along the line; `span`, and
+    `at` within it.
+    """
+
+    surface: Ints
+    axis: Ints
+    span: Ints
+    at: FloatArray
+
+
+def lines_of(model: PatchModel, cuts: Cuts) -> Lines:
+    """The lines that cross sides at cuts; those whose parameters are nearly one, once.
+
+    Triangles are not cut.
+    """
+    surfaces = surfaces_of(model)
+    first = np.array([domain.first for domain in surfaces])
+    columns = np.array([len(domain.v) - 1 for domain in surfaces])
+    surface = np.searchsorted(first, cuts.patch, side="right") - 1
+    own, axis = cuts.patch - first[surface], (cuts.side < 2).astype(np.intp)
+    span = np.where(axis == 0, own // columns[surface], own % columns[surface])
+    ends = np.cumsum([batch.count for batch in model.batches])
+    grids = np.array([isinstance(batch, TensorPatches) for batch in model.batches])
+    order = np.lexsort((cuts.at, span, axis, surface))
+    order = order[grids[np.searchsorted(ends, cuts.patch, side="right")][order]]
+    surface, axis, span, at = surface[order], axis[order], span[order], cuts.at[order]
+    slack = cuts.slack[order]
+    begins = np.ones(len(order), dtype=bool)
+    begins[1:] = (surface[1:] != surface[:-1]) | (axis[1:] != axis[:-1]) | (span[1:] != span[:-1])
+    begins[1:] |= at[1:] - at[:-1] > np.maximum(slack[1:], slack[:-1])
+    return Lines(surface[begins], axis[begins], span[begins], at[begins])
+
+
+def cut(model: PatchModel, lines: Lines) -> PatchModel:
+    """The model with its surfaces cut along lines; parts and parameters are what they were."""
+    surfaces = surfaces_of(model)
+    starts = run_starts(lines.surface)
+    stops = np.append(starts[1:], len(lines.at))
+    runs = {
+        number: slice(start, stop)
+        for number, start, stop in zip(lines.surface[starts].tolist(), starts, stops, strict=True)
+    }
+    ends = np.cumsum([batch.count for batch in model.batches]).tolist()
+    pieces: list[list[Patches]] = [[] for _ in model.batches]
+    owners: list[Ints] = []
+    domains: list[Domain] = []
+    done = added = 0
+    for number in [*sorted(runs), len(surfaces)]:
+        stop = surfaces[number].first if number < len(surfaces) else model.patch_count
+        domains += [replace(d, first=d.first + added) for d in surfaces[len(domains) : number]]
+        for which, end in enumerate(ends):
+            begin = end - model.batches[which].count
+            rows = np.arange(max(done, begin), min(stop, end))
+            if len(rows):
+                pieces[which].append(model.batches[which].take(rows - begin))
+                owners.append(rows)
+        if number == len(surfaces):
+            break
+        domain = surfaces[number]
+        which = int(np.searchsorted(ends, domain.first, side="right"))
+        batch = model.batches[which]
+        assert isinstance(batch, TensorPatches)
+        rows = domain.first + np.arange(domain.patch_count)
+        own = batch.take(rows - (ends[which] - batch.count))
+        places = runs[number]
+        axis, span, at = lines.axis[places], lines.span[places], lines.at[places]
+        grid = rows.reshape(len(domain.u) - 1, -1)
+        knots = []
+        for direction, old in enumerate((domain.u, domain.v)):
+            here = axis == direction
+            own, grid = _cut_grid(own, grid, direction, span[here], at[here])
+            inner = old[span[here]] + at[here] * np.diff(old)[span[here]]
+            knots.append(np.sort(np.concatenate([old, inner])))
+        pieces[which].append(own)
+        owners.append(grid.ravel())
+        domains.append(Domain(knots[0], knots[1], domain.first + added))
+        added += grid.size - domain.patch_count
+        done = domain.first + domain.patch_count
+    return _rebuilt(model, pieces, np.concatenate(owners), tuple(domains))
+
+
+def _cut_grid(
+    batch: TensorPatches, grid: Ints, axis: int, span: Ints, at: FloatArray
+) -> tuple[TensorPatches, Ints]:
+    """Patches in a grid (M_u, M_v) cut along lines of one axis; the grid says what each is of."""
+    if not len(span):
+        return batch, grid
+
+    def divided(nets: FloatArray, weights: FloatArray | None) -> Net:
+        own = nets.reshape(*grid.shape, *nets.shape[1:])
+        loads = None if weights is None else weights.reshape(*grid.shape, *weights.shape[1:])
+        if axis:
+            own = own.swapaxes(0, 1).swapaxes(2, 3)
+            loads = None if loads is None else loads.swapaxes(0, 1).swapaxes(2, 3)
+        points, heavy = [], []
+        for row in range(len(own)):
+            # The direction that is cut comes first, the patches beside each other after it.
+            net: Net = own[row].swapaxes(0, 1), None if loads is None else loads[row].swapaxes(0, 1)
+            parts, before = [], 0.0
+            for t in at[span == row].tolist():
+                part, net = split(net, (t - before) / (1 - before))
+                parts.append(part)
+                before = t
+            for piece, load in [*parts, net]:
+                points.append(piece.swapaxes(0, 1))
+                heavy += [] if load is None else [load.swapaxes(0, 1)]
+        found, mass = np.stack(points), np.stack(heavy) if heavy else None
+        if axis:
+            found = found.swapaxes(0, 1).swapaxes(2, 3)
+            mass = None if mass is None else mass.swapaxes(0, 1).swapaxes(2, 3)
+        found = np.ascontiguousarray(found).reshape(-1, *nets.shape[1:])
+        return found, None if mass is None or weights is None else mass.reshape(
+            -1, *weights.shape[1:]
+        )
+
+    points, weights = divided(batch.points, batch.weights)
+    channels = tuple(replace(c, nets=divided(c.nets, None)[0]) for c in batch.channels)
+    repeats = 1 + np.bincount(span, minlength=grid.shape[axis])
+    cut_batch = replace(batch, points=points, weights=weights, channels=channels)
+    return cut_batch, np.repeat(grid, repeats, axis=axis)
+
+
+def _rebuilt(
+    model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
+) -> PatchModel:
+    """The model of these patches, of which each was a part of its `owner` (P',)."""
+    batches = tuple(joined(some) for some in pieces)
+    listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
+    position = np.empty(model.patch_count, dtype=np.intp)
+    position[listed] = np.arange(model.patch_count)
+    places = position[owner]
+    ends = np.concatenate([[0], np.cumsum(np.bincount(places, minlength=model.patch_count))])
+    parts = tuple(Part(p.name, int(ends[p.first]), int(ends[p.last])) for p in model.parts)
+    sequence = None if model.sequence is None else np.argsort(places, kind="stable")
+    low, high = model.bounds
+    degree = max(max(batch.side_degrees) for batch in batches)
+    rounding = degree * ROUNDING * float(max(-low.min(), high.max()))
+    return replace(
+        model,
+        batches=batches,
+        parts=parts,
+        domains=domains,
+        order=None,
+        sequence=sequence,
+        control_nets=model.nets,
+        moved=model.moved + rounding,
+    )

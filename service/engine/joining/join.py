@@ -1,0 +1,73 @@
+"""Models whose borders are equal where they are the same curve, before anything is meshed.
+
+1. Control points that are equal up to rounding are made equal (`snap`).
+2. Surfaces are cut where an open border of theirs is one curve with pieces of others
+   (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next surface may need
+   one: so this is repeated until no border needs any.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
+from service.engine.joining.cutting import cut, lines_of
+from service.engine.joining.shared_curves import find_cuts
+from service.engine.joining.snap import connected
+from service.engine.mesh.seams import Seams
+from service.stopping import checkpoint
+from service.surface.lowered import GroupModel, PatchModel
+
+ROUNDS = 64
+"""How often surfaces are cut: as many as stand in one row."""
+
+GROWTH, ALWAYS = 16, 256
+"""A model may have so many times its patches, and some more; else it is not cut at all. Cuts that
+run around a body and never meet would not end."""
+
+
+Allow: TypeAlias = Callable[[PatchModel], None]
+"""Refuses a model that has become too large."""
+
+
+def allow_any(_model: PatchModel) -> None:
+    """Refuses nothing."""
+
+
+def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple[PatchModel, Seams]:
+    """The model with equal borders where they are one curve up to a tolerance, and its seams.
+
+    Parameters
+    ----------
+    tolerance : float
+        Part of the diagonal of the box about the control points; 0 changes nothing.
+    allow : callable
+        Looks at a model that was cut, before anything is made of it.
+    """
+    model, seams = connected(model, tolerance)
+    if not tolerance or model.patch_count == 1 or model.domain is not None:
+        return model, seams
+    known = model, seams
+    most = GROWTH * model.patch_count + ALWAYS
+    for _ in range(ROUNDS):
+        cuts = find_cuts(seams, tolerance * model.diagonal)
+        if not len(cuts.at):
+            break
+        lines = lines_of(model, cuts)
+        if not len(lines.at):
+            break
+        checkpoint()
+        model = cut(model, lines)
+        if model.patch_count > most:
+            return known
+        model, seams = connected(model, tolerance)
+    else:
+        return known
+    if model.patch_count > known[0].patch_count:
+        allow(model)
+    return model, seams
+
+
+def join_each(group: GroupModel, tolerance: float) -> GroupModel:
+    """The group with each of its models joined by itself."""
+    models = (join(m, tolerance)[0] if isinstance(m, PatchModel) else m for m in group.models)
+    return replace(group, models=tuple(models))

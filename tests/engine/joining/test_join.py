@@ -1,0 +1,101 @@
+"""Borders that are one curve in other knots, degrees and directions: one edge, and nothing else."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.bases.polynomials import split
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.joining.join import join
+from service.engine.options import MeshOptions
+from service.errors import TooLarge
+from service.pipeline.limits import DEFAULT_LIMITS
+from service.pipeline.mesh import plan_mesh
+from service.surface.patches import PatchSurface
+from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import sheets_of
+from tests.strategies import Array, moved
+from tools.certify.nearly import NEARLY, RESOLUTION
+
+
+@pytest.mark.parametrize("seed", range(NEARLY["borders"][0]))
+def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
+    """Balls and rings of B-splines cut anywhere; a third of them with one point moved are open."""
+    case = NEARLY["borders"][1](seed)
+    mesh = mesh_of(case.surface.lower(), resolution=RESOLUTION)
+    check_sound(mesh)
+    assert mesh.report.watertight == case.is_closed
+    assert mesh.report.moved <= 1e-11
+    strict = mesh_of(case.surface.lower(), resolution=RESOLUTION, weld_tolerance=0.0)
+    assert strict.report.boundary_edges >= mesh.report.boundary_edges
+    assert len(mesh.parts) == len(strict.parts)
+    assert [part.name for part in mesh.parts] == [part.name for part in strict.parts]
+
+
+def tee(t: float, *, degree: int = 3) -> list[Array]:
+    """A patch, and two others along its edge u = 1 that meet at t."""
+    rng = np.random.default_rng(degree)
+    step = np.array([1.0, 0, 0])
+    first = rng.uniform(0, 0.4, (degree + 1, degree + 1, 3))
+    first += np.arange(degree + 1)[:, None, None] * step
+    first[..., 1] += np.arange(degree + 1)
+    nets = [first]
+    for line, _ in split((first[-1], None), t):
+        nets.append(line + np.arange(degree + 1)[:, None, None] * step)
+    return nets
+
+
+@pytest.mark.parametrize(
+    "options", [{"resolution": (4, 2)}, {"accuracy": Accuracy(tolerance=0.02)}]
+)
+@pytest.mark.parametrize("t", [0.5, 0.3, 1 / 64])
+def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any]) -> None:
+    """One disc, in parts as they were given, its bound that of the given surfaces."""
+    nets = np.array(tee(t))
+    surface = PatchSurface(
+        nets.reshape(-1, 3),
+        np.arange(nets[..., 0].size).reshape(nets.shape[:3]),
+        parts=(("long and one", (0, 2)), ("other", (1,))),
+    )
+    mesh = mesh_of(surface.lower(), uvs=True, **options)
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert (shape.components, shape.euler) == (1, 1)
+    assert [part.name for part in mesh.parts] == ["long and one", "other"]
+    assert mesh.report.deviation_bound is not None
+    found = surface_to_mesh(sheets_of(surface), mesh.positions[mesh.triangles].astype(float), 500)
+    assert found.distance <= mesh.report.deviation_bound + found.noise
+    # Parameters are those of the patch that was given.
+    assert mesh.uvs is not None
+    own = mesh.triangles[slice(*mesh.parts[0].triangles)]
+    assert {0.0, 1.0, round(t, 12)} <= set(mesh.uvs[own, 1].round(12).ravel().tolist())
+
+
+def test_what_only_touches_is_not_cut() -> None:
+    """A corner on an edge of another curve; nor is anything where points must be equal."""
+    nets = tee(0.5)
+    bent = nets[1].copy()
+    bent[0, 1] += 0.01
+    apart = moved(nets[2], 5.0)
+    for some, tolerance in (([nets[0], bent, apart], 1e-12), (nets, 0.0)):
+        surface = PatchSurface(np.array(some).reshape(-1, 3), np.arange(48).reshape(3, 4, 4))
+        model = surface.lower()
+        assert join(model, tolerance)[0].patch_count == 3
+
+
+def test_cut_surfaces_are_refused_where_they_are_too_large() -> None:
+    """As others of so many vertices are."""
+    case = NEARLY["borders"][1](1)
+    options = MeshOptions((16, 16))
+    form = BY_NAME["json"]
+    work = plan_mesh(case.surface, options, form)
+    limits = replace(DEFAULT_LIMITS, max_vertices=work.size.vertices + 1)
+    work.run()
+    with pytest.raises(TooLarge) as caught:
+        plan_mesh(case.surface, options, form, limits=limits).run()
+    assert caught.value.issues[0].code == "too_many_vertices"
