@@ -19,7 +19,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.cache import MESH_PLANS
+from service.bases.cache import Cache
 from service.bases.chunks import chunks
 from service.engine.clustering import leaders
 from service.engine.joining.near_points import run_starts
@@ -34,6 +34,18 @@ STEPS = 12
 
 MAX_PAIRS = 1 << 22
 """Corners in boxes about edges that are looked at; a model with more is left as it is."""
+
+FEW_PAIRS = 1 << 14
+"""Up to here all pairs of an edge and a corner are looked at together."""
+
+DIRECTIONS = np.array(
+    [
+        *((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)),
+        *((1.0, 1, 0), (1.0, -1, 0), (1.0, 0, 1), (1.0, 0, -1), (0, 1.0, 1), (0, 1.0, -1)),
+        *((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (1.0, -1, -1)),
+    ]
+)
+"""The axes, and the diagonals between two of them and between all: bounds along these are close."""
 
 CHUNK = 1 << 18
 """Numbers that are worked on at a time, roughly."""
@@ -60,8 +72,8 @@ class Cuts:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
-        return 32 * len(self.at)
+        """Bytes held, a key among them."""
+        return 256 + 32 * len(self.at)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,6 +92,9 @@ _NONE: Ints = np.empty(0, np.intp)
 NOWHERE = Cuts(_NONE, _NONE, np.empty(0), np.empty(0))
 """No cuts."""
 
+KNOWN: Cache[Cuts] = Cache(1 << 20)
+"""The cuts of open edges that were seen before."""
+
 
 def find_cuts(seams: Seams, reach: float) -> Cuts:
     """Where open edges must be cut to be one with others, found once for the same open edges.
@@ -97,9 +112,7 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
         arrays += [group.points.take(rows, axis=0)]
         arrays += [] if group.weights is None else [group.weights.take(rows, axis=0)]
     key = ("cuts", known.key, reach, digest(*arrays))
-    found = MESH_PLANS.get(key, lambda: _cuts(seams, reach))
-    assert isinstance(found, Cuts)
-    return found
+    return KNOWN.get(key, lambda: _cuts(seams, reach))
 
 
 def _cuts(seams: Seams, reach: float) -> Cuts:
@@ -143,19 +156,27 @@ def _groups(found: _Open) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
 
 
 def _corners_in_boxes(found: _Open, reach: float) -> tuple[Ints, Ints]:
-    """Pairs of an open edge and of a corner of others that lies in the box of its net."""
+    """Pairs of an open edge and of a corner of others that is between the bounds of its net."""
     count = len(found.side)
-    low, high = np.empty((count, 3)), np.empty((count, 3))
+    low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))
     for group, rows, number in _groups(found):
-        nets = group.points[rows]
-        low[number], high[number] = nets.min(axis=1) - reach, nets.max(axis=1) + reach
+        along = group.points[rows] @ DIRECTIONS.T
+        low[number], high[number] = along.min(axis=1), along.max(axis=1)
+    margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
+    low -= margin
+    high += margin
     corners = np.unique(np.concatenate([found.begin, found.end]))
-    points = found.corners[corners]
-    axis = int(np.ptp(points, axis=0).argmax())
-    order = np.argsort(points[:, axis], kind="stable")
-    corners, points = corners[order], points[order]
-    first = np.searchsorted(points[:, axis], low[:, axis])
-    last = np.searchsorted(points[:, axis], high[:, axis], side="right")
+    along = found.corners[corners] @ DIRECTIONS.T
+    if count * len(corners) <= FEW_PAIRS:
+        inside = ((along >= low[:, None]) & (along <= high[:, None])).all(axis=2)
+        inside &= (corners != found.begin[:, None]) & (corners != found.end[:, None])
+        edge, place = inside.nonzero()
+        return edge, corners[place]
+    axis = int(np.ptp(along[:, :3], axis=0).argmax())
+    order = np.argsort(along[:, axis], kind="stable")
+    corners, along = corners[order], along[order]
+    first = np.searchsorted(along[:, axis], low[:, axis])
+    last = np.searchsorted(along[:, axis], high[:, axis], side="right")
     if (last - first).sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []
@@ -164,9 +185,12 @@ def _corners_in_boxes(found: _Open, reach: float) -> tuple[Ints, Ints]:
         edge = np.repeat(np.arange(some.start, some.stop), counts)
         place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
         place += np.repeat(first[some], counts)
-        inside = ((points[place] >= low[edge]) & (points[place] <= high[edge])).all(axis=1)
-        inside &= (corners[place] != found.begin[edge]) & (corners[place] != found.end[edge])
+        inside = (corners[place] != found.begin[edge]) & (corners[place] != found.end[edge])
+        for k in range(len(DIRECTIONS)):
+            edge, place = edge[inside], place[inside]
+            inside = (along[place, k] >= low[edge, k]) & (along[place, k] <= high[edge, k])
         pairs.append((edge[inside], corners[place[inside]]))
+        checkpoint()
     return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
 
 
@@ -200,7 +224,9 @@ def _places(
                 # Half a step from a sample the curve is at most this far away from it.
                 speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
                 close = np.sqrt(away.min(axis=1)) <= speed * (samples[1] / 2) + reach
-                here, own, nets, away = here[close], own[close], nets[close], away[close]
+                here, nets, away = here[close], nets[close], away[close]
+                if not len(here):
+                    continue
             t = samples[away.argmin(axis=1)]
             for _ in range(STEPS):
                 value, slope = _with_slope(nets, weights, t)
