@@ -4445,7 +4445,7 @@ export interface operations {
             };
             path: {
                 /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
-                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull") | string;
             };
             cookie?: never;
         };
@@ -4680,7 +4680,7 @@ export interface operations {
             };
             path: {
                 /** @description Id of a surface: the name of a built-in one, or the id of a stored one. */
-                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring" | "swept-wing" | "ship-hull") | string;
                 /** @description Suffix of the response's format; `Accept` is not read. */
                 suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
             };

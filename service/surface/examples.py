@@ -12,7 +12,16 @@ from typing import Any
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import Surface, quadrics, rounded, spline_shapes, swept_shapes, tea
+from service.surface import (
+    Surface,
+    hull,
+    quadrics,
+    rounded,
+    spline_shapes,
+    swept_shapes,
+    tea,
+    wing,
+)
 from service.surface.bezier import BezierSurface
 from service.surface.checks import Up
 from service.surface.colored import colored_by_height, heated_panel
@@ -238,6 +247,20 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Ring",
                 "A bicubic B-spline, periodic both ways: it closes as smoothly as it is.",
                 spline_shapes.ring,
+            ),
+            Example(
+                "swept-wing",
+                "Swept wing",
+                "A closed body of four B-splines: two skins whose knots crowd at the leading edge, "
+                "down to 1e-8 of their range, and ruled caps at root and tip.",
+                wing.wing,
+            ),
+            Example(
+                "ship-hull",
+                "Ship",
+                "Nine B-splines of three degrees as one closed surface: the sides, port and "
+                "starboard, the keel, the deck and the transom share their borders.",
+                hull.hull,
             ),
         )
     }

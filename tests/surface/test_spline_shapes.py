@@ -1,10 +1,13 @@
 """The built-in B-splines: what is said of them is true."""
 
 import numpy as np
+import pytest
 
+from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.mesh.closure import Closure, closure
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
+from service.surface.multipatch import MultipatchSurface
 from tests.engine.meshing import as_triangles, check_sound, check_winding, mesh_of, shape_of
 from tests.oracles.topology import volume
 
@@ -45,3 +48,25 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
     for z, up in ((0.0, -1.0), (1.32, 1.0)):
         (pole,) = np.flatnonzero((mesh.positions == (0, 0, z)).all(axis=1))
         np.testing.assert_allclose(mesh.normals[pole], (0, 0, up), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("example", "least", "most"), [("swept-wing", 17, 19), ("ship-hull", 645, 665)]
+)
+def test_models_of_several_splines_are_solids(example: str, least: float, most: float) -> None:
+    """Watertight by resolution, normals outward, and by tolerance."""
+    mesh = mesh_of(example, resolution=(4, 4))
+    check_winding(mesh)
+    for made in (mesh, mesh_of(example, accuracy=Accuracy(relative_tolerance=1e-3))):
+        check_sound(made)
+        assert made.report.watertight
+        assert least < volume(made.positions, as_triangles(made)) < most
+
+
+def test_port_is_the_mirror_of_starboard() -> None:
+    hull = find("ship-hull").surface()
+    assert isinstance(hull, MultipatchSurface)
+    nets = {single.name: single.control_net for single in hull.surfaces}
+    for end in ("aft", "fore"):
+        port = nets[f"starboard {end}"].swapaxes(0, 1) * (1, -1, 1)
+        np.testing.assert_array_equal(port, nets[f"port {end}"])

@@ -1,9 +1,8 @@
 """Which conversion is done by which function, and one after the other."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface import Surface
@@ -18,7 +17,8 @@ from service.surface.convert.cut import (
     triangle_of_patch,
 )
 from service.surface.convert.elevate import elevate_bezier, elevate_patches, elevate_triangle
-from service.surface.convert.nets import Allowed, check_count
+from service.surface.convert.multipatch import bezier_of_multipatch, each_surface
+from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
     Operation,
@@ -45,7 +45,7 @@ from service.surface.convert.turn import (
     transpose_patches,
     transpose_triangle,
 )
-from service.surface.multipatch import MultipatchSurface, Single
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
@@ -61,16 +61,8 @@ def unchanged(surface: Surface, _operation: ToBezier, _allowed: Allowed) -> Surf
     return surface
 
 
-def each_surface(surface: MultipatchSurface, operation: Operation, allowed: Allowed) -> Surface:
-    """Every surface of a multipatch for itself; together they may have the points of one."""
-    surfaces: list[Single] = []
-    for single in surface.surfaces:
-        conversion = CONVERSIONS[type(operation)][type(single)]
-        surfaces.append(cast(Single, conversion(single, operation, allowed)))
-        used = surfaces[-1].size().net_points
-        check_count(used, allowed)
-        allowed = replace(allowed, control_points=allowed.control_points - used)
-    return replace(surface, surfaces=tuple(surfaces))
+def _each(surface: MultipatchSurface, operation: Operation, allowed: Allowed) -> Surface:
+    return each_surface(surface, CONVERSIONS[type(operation)], operation, allowed)
 
 
 NAMES: Mapping[type[Surface], str] = MappingProxyType(
@@ -89,7 +81,7 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         Elevate: {
             BezierSurface: elevate_bezier,
             PatchSurface: elevate_patches,
-            MultipatchSurface: each_surface,
+            MultipatchSurface: _each,
             BsplineSurface: elevate_spline,
             TriangleSurface: elevate_triangle,
         },
@@ -107,14 +99,14 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         Transpose: {
             BezierSurface: transpose_bezier,
             PatchSurface: transpose_patches,
-            MultipatchSurface: each_surface,
+            MultipatchSurface: _each,
             BsplineSurface: transpose_spline,
             TriangleSurface: transpose_triangle,
         },
         Reverse: {
             BezierSurface: reverse_bezier,
             PatchSurface: reverse_patches,
-            MultipatchSurface: each_surface,
+            MultipatchSurface: _each,
             BsplineSurface: reverse_spline,
             TriangleSurface: reverse_triangle,
         },
@@ -123,6 +115,7 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
             PatchSurface: unchanged,
             BsplineSurface: bezier_of_spline,
             TriangleSurface: unchanged,
+            MultipatchSurface: bezier_of_multipatch,
         },
         ToTriangle: {BezierSurface: triangle_of_patch, PatchSurface: triangle_of_patch},
     }

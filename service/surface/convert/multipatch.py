@@ -1,0 +1,127 @@
+"""A surface of several: each of them converted for itself, or all as Bézier patches."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, cast
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.polynomials import Net
+from service.bases.triangle import degree_of
+from service.surface.bspline import BsplineSurface
+from service.surface.convert.elevate import raised, raised_triangles
+from service.surface.convert.nets import Allowed, changed, check_count
+from service.surface.convert.operations import Operation, ToBezier
+from service.surface.convert.sharing import Batch, shared
+from service.surface.convert.spline import bezier_of_spline
+from service.surface.grids import by_degree
+from service.surface.multipatch import MultipatchSurface, Single
+from service.surface.patches import NO_TRIANGLES, PatchSurface
+from service.surface.triangle import TriangleSurface
+
+
+def each_surface(
+    surface: MultipatchSurface,
+    convert: Mapping[type, Callable[[Any, Any, Allowed], object]],
+    operation: Operation,
+    allowed: Allowed,
+) -> MultipatchSurface:
+    """Every surface converted for itself, each kind by its own function of `convert`.
+
+    Together they may have the control points of one.
+    """
+    surfaces: list[Single] = []
+    for single in surface.surfaces:
+        surfaces.append(cast(Single, convert[type(single)](single, operation, allowed)))
+        used = surfaces[-1].size().net_points
+        check_count(used, allowed)
+        allowed = replace(allowed, control_points=allowed.control_points - used)
+    return replace(surface, surfaces=tuple(surfaces))
+
+
+def bezier_of_multipatch(
+    surface: MultipatchSurface, operation: ToBezier, allowed: Allowed
+) -> PatchSurface:
+    """The Bézier patches of all surfaces, part by part; triangles take the highest degree.
+
+    Parts are named after the surfaces, the second of a name with a number behind it.
+    """
+    triangles = [s for s in surface.surfaces if isinstance(s, TriangleSurface)]
+    degree = max(map(_triangle_degree, triangles), default=1)
+    pieces: list[PatchSurface] = []
+    for single in surface.surfaces:
+        if isinstance(single, BsplineSurface):
+            pieces.append(bezier_of_spline(single, operation, allowed))
+        else:
+            pieces.append(_one(single, degree))
+        used = pieces[-1].indices
+        check_count(used, allowed)
+        allowed = replace(allowed, control_points=allowed.control_points - used)
+    return _joined(surface, pieces)
+
+
+def _triangle_degree(single: TriangleSurface) -> int:
+    """The degree in which a triangle carries its channels."""
+    return max(degree_of(len(net)) for net in _nets(single))
+
+
+def _nets(single: Single) -> list[FloatArray]:
+    return [single.control_net, *(net for *_, net in single.channels.each())]
+
+
+def _one(single: Single, degree: int) -> PatchSurface:
+    """One patch over vertices, or one triangle of a degree; its channels in its own degree."""
+    whole = Batch((single.control_net, single.weights), single.channels).changed(_batched)
+    if isinstance(single, TriangleSurface):
+        whole = whole.changed(partial(raised_triangles, degree=degree))
+        return shared(None, whole)
+    rows, columns = (max(net.shape[axis] for net in _nets(single)) for axis in (0, 1))
+    return shared(whole.changed(partial(raised, degree=(rows - 1, columns - 1), first_axis=1)))
+
+
+def _batched(net: Net) -> Net:
+    points, weights = net
+    return points[np.newaxis], None if weights is None else weights[np.newaxis]
+
+
+def _joined(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> PatchSurface:
+    """Surfaces of patches, all with the same channels, as one."""
+    first = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    grids = [
+        grid + start
+        for piece, start in zip(pieces, first, strict=False)
+        for _, some in by_degree(piece.patches)
+        for grid in some
+    ]
+    triangles = [
+        piece.triangles + start
+        for piece, start in zip(pieces, first, strict=False)
+        if len(piece.triangles)
+    ]
+    parts: dict[str, tuple[int, ...]] = {}
+    ends = [0, len(grids)]
+    for single, piece in zip(surface.surfaces, pieces, strict=True):
+        kind, count = (1, 1) if len(piece.triangles) else (0, len(piece.patches))
+        name, number = single.name, 2
+        while name in parts:
+            name, number = f"{single.name} {number}", number + 1
+        parts[name] = tuple(range(ends[kind], ends[kind] + count))
+        ends[kind] += count
+    weights = None
+    if any(piece.weights is not None for piece in pieces):
+        ones = (np.ones(len(p.vertices)) if p.weights is None else p.weights for p in pieces)
+        weights = np.concatenate(list(ones))
+    nets = zip(*([net for *_, net in p.channels.each()] for p in pieces), strict=True)
+    values = map(np.concatenate, nets)
+    return PatchSurface(
+        np.concatenate([piece.vertices for piece in pieces]),
+        tuple(grids),
+        weights,
+        tuple(parts.items()),
+        surface.up,
+        surface.name,
+        changed(pieces[0].channels, lambda _: next(values)),
+        np.concatenate(triangles or [NO_TRIANGLES]),
+    )

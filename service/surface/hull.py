@@ -1,0 +1,84 @@
+"""A ship to look at: a hull of several B-splines that meet in edges, port the mirror of starboard.
+
+Control points run from the transom to the stem and from the keel to the rail. Deck, keel and
+transom take the border points of the sides as they are.
+"""
+
+from math import cos, pi, sin
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.bspline import BsplineSurface
+from service.surface.channels import Channels
+from service.surface.multipatch import MultipatchSurface
+
+LENGTH, BREADTH, DRAUGHT, KEEL = 30.0, 7.6, 2.6, 0.3
+"""Metres; of the flat keel, half its breadth."""
+
+ARCH = 0.16
+"""Height of the middle control points of the deck, in parts of its half breadth."""
+
+STATIONS = 15
+"""Rows of control points from the transom to the stem; the middle one parts aft from fore."""
+
+NAVY, OAK, WHITE = (0.1, 0.17, 0.3), (0.72, 0.55, 0.35), (0.9, 0.9, 0.88)
+
+
+def hull() -> MultipatchSurface:
+    """The sides of degree (3, 3), aft and fore, deck and keel (3, 2), transom (2, 3); z up."""
+    side = _side()
+    middle = STATIONS // 2
+    surfaces = []
+    for name, rows in (("aft", slice(0, middle + 1)), ("fore", slice(middle, None))):
+        right = side[rows]
+        left = right * (1, -1, 1)
+        surfaces += [
+            _spline(right.swapaxes(0, 1), (3, 3), f"starboard {name}", NAVY),
+            _spline(left, (3, 3), f"port {name}", NAVY),
+            _spline(_across(right[:, -1], ARCH), (3, 2), f"deck {name}", OAK),
+            _spline(_across(left[:, 0], 0.0), (3, 2), f"keel {name}", NAVY),
+        ]
+    stern = np.stack([side[0] * (1, -1, 1), side[0] * (1, 0, 1), side[0]])
+    stern[1, -1] = _across(side[:1, -1], ARCH)[0, 1]
+    surfaces.append(_spline(stern, (2, 3), "transom", WHITE))
+    return MultipatchSurface(tuple(surfaces), "z", "ship-hull")
+
+
+def _spline(
+    net: FloatArray, degree: tuple[int, int], name: str, color: tuple[float, float, float]
+) -> BsplineSurface:
+    """A clamped B-spline of one colour."""
+    painted = Channels(np.array([[color]]))
+    return BsplineSurface(net, degree, name=name, channels=painted)
+
+
+def _side() -> FloatArray:
+    """Control points (stations, 7, 3) of the starboard side."""
+    net = [[_point(i / (STATIONS - 1), j / 6) for j in range(7)] for i in range(STATIONS)]
+    # Rounded, since powers differ in their last digits from one machine to another.
+    return np.round(np.array(net), 3) + 0.0
+
+
+def _point(along: float, up: float) -> tuple[float, float, float]:
+    """A control point at parts of the length, from the transom, and of the girth, from the keel."""
+    fore, aft = max((along - 0.4) / 0.6, 0.0), max((0.4 - along) / 0.4, 0.0)
+    half = BREADTH / 2 * (1 - fore**2.6) * (1 - 0.18 * aft**2)
+    keel = -DRAUGHT * (1 - 0.75 * aft**1.8)
+    rail = 1.5 + 1.6 * fore**2 + 0.3 * aft**2
+    # Round amidships, sharp at the bow.
+    fullness = 0.55 + 1.1 * fore**1.5 + 0.15 * aft
+    angle = up * pi / 2
+    flat = KEEL * (1 - fore**2)
+    across = flat if up == 0 else flat + (half - flat) * (sin(angle) if up < 1 else 1.0) ** fullness
+    height = rail - (rail - keel) * (cos(angle) if up < 1 else 0.0)
+    share = max(height - keel, 0.0) / (rail - keel)
+    rake = 3.4 * fore**4 * share**1.5 - 0.6 * aft**4 * up
+    return LENGTH * along + rake, across, height
+
+
+def _across(border: FloatArray, arch: float) -> FloatArray:
+    """Control points (stations, 3, 3) from the mirror of a border to it, `arch` of it high."""
+    middle = border * (1, 0, 1)
+    middle[:, 2] += np.round(np.abs(border[:, 1]) * arch, 3)
+    return np.stack([border * (1, -1, 1), middle, border], axis=1)

@@ -1,0 +1,99 @@
+"""A wing to look at: a swept one of an airliner, its knots crowded at the leading edge.
+
+Upper and lower skin begin at the leading edge and end at the trailing edge, over the same knots;
+ruled caps close the root and the tip between the very control points of the skins.
+"""
+
+from math import cos, radians, sin
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.bspline import BsplineSurface
+from service.surface.multipatch import MultipatchSurface
+
+CHORDWISE = (0, 0, 0, 0, 1e-8, 8e-7, 2e-5, 3e-4, 2e-3, 8e-3, 0.03, 0.1, 0.3, 0.65, 1, 1, 1, 1)
+"""Knots from the leading edge on: squares of parts of the chord."""
+
+SPANWISE = (0, 0, 0, 0, 3, 5.5, 8, 11, 13.5, 15, 15.5, 16, 16.5, 17, 17.5, 18.5, 18.5, 18.5, 18.5)
+"""Knots along the leading edge, in metres: close where the tip turns up."""
+
+CHORDS = ((0.0, 5.5, 15.0, 16.8, 18.5), (6.4, 3.9, 1.9, 1.35, 0.6))
+"""Metres along the leading edge, and the chord there."""
+
+THICKNESS, CAMBER, SUMMIT = 0.12, 0.02, 0.4
+"""Of the aerofoil, NACA 2412, as parts of its chord."""
+
+BEND, TURN, CANT = 15.2, 1.6, radians(72)
+"""Where the tip begins to turn up, over how many metres, and how far."""
+
+
+def wing() -> MultipatchSurface:
+    """The right wing of degree (3, 3), a closed body of four B-splines; x aft, y right, z up."""
+    upper, lower = (_skin(side) for side in (1.0, -1.0))
+    chordwise, spanwise = np.array(CHORDWISE), np.array(SPANWISE)
+    # Seen from outside, u × v points outwards: the lower skin and the root are turned round.
+    skins = (
+        BsplineSurface(upper, (3, 3), (chordwise, spanwise), name="upper skin"),
+        BsplineSurface(lower.swapaxes(0, 1), (3, 3), (spanwise, chordwise), name="lower skin"),
+    )
+    caps = (
+        BsplineSurface(np.stack(net, axis=1), (3, 1), (chordwise, "clamped"), name=name)
+        for name, net in (
+            ("tip", (upper[:, -1], lower[:, -1])),
+            ("root", (lower[:, 0], upper[:, 0])),
+        )
+    )
+    return MultipatchSurface((*skins, *caps), "z", "swept-wing")
+
+
+def _skin(side: float) -> FloatArray:
+    """Control points (chordwise, spanwise, 3) of the upper skin, side = 1, or the lower, −1.
+
+    A control point stands where its Greville abscissae lead: Schoenberg's approximation.
+    """
+    along, out = (
+        np.convolve(knots[1:-1], np.full(3, 1 / 3), "valid") for knots in (CHORDWISE, SPANWISE)
+    )
+    net = [[_place(u, t, side) for t in out.tolist()] for u in along.tolist()]
+    # Rounded, since sines differ in their last digits from one machine to another.
+    return np.round(np.array(net), 9)
+
+
+def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
+    """The point at √u of the chord, t metres along the leading edge.
+
+    Abbott and von Doenhoff, Theory of Wing Sections, section 6.4: thickness and mean line of the
+    sections of four digits, with a trailing edge that closes.
+    """
+    s = u**0.25
+    x = s * s
+    half = 5 * THICKNESS * (0.2969 * s - x * (0.126 + x * (0.3516 + x * (0.1036 * x - 0.2843))))
+    if u == 1:
+        half = 0.0
+    rise = CAMBER / SUMMIT**2 * x * (2 * SUMMIT - x)
+    if x > SUMMIT:
+        rise = CAMBER / (1 - SUMMIT) ** 2 * (1 - x) * (1 + x - 2 * SUMMIT)
+    chord = float(np.interp(t, *CHORDS))
+    height = chord * (rise + side * half)
+    # The tip turns up along an arc, from the dihedral to the cant.
+    first = radians(5)
+    share = min(max((t - BEND) / TURN, 0.0), 1.0)
+    angle = first + (CANT - first) * share
+    y, z = _along(t, first)
+    # Washout turns the nose down towards the tip, about a quarter of the chord.
+    twist = radians(2 - 0.3 * t)
+    aft, up = chord * x - chord / 4, height
+    aft, up = aft * cos(twist) + up * sin(twist), up * cos(twist) - aft * sin(twist)
+    sweep = 0.5 * t + 0.35 * max(t - BEND, 0.0)
+    return sweep + chord / 4 + aft, y - up * sin(angle), z + up * cos(angle)
+
+
+def _along(t: float, first: float) -> tuple[float, float]:
+    """The leading edge seen from ahead: a line, an arc from angle `first` to the cant, a line."""
+    radius = TURN / (CANT - first)
+    straight, turned, beyond = min(t, BEND), min(max(t - BEND, 0), TURN), max(t - BEND - TURN, 0)
+    last = first + turned / radius
+    y = straight * cos(first) + radius * (sin(last) - sin(first)) + beyond * cos(CANT)
+    z = straight * sin(first) + radius * (cos(first) - cos(last)) + beyond * sin(CANT)
+    return y, z
