@@ -1,7 +1,7 @@
-"""What can be wrong with a request, as values and exceptions that know nothing of HTTP.
+"""Errors of requests as values and exceptions; this module knows nothing of HTTP.
 
-Every error is a list of `Issue`s: a stable code, a JSON pointer (RFC 6901) to the place, what
-was got and what was needed. The texts describe the input and never repeat it. One table in
+Every error is a list of `Issue`s: a stable code, a JSON pointer (RFC 6901), the value that was got
+and the value that was needed. The texts describe the input and never repeat it. One table in
 `service.api.problems` maps the classes to status codes.
 """
 
@@ -9,15 +9,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 MAX_ISSUES = 20
-"""An answer names at most this many issues: enough to mend a request, too few to flood anyone."""
+"""Most issues of one response: enough to correct a request, too few to flood a client."""
 
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One thing that is wrong, where, and what would have been right.
+    """One error: where it is, the value that was got and the value that was needed.
 
-    `pointer` is relative to whatever was being checked; the layer that knows the surrounding
-    document puts its own prefix in front (`SurfaceError.within`).
+    `pointer` is relative to the checked value; the layer that knows the surrounding document
+    puts its own prefix in front (`SurfaceError.within`).
     """
 
     code: str
@@ -28,7 +28,7 @@ class Issue:
 
 
 class SurfaceError(Exception):
-    """Base of every error that may be shown to the person who asked.
+    """Base of every error that a client may see.
 
     Raised with one or more issues; only the first `MAX_ISSUES` are kept.
     """
@@ -38,12 +38,12 @@ class SurfaceError(Exception):
         super().__init__("; ".join(issue.message for issue in self.issues))
 
     def within(self, prefix: str) -> "SurfaceError":
-        """The same error, its pointers moved below `prefix`."""
+        """A copy of the error, its pointers moved below `prefix`."""
         return type(self)(*(replace(i, pointer=prefix + i.pointer) for i in self.issues))
 
 
 class InvalidRequest(SurfaceError):
-    """The surface or an option does not say anything we can compute."""
+    """The surface or an option is invalid."""
 
 
 class MalformedJson(SurfaceError):
@@ -51,15 +51,15 @@ class MalformedJson(SurfaceError):
 
 
 class MalformedBody(SurfaceError):
-    """A file that holds control nets is not of the format that it is said to be of."""
+    """A file of control nets is not in the format that its name or media type says."""
 
 
 class UnknownSurface(SurfaceError):
-    """No surface is known by this id."""
+    """No surface has this id."""
 
 
 class UnsupportedByFormat(SurfaceError):
-    """The format cannot hold what was asked for (quads in STL, lines in OFF, …)."""
+    """The format cannot store what the request asks for (quads in STL, lines in OFF, …)."""
 
 
 class TooLarge(SurfaceError):
@@ -67,27 +67,27 @@ class TooLarge(SurfaceError):
 
 
 class StoreFull(SurfaceError):
-    """There is no room to keep another surface."""
+    """The store has no room for another surface."""
 
 
 class StoreFailed(SurfaceError):
-    """The place where surfaces are kept does not do what it should; the log says why."""
+    """The store failed; the log says why."""
 
 
 class DamagedObject(SurfaceError):
-    """What is kept under an id is not what was stored under it."""
+    """A stored object does not have the content that its id names."""
 
 
 class InvalidSettings(ValueError):
-    """A variable or a flag makes no sense; the service must not start."""
+    """A variable or a flag is invalid; the service must not start."""
 
 
 class BadAddress(Exception):
-    """The address of a service is none."""
+    """The URL of a service is invalid."""
 
 
 class ServiceFailed(Exception):
-    """A service that should do the work does not, and it is not the request's fault."""
+    """The service at `--url` does not do the work, for a reason other than the request."""
 
 
 def pointer(parts: Iterable[str | int]) -> str:
@@ -96,7 +96,7 @@ def pointer(parts: Iterable[str | int]) -> str:
 
 
 def first_part(where: str) -> str:
-    """First part of the path that a JSON pointer is, unescaped; empty for the whole document."""
+    """The first part of a JSON pointer, unescaped; empty for the whole document."""
     return where[1:].partition("/")[0].replace("~1", "/").replace("~0", "~")
 
 

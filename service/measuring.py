@@ -1,7 +1,7 @@
-"""How long each way of computing takes: timed where it happens, counted elsewhere.
+"""Measures computing time by name: started where the work is done, added up by the caller.
 
-A caller that wants to know puts a function into the context, which threads inherit. Without one, as
-on the command line, nothing is timed.
+A caller that measures sets a function in the context, which threads inherit. Without one, as on the
+command line, nothing is measured.
 """
 
 import time
@@ -16,12 +16,12 @@ _current: ContextVar[Add | None] = ContextVar("seconds", default=None)
 
 
 def count_in(add: Add) -> None:
-    """Hands seconds to `add` from here on: in this task, and in threads and tasks it starts."""
+    """Calls `add` with seconds from now on: in this task, and in threads and tasks it starts."""
     _current.set(add)
 
 
 class Measured:
-    """Times what is done within, unless it is part of something that is timed."""
+    """Measures the `with` block, unless it is part of another measured block."""
 
     __slots__ = ("_add", "_name", "_start", "_token")
 

@@ -1,4 +1,4 @@
-"""The same work, done by a service that runs elsewhere."""
+"""Asks a service elsewhere to do the work of a command (`--url`)."""
 
 import os
 import re
@@ -15,22 +15,22 @@ from service.errors import BadAddress, InvalidRequest, Issue, ServiceFailed, poi
 from service.schemas.query import values_from_text
 
 PATIENCE = 600.0
-"""Seconds to wait for the answer."""
+"""Seconds to wait for a response."""
 
 RETRIES, LONGEST_WAIT = 3, 30.0
-"""How often a service that is busy is asked again, and the seconds to wait before, at most."""
+"""How often a busy service is asked again, and the most seconds to wait before each try."""
 
 _LATER = frozenset({httpx.codes.TOO_MANY_REQUESTS, httpx.codes.SERVICE_UNAVAILABLE})
-"""Answers that may be others a little later; nothing was done for them."""
+"""Statuses of a busy service: the request was not worked on and may be sent again."""
 
 KEY = "SURFACE_KEY"
-"""The environment variable with the key of who asks, where the service needs one."""
+"""The environment variable with the caller's API key, for services that need one."""
 
 
 def remote_mesh(
     url: str, source: str | dict[str, Any], chosen: Mapping[str, str], fmt: Format
 ) -> bytes:
-    """The file of this format, computed by the service at `url`.
+    """The mesh file, computed by the service at `url`.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def remote_mesh(
     Raises
     ------
     InvalidRequest
-        What the service found wrong, as if it had been found here.
+        An error that the service reports, in the form of a local one.
     BadAddress, ServiceFailed
     """
     if isinstance(source, str):
@@ -55,7 +55,7 @@ def remote_mesh(
 def remote_mesh_of_file(
     url: str, content: bytes, media_type: str, query: Mapping[str, str], fmt: Format
 ) -> bytes:
-    """The same of a file of control points, which is sent as it is; raises as `remote_mesh` does.
+    """The mesh file of a file of control points, which is sent unchanged; raises as `remote_mesh`.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def remote_mesh_of_file(
 
 
 def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
-    """Stores a surface at the service at `url`: its `id`, `self` and meshes by suffix, with hosts.
+    """Stores a surface at the service at `url`: its `id`, and full URLs of `self` and meshes.
 
     Raises as `remote_mesh` does.
     """
@@ -82,49 +82,49 @@ def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
 def remote_curve(
     url: str, source: dict[str, Any], chosen: Mapping[str, str], fmt: FileFormat
 ) -> bytes:
-    """The curve in this format, computed by the service at `url`; as `remote_mesh`."""
+    """The curve's file, computed by the service at `url`; raises as `remote_mesh` does."""
     document = source | values_from_text(chosen.items())
     return _posted(url, fmt.media_type, "/v1/curve", document, {"format": fmt.name})
 
 
 def remote_convert(url: str, document: dict[str, Any]) -> bytes:
-    """The answer of the service at `url` to a request for a conversion.
+    """The converted surface, computed by the service at `url`.
 
     Raises
     ------
     InvalidRequest
-        What the service found wrong, as if it had been found here.
+        An error that the service reports, in the form of a local one.
     BadAddress, ServiceFailed
     """
     return _posted(url, "application/json", "/v1/convert", document, {})
 
 
 def remote_estimate(url: str, document: dict[str, Any], params: dict[str, str]) -> bytes:
-    """The estimate of the service at `url`; raises as `remote_convert` does."""
+    """The estimate, computed by the service at `url`; raises as `remote_convert` does."""
     return _posted(url, "application/json", "/v1/estimate", document, params)
 
 
 def remote_points(url: str, document: dict[str, Any]) -> bytes:
-    """The answer of the service at `url` to a query of points; raises as `remote_convert` does."""
+    """The points of a query, computed by the service at `url`; raises as `remote_convert` does."""
     return _posted(url, "application/json", "/v1/points", document, {})
 
 
 def remote_project(url: str, document: dict[str, Any]) -> bytes:
-    """The closest points that the service at `url` finds; raises as `remote_convert` does."""
+    """The closest points, computed by the service at `url`; raises as `remote_convert` does."""
     return _posted(url, "application/json", "/v1/project", document, {})
 
 
 def _posted(
     url: str, wanted: str, path: str, document: dict[str, Any], params: dict[str, str]
 ) -> bytes:
-    """The answer to a document."""
+    """The response to a posted document."""
     content = json_text(document)
     headers = {"Content-Type": "application/json"}
     return _asked(url, wanted, "POST", path, params=params, content=content, headers=headers)
 
 
 def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> bytes:
-    """The body of the answer, if it is of the media type that is wanted."""
+    """The body of a response of the wanted media type; retries while the service is busy."""
     request["headers"] = {**request.get("headers", {}), **_credentials()}
     try:
         with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
@@ -145,7 +145,7 @@ def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> byt
     if not problem:
         raise ServiceFailed(f"{url}: not a surface service ({answer.status_code} {answer.url})")
     if answer.status_code in _LATER:
-        raise ServiceFailed(f"{url} cannot do it now: {problem['detail']}")
+        raise ServiceFailed(f"{url} is busy: {problem['detail']}")
     if answer.is_server_error:
         raise ServiceFailed(f"{url} failed: {problem['detail']}")
     if answer.status_code == httpx.codes.UNAUTHORIZED:
@@ -154,12 +154,12 @@ def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> byt
 
 
 def _seconds(header: str) -> float:
-    """How long to wait, as Retry-After says; a date counts as the longest time."""
+    """Seconds to wait, from Retry-After; a date counts as the longest time."""
     return min(float(header), LONGEST_WAIT) if header.isdecimal() else LONGEST_WAIT
 
 
 def _credentials() -> dict[str, str]:
-    """The header that a key in the environment makes; it goes to the service at `--url` alone."""
+    """The Authorization header of the key in the environment; sent only to `--url`."""
     key = os.environ.get(KEY, "")
     if not key:
         return {}
@@ -169,20 +169,20 @@ def _credentials() -> dict[str, str]:
 
 
 def _problem(answer: httpx.Response) -> dict[str, Any]:
-    """The problem document (RFC 9457) that an answer holds; empty if it is none of our service."""
+    """The problem document (RFC 9457) in a response; empty if it is not from this service."""
     try:
         problem = answer.json()
     except ValueError:
         return {}
     known = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
-    # The addresses and methods that are used here exist in every such service.
+    # Every such service has the URLs and methods that this module uses.
     if not known or problem["code"] in ("not_found", "method_not_allowed"):
         return {}
     return dict(problem)
 
 
 def _issues(problem: Mapping[str, Any]) -> list[Issue]:
-    """What is wrong, as it would have been found here; at least one issue."""
+    """The errors in a problem document, in the form of local ones; at least one issue."""
     issues = [
         Issue(
             error["code"],

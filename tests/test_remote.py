@@ -74,7 +74,7 @@ def test_busy_service_is_asked_again_when_it_says(server: Served, waits: list[fl
 
 
 def test_service_that_stays_busy_is_left(server: Served, waits: list[float]) -> None:
-    with pytest.raises(ServiceFailed, match=r"cannot do it now: It has much to do\."):
+    with pytest.raises(ServiceFailed, match=r"is busy: It has much to do\."):
         asked(server, *[(429, {"Retry-After": "1"})] * (RETRIES + 1))
     assert (waits, server.asked) == ([1.0] * RETRIES, RETRIES + 1)
 

@@ -1,4 +1,4 @@
 """The command `surface`, one file a command.
 
-Whatever is heavy is imported by the command that needs it, so that `--help` answers at once.
+Each command imports its slow modules itself, so that `--help` answers at once.
 """

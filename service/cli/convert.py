@@ -21,7 +21,7 @@ from service.errors import Issue
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags."""
+    """Adds the command and its flags."""
     text = "write a surface in another form with the same points"
     convert = add_command(commands, "convert", text)
     add_source(convert, "operations")
@@ -32,7 +32,7 @@ def add(commands: Commands) -> None:
 
 
 class _Append(argparse.Action):
-    """Appends the name of a flag and its text to the operations, whichever flag it is."""
+    """Appends the flag's name and text to the list of operations."""
 
     def __call__(
         self,
@@ -41,29 +41,29 @@ class _Append(argparse.Action):
         values: str | Sequence[Any] | None,
         option_string: str | None = None,
     ) -> None:
-        """The flags in the order in which they stand, for that is the order of the work."""
+        """The flags, in the order in which they stand: the operations run in this order."""
         del parser, option_string
         text = values if isinstance(values, str) else ""
         namespace.operations = [*(namespace.operations or []), (self.metavar_name, text)]
 
     @property
     def metavar_name(self) -> str:
-        """The flag without its hyphens."""
+        """The flag's name without its hyphens."""
         return self.option_strings[0].removeprefix("--")
 
 
 def _add_operations(convert: argparse.ArgumentParser) -> None:
-    """The operations, done in the order in which they are given; they replace those of a file."""
-    group = convert.add_argument_group("operations, done in the order given")
+    """Adds the flags of operations, which replace the operations in the file."""
+    group = convert.add_argument_group("operations, applied in the order given")
     for flag, metavar, text in (
         ("elevate", "P,Q|N", "raise the degree"),
         ("split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"),
         ("restrict", "u=A:B,v=C:D", "cut out a piece"),
         ("transpose", None, "exchange u and v"),
-        ("reverse", "u|v", "run u or v backwards"),
-        ("bezier", None, "make Bézier patches of a B-spline"),
+        ("reverse", "u|v", "reverse u or v"),
+        ("bezier", None, "convert a B-spline to Bézier patches"),
         ("triangle", "lower|upper", "make a triangular patch of half a patch"),
-        ("operations", "JSON", "a list of operations as in a request"),
+        ("operations", "JSON", "a list of operations, as in a request"),
     ):
         nargs = 0 if metavar is None else None
         group.add_argument(
@@ -90,7 +90,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _local(document: dict[str, Any]) -> bytes:
-    """The new surface, computed in this process."""
+    """Converts the surface in this process."""
     from service.pipeline.documents import plan_conversion
     from service.schemas.convert import ConvertRequest
     from service.schemas.validation import validate_document
@@ -108,7 +108,7 @@ def _local(document: dict[str, Any]) -> bytes:
 
 
 def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:
-    """One issue as a line; it names the flag that asked for the operation."""
+    """One issue as a line that names the flag of the operation."""
     _, first, number = (*issue.pointer.split("/"), "", "")[:3]
     if first == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(

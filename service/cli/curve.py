@@ -28,7 +28,7 @@ _CURVE_HELP = (
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags."""
+    """Adds the command and its flags."""
     curve = add_command(commands, "curve", "write a curve as points or lines")
     curve.add_argument("source", metavar="FILE", help=_CURVE_HELP)
     add_output(curve)
@@ -37,15 +37,15 @@ def add(commands: Commands) -> None:
 
 
 def _add_options(curve: argparse.ArgumentParser) -> None:
-    """The options of a curve; each overrides the same one in the file."""
+    """Adds the options of a curve; each overrides the file's."""
     group = curve.add_argument_group("options of the curve")
     group.add_argument("--resolution", metavar="N", help="divisions of every piece (16)")
     group.add_argument(
-        "--tolerance", metavar="DISTANCE", help="instead: how far lines may be from the curve"
+        "--tolerance", metavar="DISTANCE", help="instead of --resolution: largest deviation"
     )
     for name, text in (
         ("tangents", "unit tangents (yes)"),
-        ("arc-lengths", "length up to every point (yes)"),
+        ("arc-lengths", "arc length up to each point (yes)"),
     ):
         group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
 
@@ -57,7 +57,7 @@ def _run(arguments: argparse.Namespace) -> int:
     source = read_request(arguments.source, "curve", "no such file")
     chosen = chosen_options(arguments, OPTIONS)
     if "resolution" in chosen or "tolerance" in chosen:
-        # One of the two on the command line takes the place of either in the file.
+        # Either of these two replaces both in the file.
         source = {key: value for key, value in source.items() if key not in OPTIONS[:2]}
     return perform(
         arguments,
@@ -68,7 +68,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
-    """The file of a curve, computed in this process."""
+    """Computes the curve's file in this process."""
     from service.pipeline.curve import plan_curve
     from service.schemas.curves import CurveRequest
     from service.schemas.query import values_from_text

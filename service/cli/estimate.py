@@ -1,4 +1,4 @@
-"""`surface estimate`: writes what a mesh would be, before it is made."""
+"""`surface estimate`: writes the size of a mesh before it is computed."""
 
 import argparse
 from collections.abc import Sequence
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags, those of `surface mesh`."""
-    text = "write what a mesh would be: vertices, faces, bytes, and whether it is too large"
+    """Adds the command and its flags, which are those of `surface mesh`."""
+    text = "write the size of a mesh before it is computed: vertices, faces, bytes, limits"
     command = add_command(commands, "estimate", text)
     add_source(command, "options")
     add_output(command, formats=False)
-    command.add_argument("--format", metavar="NAME", help="of one format alone")
+    command.add_argument("--format", metavar="NAME", help="estimate this format only")
     add_options(command)
     add_fields(command)
     command.set_defaults(run=_run)
@@ -56,7 +56,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
-    """The estimate, computed in this process."""
+    """Computes the estimate in this process."""
     from service.encoders.text import json_text
     from service.pipeline.estimate import estimate_object, plan_estimate
     from service.pipeline.mesh import encode_options

@@ -1,4 +1,4 @@
-"""`surface key`: a new API key, and what the service is told of it."""
+"""`surface key`: makes an API key, and its line for the service's settings."""
 
 import argparse
 
@@ -8,15 +8,15 @@ from service.cli.source import Commands
 
 
 def add(commands: Commands) -> None:
-    """The command and its argument."""
+    """Adds the command and its argument."""
     key = commands.add_parser(
         "key",
         help="make an API key",
-        description="Prints a new key, for who uses the service, and the line for SURFACE_API_KEYS "
-        "or the file SURFACE_API_KEYS_FILE, which tells the service its hash. The key is kept "
-        "nowhere: it cannot be printed again.",
+        description="Prints a new key, for the client, and the line for SURFACE_API_KEYS or for "
+        "the file SURFACE_API_KEYS_FILE, which contains the key's hash. The key itself is stored "
+        "nowhere and cannot be printed again.",
     )
-    key.add_argument("name", metavar="NAME", help="whose key it is; logs have this name")
+    key.add_argument("name", metavar="NAME", help="name of the client, for logs")
     key.set_defaults(run=_run)
 
 

@@ -1,4 +1,4 @@
-"""`surface examples`, `formats` and `openapi`: lists for people and for programs."""
+"""`surface examples`, `formats` and `openapi`: print lists for people and for programs."""
 
 import argparse
 
@@ -8,7 +8,7 @@ from service.cli.source import Commands
 
 
 def add(commands: Commands) -> None:
-    """The commands and their flags."""
+    """Adds the commands and their flags."""
     examples = commands.add_parser("examples", help="list the built-in surfaces")
     examples.set_defaults(run=_examples)
     formats = commands.add_parser("formats", help="list the formats")
@@ -17,7 +17,7 @@ def add(commands: Commands) -> None:
     openapi.add_argument(
         "--all",
         action="store_true",
-        help="of a service with all that can be switched on; else of one as `serve` would start it",
+        help="of a service with everything switched on; without it, by the environment's settings",
     )
     openapi.set_defaults(run=_openapi)
 

@@ -1,4 +1,4 @@
-"""The command line: its commands, and what their errors become."""
+"""The command line: runs a command, and turns its errors into lines and exit codes."""
 
 import argparse
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ from service.cli.refusals import (
 from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
 INTERRUPTED = 128 + 2
-"""Exit code after Ctrl+C, as of a program that it ends by itself."""
+"""Exit code after Ctrl+C, as the shell expects it."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Runs a command; says what went wrong."""
+    """Runs a command; writes its errors to standard error."""
     try:
         return int(options.run(options))
     except SurfaceError as error:

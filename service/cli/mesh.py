@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from service.encoders.format import Format
 
 _FLAGS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
-"""The options of a mesh, written by `make generated`: to import their models takes too long."""
+"""The options of a mesh, written by `make generated`: importing their models is slow."""
 
 OPTIONS = tuple(flag["name"] for flag in _FLAGS)
 
 ACCURACY = tuple(flag["name"] for flag in _FLAGS if flag["is_accuracy"])
-"""Options that take the place of a resolution."""
+"""Options that replace a resolution."""
 
 SEEN = ("camera", "pixel_tolerance")
-"""Options that take the place of a resolution, and that only files have."""
+"""Options that replace a resolution, and exist only in files."""
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags."""
+    """Adds the command and its flags."""
     mesh = add_command(commands, "mesh", "write the mesh of a surface")
     add_source(mesh, "options", "; with --url also the id of a surface that is stored there")
     add_output(mesh)
@@ -46,7 +46,7 @@ def add(commands: Commands) -> None:
 
 
 def add_options(mesh: argparse.ArgumentParser) -> None:
-    """The options of a mesh; each overrides the same one in the file."""
+    """Adds the options of a mesh; each overrides the file's."""
     shape = mesh.add_argument_group("options of the mesh")
     accuracy = mesh.add_argument_group("instead of a resolution: accuracy, proved")
     for option in _FLAGS:
@@ -59,10 +59,10 @@ def add_options(mesh: argparse.ArgumentParser) -> None:
 
 
 def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:
-    """The request without what the options of the command line take the place of.
+    """The request, without the options that those of the command line replace.
 
-    A resolution takes the place of an accuracy, an accuracy that of a resolution, and of the two
-    tolerances one that of the other.
+    A resolution replaces a tolerance, a tolerance replaces a resolution, and of the two tolerances
+    one replaces the other.
     """
     gone: set[str] = set()
     if "resolution" in chosen:
@@ -97,7 +97,7 @@ def _remote(
     chosen: Mapping[str, str],
     fmt: "Format",
 ) -> bytes:
-    """The file, computed by a service, which gets a file of control points as it is."""
+    """Asks a service for the file; sends a file of control points unchanged."""
     content: bytes
     if isinstance(source, NetFile):
         query, media_type = {**source.fields, **chosen}, source.decoder.media_type
@@ -110,7 +110,7 @@ def _remote(
 def _local(
     source: str | dict[str, Any] | NetFile, chosen: Mapping[str, str], fmt: "Format"
 ) -> bytes:
-    """The file, computed in this process."""
+    """Computes the file in this process."""
     from service.pipeline.mesh import encode_options, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest

@@ -1,4 +1,4 @@
-"""Files that hold control points and nothing else, and the flags that say what else there is."""
+"""Files of control points, and the flags for the other fields of their surface."""
 
 import argparse
 from collections.abc import Mapping
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from service.decoders.format import Decoder
 
 FIELDS = ("type", "degree", "knots", "up", "name")
-"""The fields of a surface that flags give; their own module would take too long to import."""
+"""The fields of a surface that flags set; importing their own module is slow."""
 
 
 @dataclass(frozen=True, slots=True)
 class NetFile:
-    """Such a file: its bytes, what reads them, and the fields that the flags give, as text."""
+    """A file of control points: its bytes, its decoder, and the flags' fields as text."""
 
     content: bytes
     decoder: "Decoder"
     fields: Mapping[str, str]
 
     def document(self) -> dict[str, Any]:
-        """The request that it makes, without options; raises what is wrong with the file."""
+        """The request without options; raises the errors of the file."""
         from service.schemas.surface_query import surface_fields, with_fields
         from service.settings.environment import from_environment
 
@@ -35,20 +35,20 @@ class NetFile:
 
 
 def add_fields(command: argparse.ArgumentParser) -> None:
-    """The flags of such files."""
+    """Adds the flags for files of control points."""
     group = command.add_argument_group("files of control points: .npy, .bez, .bbp, .oogl, .teapot")
     group.add_argument(
-        "--input-format", metavar="NAME", help="json, npy, oogl or teapot, if no suffix tells"
+        "--input-format", metavar="NAME", help="json, npy, oogl or teapot; default: by suffix"
     )
     group.add_argument("--type", metavar="KIND", help="bezier, bspline, patches")
-    group.add_argument("--degree", metavar="P|P,Q", help="of a bspline (3)")
+    group.add_argument("--degree", metavar="P|P,Q", help="degree of a bspline (3)")
     group.add_argument("--knots", metavar="K|K,K", help="clamped (default), uniform, periodic")
     group.add_argument("--up", metavar="AXIS", help="y (default) or z")
     group.add_argument("--name", metavar="NAME", help="name of the surface")
 
 
 def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
-    """The fields that the flags give."""
+    """The fields that the flags set."""
     return {
         name: str(getattr(arguments, name))
         for name in FIELDS
@@ -57,7 +57,7 @@ def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
-    """What reads the source, by name or by its suffix; None for JSON."""
+    """The decoder of the source, by name or by suffix; None for JSON."""
     from service.decoders.registry import BY_NAME, BY_SUFFIX
 
     name = arguments.input_format
@@ -69,13 +69,13 @@ def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
 
 
 def check_no_fields(arguments: argparse.Namespace) -> None:
-    """Refuses flags that say of a JSON file or an example what these say themselves."""
+    """Refuses the flags for a JSON file or an example, which have these fields already."""
     for name in chosen_fields(arguments):
         raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
 
 
 def field_line(issue: Issue, chosen: Mapping[str, str]) -> str:
-    """One issue as a line, which names the flag where that gave a field of the surface."""
+    """One issue as a line that names the flag, if a flag set the field."""
     name = issue.pointer.removeprefix("/surface").partition("/")[2].partition("/")[0]
     if name in chosen and name in FIELDS:
         issue = replace(issue, pointer=f"/{name}")

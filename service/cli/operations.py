@@ -1,6 +1,6 @@
-"""Operations as the command line gives them: the text of a flag to the value a body would hold.
+"""Turns the flags of operations into the values that a JSON body would have.
 
-What is not of the right form stays a string, and the model refuses it like any other.
+A malformed text stays a string, which the model then refuses.
 """
 
 from collections.abc import Iterable
@@ -13,12 +13,12 @@ OPERATIONS_FLAG = "operations"
 
 
 def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], list[Any]]:
-    """The operations of flags, given as (name, text), and the flag that each comes from.
+    """The operations of flags, given as (name, text), and the flag of each operation.
 
     Raises
     ------
     InvalidRequest
-        If a text that shall be JSON is no list, or a name is given twice.
+        A text is no JSON list, or a name is repeated.
     """
     flags: list[str] = []
     operations: list[Any] = []
@@ -57,14 +57,14 @@ def _numbers(text: str, separator: str) -> list[int | float | str]:
 
 
 def _pairs(flag: str, text: str) -> list[tuple[str, str]]:
-    """Names and values of "u=…,v=…", each name once."""
+    """Names and values of "u=…,v=…"; each name once."""
     parts = [part.partition("=") for part in text.split(",")]
     names = {key for key, _, _ in parts}
     if len(names) < len(parts):
         raise InvalidRequest(
             Issue(
                 "repeated_key",
-                "A name stands here more than once.",
+                "A name is repeated.",
                 f"--{flag}",
                 "the name again",
                 "each name once",

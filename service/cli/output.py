@@ -1,4 +1,4 @@
-"""Where the command line writes: a whole file or none, or standard output."""
+"""Writes the output: a whole file or none, or standard output."""
 
 import os
 import sys
@@ -14,7 +14,7 @@ def write(output: str, content: bytes) -> None:
     Raises
     ------
     OSError
-        With the name that was given, not that of a file beside it.
+        With the name that the caller gave, not that of a temporary file.
     """
     if output == "-":
         print_bytes(content)
@@ -26,9 +26,9 @@ def write(output: str, content: bytes) -> None:
 
 
 def _whole(place: Path, content: bytes) -> None:
-    """Writes a whole file or none: beside its place first, then into it."""
+    """Writes a whole file or none: to a temporary file beside it, which is then renamed."""
     if place.exists() and not place.is_file():
-        # A device or a pipe: nothing may be put in its place.
+        # A device or a pipe cannot be replaced.
         place.write_bytes(content)
         return
     beside = place.with_name(f".{place.name}.{os.getpid()}.part")
@@ -41,16 +41,16 @@ def _whole(place: Path, content: bytes) -> None:
 
 
 def print_bytes(content: bytes) -> None:
-    """Writes to standard output; silent where the program that should read it has ended."""
+    """Writes to standard output; silent if the program that reads it has ended."""
     if sys.stdout is None:
         raise Refused("standard output is closed")
     rest = memoryview(content)
     try:
-        while rest:  # with PYTHONUNBUFFERED a write may end early, and only the next one fails
+        while rest:  # with PYTHONUNBUFFERED a write may be partial, and only the next one fails
             rest = rest[sys.stdout.buffer.write(rest) :]
         sys.stdout.buffer.flush()
     except OSError as error:
-        # Python writes what is left in the buffer when it ends, and would fail once more.
+        # Otherwise Python would write the rest of the buffer at exit, and fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):
             raise Refused from None

@@ -20,17 +20,17 @@ FLAGS = ("uv", "barycentric", "patch", "derivatives")
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags; each overrides the same field of the file."""
+    """Adds the command and its flags; each overrides the file's field."""
     text = "write points, partials, normals and curvatures of a surface"
     points = add_command(commands, "points", text)
     add_source(points, "places")
     add_output(points, formats=False)
-    group = points.add_argument_group("places; each flag of the first two may be repeated")
+    group = points.add_argument_group("places; the first two flags may be repeated")
     group.add_argument("--uv", metavar="U,V", action="append", help="parameters of a place")
     group.add_argument(
         "--barycentric", metavar="R,S,T", action="append", help="a place on a triangle"
     )
-    group.add_argument("--patch", metavar="K", help="number of the patch, if there are several")
+    group.add_argument("--patch", metavar="K", help="index of the patch, if there are several")
     group.add_argument("--derivatives", metavar="N", help="0, 1 (default) or 2")
     add_fields(points)
     points.set_defaults(run=_run)
@@ -42,7 +42,7 @@ def _run(arguments: argparse.Namespace) -> int:
     given = {name: getattr(arguments, name) for name in FLAGS}
     chosen = {name: _value(text) for name, text in given.items() if text is not None}
     if {"uv", "barycentric"} & chosen.keys() and isinstance(source, dict):
-        # Places on the command line take the place of those in the file.
+        # Places on the command line replace those in the file.
         source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
     document = surface_document(source) | chosen
     flags = dict.fromkeys(chosen, "")
@@ -55,14 +55,14 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _value(text: str | list[str]) -> Any:
-    """A flag as a document would hold it; what is no number is left for the model to refuse."""
+    """The value of a flag as in a document; the model refuses malformed numbers."""
     if isinstance(text, list):
         return [coordinates(place) for place in text]
     return _number(text)
 
 
 def coordinates(text: str) -> list[int | float | str]:
-    """Numbers between commas; what is no number is left for the model to refuse."""
+    """Comma-separated numbers; the model refuses malformed ones."""
     return [_number(part) for part in text.split(",")]
 
 
@@ -76,7 +76,7 @@ def _number(text: str) -> int | float | str:
 
 
 def _local(document: Mapping[str, Any]) -> bytes:
-    """The answer, computed in this process."""
+    """Evaluates the points in this process."""
     from service.pipeline.points import plan_points
     from service.schemas.points import PointsRequest
     from service.schemas.validation import validate_document

@@ -24,7 +24,7 @@ FLAGS = ("point", "points", "relative_tolerance")
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags; each overrides the same field of the file."""
+    """Adds the command and its flags; each overrides the file's field."""
     text = "write the closest points of a surface or a curve, with proofs"
     project = add_command(commands, "project", text)
     add_source(project, "points", "; a request may have a curve instead of a surface")
@@ -46,7 +46,7 @@ def _run(arguments: argparse.Namespace) -> int:
     document = surface_document(surface_source(arguments))
     inner = document["surface"]
     if isinstance(inner, dict) and "curve" in inner and "type" not in inner:
-        document = inner  # a request that has a curve, and no surface
+        document = inner  # a request with a curve instead of a surface
     chosen: dict[str, Any] = {}
     if arguments.point is not None:
         chosen["points"] = [coordinates(text) for text in arguments.point]
@@ -74,7 +74,7 @@ def _array(name: str) -> Any:
 
 
 def _local(document: Mapping[str, Any]) -> bytes:
-    """The answer, computed in this process."""
+    """Computes the closest points in this process."""
     from service.pipeline.project import plan_project
     from service.schemas.project import ProjectRequest
     from service.schemas.validation import validate_document

@@ -1,4 +1,4 @@
-"""How the command line refuses: its errors, their lines and exit codes."""
+"""Errors of the command line: their lines and exit codes."""
 
 import sys
 from collections.abc import Mapping
@@ -11,25 +11,25 @@ OK, REFUSED, USAGE, UNREACHABLE = range(4)
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  refused: the surface or an option says nothing that can be computed, a file cannot
-     be read or written, the port is taken, or standard output was closed (silently, if
-     that was by the program it is piped into)
-  2  the command line itself, or a variable SURFACE_*, is wrong
+  1  refused: the surface or an option is invalid, a file cannot be read or written,
+     the port is taken, or standard output is closed (silently, if the program that
+     reads the pipe closed it)
+  2  the command line or a variable SURFACE_* is invalid
   3  the service given by --url does not answer, or fails
-  130  interrupted; a service ends with 0 the first time
+  130  interrupted; a service exits with 0 at the first signal
 """
 
 
 class UsageError(Exception):
-    """The command line cannot be understood."""
+    """The command line is invalid."""
 
 
 class Refused(Exception):
-    """Nothing can be done, and the lines say why."""
+    """The command failed; the lines say why."""
 
 
 def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -> str:
-    """One issue as a line; it names the flag where the value is one that the command line chose."""
+    """One issue as a line; it names the flag, if a flag set the value."""
     name = first_part(issue.pointer)
     place = f"--{name.replace('_', '-')}" if name in chosen else issue.pointer
     facts = ", ".join(
@@ -40,5 +40,5 @@ def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -
 
 def complain(line: str) -> None:
     """Writes a line to standard error."""
-    if sys.stderr is not None:  # else `print` would take standard output
+    if sys.stderr is not None:  # without it, `print` would write to standard output
         print(f"surface: {line}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""`surface serve`: answers over HTTP."""
+"""`surface serve`: answers requests over HTTP."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags."""
-    serve = commands.add_parser("serve", help="answer over HTTP")
+    """Adds the command and its flags."""
+    serve = commands.add_parser("serve", help="answer requests over HTTP")
     serve.add_argument("--host", help="address to listen at (SURFACE_HOST, 127.0.0.1)")
     serve.add_argument("--port", help="port to listen at (SURFACE_PORT, 8000)")
     serve.set_defaults(run=_run)
@@ -32,7 +32,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
     given = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in given.items() if text is not None}
-    # Until the settings say what a line of the log is, records wait.
+    # Records wait until the settings say how to write a log line.
     early = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
     logging.getLogger().addHandler(early)
     try:
@@ -50,18 +50,18 @@ def _run(arguments: argparse.Namespace) -> int:
         serve(app, settings, app.state)
     except SystemExit:
         others.flush()
-        # uvicorn has logged why; its exit code would mean something else here.
+        # uvicorn has logged why; its exit code has another meaning here.
         place = f"{settings.host}, port {settings.port}"
-        raise Refused(f"cannot serve at {place}; the reason stands above") from None
+        raise Refused(f"cannot serve at {place}; the lines above say why") from None
 
 
 def _warn_if_open(settings: Settings) -> None:
-    """Warns if every client that can connect may do everything."""
+    """Warns if every client that can connect may compute and store."""
     is_private = settings.host == "localhost"
     with suppress(ValueError):
         is_private = ipaddress.ip_address(settings.host).is_loopback
     if not (is_private or settings.api_keys or settings.api_keys_file):
         logging.getLogger(__name__).warning(
-            "Whoever reaches this service may compute and store: it has no API keys "
+            "Every client that reaches this service may compute and store: it has no API keys "
             "(SURFACE_API_KEYS)"
         )

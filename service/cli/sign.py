@@ -1,4 +1,4 @@
-"""`surface sign`: an address that may be read by whoever has it, made without a service."""
+"""`surface sign`: signs a URL that any client may read, without asking a service."""
 
 import argparse
 
@@ -8,23 +8,23 @@ from service.cli.source import Commands
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags."""
+    """Adds the command and its flags."""
     sign = commands.add_parser(
         "sign",
-        help="sign an address of a private surface",
-        description="Signs with the first secret of SURFACE_SIGNING_KEYS and prints the address, "
-        "which answers at every service with that secret. No service is asked.",
+        help="sign a URL of a private surface",
+        description="Signs with the first secret of SURFACE_SIGNING_KEYS and prints the URL, "
+        "which works at every service with that secret. It does not ask a service.",
         epilog=EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     sign.add_argument(
         "address",
         metavar="ADDRESS",
-        help="of a surface or a mesh, without the host: '/v1/surfaces/ID/mesh.glb?resolution=8'",
+        help="surface or mesh, without the host: '/v1/surfaces/ID/mesh.glb?resolution=8'",
     )
     end = sign.add_mutually_exclusive_group(required=True)
-    end.add_argument("--seconds", metavar="N", help="for how long from now")
-    end.add_argument("--expires", metavar="UNIXTIME", help="until when, in seconds since 1970")
+    end.add_argument("--seconds", metavar="N", help="seconds from now until it expires")
+    end.add_argument("--expires", metavar="UNIXTIME", help="when it expires, in Unix time")
     sign.set_defaults(run=_run)
 
 

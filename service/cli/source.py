@@ -1,4 +1,4 @@
-"""What commands have in common: a file or an example to begin with, a file to end with."""
+"""The parts that most commands share: a file or an example as input, a file as output."""
 
 import argparse
 import sys
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 Commands = Any
-"""What `add_subparsers` gives; its type has no public name."""
+"""The type of `add_subparsers`' result, which has no public name."""
 
 _FILE_HELP = (
     "a JSON file (a surface, or a request with a surface and {}), a file of control points, the id "
@@ -26,7 +26,7 @@ _FILE_HELP = (
 
 
 def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentParser:
-    """A command that reads something and writes a file; its help tells the exit codes."""
+    """Adds a command that reads a source and writes a file; its help lists the exit codes."""
     command: argparse.ArgumentParser = commands.add_parser(
         name,
         help=text,
@@ -37,19 +37,19 @@ def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentPa
 
 
 def add_source(command: argparse.ArgumentParser, beside: str, more: str = "") -> None:
-    """Where the surface comes from; a request has something `beside` it."""
+    """Adds the source of the surface; `beside`: the other part of a request in a file."""
     command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(beside) + more)
 
 
 def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
-    """Where the file goes, and who computes it."""
+    """Adds the output file and `--url`."""
     kind = "file" if formats else "JSON file"
     command.add_argument(
         "-o", "--output", required=True, help=f"{kind} to write, or - for standard output"
     )
     if formats:
-        command.add_argument("--format", help="format, if the suffix of the output does not tell")
-    command.add_argument("--url", help="let the service at this address do the work")
+        command.add_argument("--format", help="format of the output; default: by its suffix")
+    command.add_argument("--url", help="URL of a service that computes the result")
 
 
 def perform(
@@ -58,14 +58,14 @@ def perform(
     there: Callable[[ModuleType], bytes],
     line: Callable[[Issue], str],
 ) -> int:
-    """Does the work in this process, or has it done at `--url`, and writes what comes of it.
+    """Computes the result in this process or at `--url`, and writes it.
 
     Parameters
     ----------
     there : callable
-        Of the module `service.remote`, which is imported only if it is needed.
+        Takes the module `service.remote`, which is imported only if it is needed.
     line : callable
-        What is written of an issue.
+        Turns an issue into a line.
     """
     try:
         if arguments.url is None:
@@ -81,13 +81,13 @@ def perform(
 
 
 def check_output(arguments: argparse.Namespace) -> None:
-    """Refuses an output without a name."""
+    """Refuses an empty output name."""
     if not arguments.output:
         raise UsageError("--output: empty; needed a file, or - for standard output")
 
 
 def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format by name, else by the suffix of the output."""
+    """The format by name, or else by the output's suffix."""
     by_suffix = {fmt.suffix: fmt for fmt in formats}
     check_output(arguments)
     if arguments.format is not None:
@@ -95,14 +95,14 @@ def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -
     suffix = Path(arguments.output).suffix.removeprefix(".").lower()
     if arguments.output == "-" or suffix not in by_suffix:
         raise UsageError(
-            f"the output's name does not tell the format; needed --format or one of the suffixes "
+            f"the output's name has no known suffix; needed --format or one of the suffixes "
             f"{', '.join(by_suffix)}"
         )
     return by_suffix[suffix]
 
 
 def named_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format of this name."""
+    """The format with this name."""
     by_name = {fmt.name: fmt for fmt in formats}
     if name not in by_name:
         raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
@@ -124,7 +124,7 @@ def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetF
 
 
 def stored_id(arguments: argparse.Namespace) -> str | None:
-    """The source, if it is the id of a surface that the service at `--url` may have stored."""
+    """The source, if it may be the id of a surface stored at `--url`."""
     from service.storage.keys import is_id
 
     source = arguments.source
@@ -135,7 +135,7 @@ def stored_id(arguments: argparse.Namespace) -> str | None:
 
 
 def read_request(source: str, what: str, missing: str) -> dict[str, Any]:
-    """The request in a file; one that holds a bare surface or curve makes one without options."""
+    """The request in a file; a bare surface or curve becomes a request without options."""
     from service.schemas.document import parse_document
 
     document = parse_document(_read(source, what, missing))
@@ -158,7 +158,7 @@ def _read(source: str, what: str, missing: str) -> bytes:
 
 
 def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
-    """The request in a file, or the surface of an example as one."""
+    """The request in a file, or a request with an example."""
     if isinstance(source, NetFile):
         try:
             return source.document()
@@ -172,12 +172,12 @@ def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
     from service.schemas.surfaces import definition
     from service.surface.examples import find
 
-    # As a file would hold it: numbers in lists, not in arrays.
+    # As in a file: lists of numbers, not arrays.
     return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
 
 
 def chosen_options(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
-    """The options that the command line gives, as a query would give them."""
+    """The options of the command line, as texts of a query."""
     chosen: dict[str, str] = {}
     for name in names:
         value = getattr(arguments, name)

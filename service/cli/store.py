@@ -1,4 +1,4 @@
-"""`surface store`: stores a surface at a service and prints its addresses."""
+"""`surface store`: stores a surface at a service and prints its URLs."""
 
 import argparse
 
@@ -10,8 +10,8 @@ from service.errors import SurfaceError
 
 
 def add(commands: Commands) -> None:
-    """The command and its flags."""
-    store = add_command(commands, "store", "store a surface at a service and print its addresses")
+    """Adds the command and its flags."""
+    store = add_command(commands, "store", "store a surface at a service and print its URLs")
     add_source(store, "no options")
     store.add_argument("--url", required=True, help="the service that stores it")
     add_fields(store)

@@ -1,1 +1,1 @@
-"""Files that hold control nets, to documents in the language of requests: one format a file."""
+"""Reads files of control nets as documents in the language of requests: one format a file."""

@@ -1,4 +1,4 @@
-"""What a decoder is: a name, a media type, suffixes, and a function from bytes to a document."""
+"""The type of a decoder: name, media type, suffixes, and a function from bytes to a document."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ Tree: TypeAlias = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Decoder:
-    """One kind of file that holds control nets.
+    """A format of files with control nets.
 
     Attributes
     ----------
@@ -20,20 +20,20 @@ class Decoder:
     title : str
     media_type : str
     suffixes : tuple of str
-        Without a dot; the first is the usual one.
+        Without a dot, the usual one first.
     binary : bool
-        Whether it is no text.
+        Whether the file is not a text.
     kinds : tuple of str
-        The kinds of surface that such a file can be read as.
+        Kinds of surface that such a file may become.
     decode : callable
-        Of the bytes, the kind of surface that is asked for (None leaves the choice to the file) and
-        the most control points. Its answer is to be checked like any document: it has the values of
-        the file, whatever they are.
+        Takes the bytes, the requested kind of surface (None: the file decides) and the limit of
+        control points; returns a document that is yet to be checked, with the file's values.
     about : str
-        What it holds and how it is read, as the OpenAPI document tells it.
+        Text for the OpenAPI document: the content of such a file, and how the service reads it.
     weight : float
-        Bytes for each byte of a file, its own included, until it has become a surface.
+        Memory in bytes for each byte of a file, the file included, until it is a surface.
     example : tuple of str, optional
+        For a text: a title, and the text.
         Of a text: what it says, and the text.
     """
 
@@ -49,22 +49,22 @@ class Decoder:
     example: tuple[str, str] | None = None
 
     def memory(self, length: int) -> int:
-        """Bytes that a file of this length takes at most until it has become a surface."""
+        """Most memory in bytes of a file of this length, until it is a surface."""
         return int(self.weight * length)
 
 
 def malformed(message: str, got: str, needed: str) -> MalformedBody:
-    """The refusal of bytes that are no such file."""
+    """The error of bytes that are not in this format."""
     return MalformedBody(Issue("malformed_body", message, "", got, needed))
 
 
 def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuses a kind of surface that the net in the file cannot be."""
+    """Refuses a kind of surface that the file's net cannot be."""
     if kind is not None and kind not in kinds:
         raise InvalidRequest(
             Issue(
                 "wrong_value",
-                "The control points of this file are no surface of this kind.",
+                "The control points of this file cannot be a surface of this kind.",
                 "/surface/type",
                 "another kind",
                 " or ".join(kinds),
@@ -73,12 +73,12 @@ def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
 
 
 def check_count(points: int, most: int, where: str = "") -> None:
-    """Refuses more control points than are taken."""
+    """Refuses more control points than the limit."""
     if points > most:
         raise too_many(f"{points} control points", most, where)
 
 
 def too_many(got: str, most: int, where: str = "") -> InvalidRequest:
-    """The refusal of more control points than are taken."""
-    message = "The surface has more control points than this service takes."
+    """The error of too many control points."""
+    message = "The surface has more control points than this service allows."
     return InvalidRequest(Issue("too_many_control_points", message, where, got, f"at most {most}"))

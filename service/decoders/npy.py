@@ -1,12 +1,12 @@
-"""Control nets as NumPy's own files: the array is a window on the bytes, nothing is copied.
+"""Reads control nets from NumPy's .npy files: the array is a view of the bytes, without a copy.
 
 A file is 6 magic bytes, the version (2 bytes), the length of the header (2 bytes, 4 from version
 2 on), the header, and the numbers. The header is the text of a Python dictionary,
 
     {'descr': '<f8', 'fortran_order': False, 'shape': (100, 100, 3), }
 
-which is read by a grammar of its own: nothing is evaluated, and what is no array of numbers is
-refused. The numbers must be as many as the shape says before anything is made of them.
+which a grammar of our own reads: nothing is evaluated, and the array must hold numbers. Before any
+work, the number of bytes must be that of the shape.
 
 References
 ----------
@@ -26,12 +26,12 @@ from service.decoders.format import Tree, check_count, check_kind, malformed
 from service.errors import InvalidRequest, Issue
 
 KINDS = ("bezier", "bspline", "patches")
-"""What an array can be; the first two are one net, the last is one net a patch."""
+"""Kinds of surface of an array; the first two have one net, the last has one net a patch."""
 
 MAGIC = b"\x93NUMPY"
 
 MAX_HEADER = 4096
-"""Bytes; NumPy writes 118 for every array that is taken here."""
+"""Bytes; NumPy writes 118 for every array that the service accepts."""
 
 _LENGTH_BYTES = MappingProxyType({b"\1\0": 2, b"\2\0": 4, b"\3\0": 4})
 """Size of the field that has the header's length, by version."""
@@ -50,7 +50,7 @@ _NEEDED = "a file as numpy.save writes it"
 
 @dataclass(frozen=True, slots=True)
 class _Header:
-    """What a header says, and where the numbers begin."""
+    """The fields of a header, and where the numbers begin."""
 
     dtype: np.dtype[Any]
     fortran: bool
@@ -61,16 +61,16 @@ class _Header:
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
     """The surface whose control points are the array in a file.
 
-    Three axes (p+1, q+1, 3) are one net, of a Bézier patch if `kind` does not say `bspline`; four
-    (P, p+1, q+1, 3) are P Bézier patches, each with vertices of its own. Points of four numbers
-    have their weight in the last, by which the others are not multiplied.
+    An array (p+1, q+1, 3) is one net: of a Bézier patch unless `kind` says `bspline`; an array
+    (P, p+1, q+1, 3) is P Bézier patches, each with its own vertices. Of points with 4 numbers the
+    last is the weight; the other three are not multiplied by it.
 
     Raises
     ------
     MalformedBody
-        If this is no whole file of this format.
+        This is no complete .npy file.
     InvalidRequest
-        If the array is no control net, or one of more than `most` control points.
+        The array is no control net, or has more than `most` control points.
     """
     header = _read_header(content)
     _check_shape(header.shape)
@@ -95,19 +95,19 @@ def read_array(content: bytes) -> NDArray[Any]:
     Raises
     ------
     MalformedBody, InvalidRequest
-        If this is no whole file of this format, or one of other numbers.
+        This is no complete .npy file, or has numbers of another type.
     """
     return _window(content, _read_header(content))
 
 
 def _read_header(content: bytes) -> _Header:
-    """The header, every part of it checked, and the number of bytes that follow it."""
+    """The header, fully checked, and the number of bytes that follow it."""
     length_bytes = _LENGTH_BYTES.get(content[6:8])
     if not content.startswith(MAGIC):
-        raise malformed("The bytes are no .npy file.", "other first bytes", _NEEDED)
+        raise malformed("This is no .npy file.", "other first bytes", _NEEDED)
     if length_bytes is None:
         raise malformed(
-            "The .npy file has a version that is not known.",
+            "The .npy file has an unknown version.",
             "another version",
             "version 1.0, 2.0 or 3.0",
         )
@@ -132,7 +132,7 @@ def _read_header(content: bytes) -> _Header:
     needed, got = prod(header.shape) * header.dtype.itemsize, len(content) - start
     if got != needed:
         raise malformed(
-            "The bytes behind the header are not those of an array of its shape.",
+            "The number of bytes after the header is not that of the array's shape.",
             f"{got} bytes",
             f"{needed} bytes",
         )
@@ -140,7 +140,7 @@ def _read_header(content: bytes) -> _Header:
 
 
 def _entries(text: str) -> dict[str, str]:
-    """The texts of the three entries of a header."""
+    """The texts of the header's three entries."""
     text = text.strip(" \n")
     entries: dict[str, str] = {}
     place = 1
@@ -165,7 +165,7 @@ def _entries(text: str) -> dict[str, str]:
 
 
 def _number_type(text: str) -> np.dtype[Any]:
-    """The type of the numbers: single or double precision, in either order of bytes."""
+    """The type of the numbers: single or double precision, in either byte order."""
     name = text.strip("'")
     if name not in _TYPES:
         got = "numbers of another type"
@@ -186,7 +186,7 @@ def _number_type(text: str) -> np.dtype[Any]:
 
 
 def _check_shape(shape: tuple[int, ...]) -> None:
-    """Refuses an array of other axes than a net has."""
+    """Refuses an array whose axes are not those of a net."""
     if 0 in shape:
         message, needed = "The array is empty.", "control points"
         raise InvalidRequest(Issue("empty_list", message, "", "an axis of length 0", needed))
@@ -203,6 +203,6 @@ def _check_shape(shape: tuple[int, ...]) -> None:
 
 
 def _window(content: bytes, header: _Header) -> NDArray[Any]:
-    """The array, without a copy."""
+    """The array, as a view of the bytes."""
     flat = np.frombuffer(content, header.dtype, offset=header.start)
     return flat.reshape(header.shape, order="F" if header.fortran else "C")

@@ -1,7 +1,7 @@
-"""Numbers in a text, quickly and with little memory: a piece of the text at a time.
+"""Reads numbers from a text, quickly and with little memory: one piece of the text at a time.
 
-Python's own `float` reads each word, correctly rounded; what it reads beyond plain decimals is
-refused. Only when a word is no number does a second look say which, and in what line.
+Python's `float` reads each word, correctly rounded; words that are not plain decimals are refused.
+Only if a word is no number is the text read again, to name the word's line.
 """
 
 import re
@@ -30,18 +30,18 @@ _NUMERIC = re.compile(_NUMBER.pattern + rb"|[-+]?(?:nan|inf|infinity)", re.IGNOR
 def read_numbers(
     text: bytes, start: int, end: int, most: int, refused: Callable[[], SurfaceError]
 ) -> FloatArray:
-    """All numbers between two places of a text, separated by blanks, line ends and commas.
+    """All numbers between two places of a text, separated by blanks, line feeds and commas.
 
     Parameters
     ----------
     most : int
     refused : callable
-        Makes the error that is raised when there are more than `most`, before any is read.
+        Makes the error of more than `most` numbers, which is raised before any is read.
 
     Raises
     ------
     MalformedBody, InvalidRequest
-        At a word that is no number, or no finite one; they tell its line.
+        A word is no number, or not a finite one; the message names its line.
     """
     if (end - start) // 2 >= most and _words(text, start, end) > most:
         raise refused()
@@ -59,18 +59,18 @@ def read_numbers(
 
 
 def line_of_number(text: bytes, start: int, index: int) -> int:
-    """The line, from 1, of the number of this index behind a place of the text."""
+    """The line, from 1, of a number, by its index behind a place of the text."""
     word = next(islice(_WORD.finditer(text, start), index, None))
     return line_at(text, word.start())
 
 
 def line_at(text: bytes, place: int) -> int:
-    """The line, from 1, in which a place of the text is."""
+    """The line, from 1, of a place in the text."""
     return text.count(b"\n", 0, place) + 1
 
 
 def _words(text: bytes, start: int, end: int) -> int:
-    """How many words there are, at least: runs of what is printed, a tenth of the time to read."""
+    """The number of words, at least: counts runs of printed characters, in 1/10 of the time."""
     count, was_printed = 0, False
     for place in range(start, end, PIECE):
         letters = np.frombuffer(text, np.uint8, min(PIECE, end - place), place)
@@ -92,12 +92,12 @@ def _cut(text: bytes, start: int, end: int) -> int:
 
 
 def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray:
-    """The numbers that are these words, of one piece of the text."""
+    """The numbers of these words, which are one piece of the text."""
     try:
         values = np.fromiter(map(float, words), np.float64, len(words))
     except ValueError:
         raise _fault(text, start, cut) from None
-    # `float` takes 1_000 as well.
+    # `float` also accepts 1_000.
     plain = text.find(b"_", start, cut) < 0 and max(map(len, words), default=0) <= LONGEST
     if not plain or not np.isfinite(values).all():
         raise _fault(text, start, cut)
@@ -105,14 +105,14 @@ def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray
 
 
 def refused_word(text: bytes, place: int) -> SurfaceError:
-    """The refusal of a word that is no finite number; `place` is anywhere in it."""
+    """The error of a word that is no finite number; `place` is inside the word."""
     start = place
     while start > max(0, place - LONGEST) and not _GAP.match(text, start - 1):
         start -= 1
     word = _WORD.match(text, start, start + LONGEST + 1)
     if word is None or len(word[0]) > LONGEST or not _NUMERIC.fullmatch(word[0]):
         needed = f"a decimal number of at most {LONGEST} characters"
-        message = f"A number belongs here (line {line_at(text, start)})."
+        message = f"A number is needed here (line {line_at(text, start)})."
         return malformed(message, "something else", needed)
     return InvalidRequest(
         Issue(
@@ -126,9 +126,9 @@ def refused_word(text: bytes, place: int) -> SurfaceError:
 
 
 def _fault(text: bytes, start: int, cut: int) -> SurfaceError:
-    """The refusal of the first word of a piece that is no finite number."""
+    """The error of the first word in a piece that is no finite number."""
     for word in _WORD.finditer(text, start, cut):
         plain = len(word[0]) <= LONGEST and _NUMBER.fullmatch(word[0])
         if not plain or not isfinite(float(word[0])):
             return refused_word(text, word.start())
-    raise AssertionError("a piece is refused, and nothing in it")
+    raise AssertionError("all words of the refused piece are numbers")

@@ -1,9 +1,8 @@
-"""Bézier patches from OOGL files: BEZ and BBP objects, alone or in LISTs.
+"""Reads Bézier patches from OOGL files: BEZ and BBP objects, alone or in LISTs.
 
-What is read is what Geomview reads of such objects: keywords with the letters of texture
-coordinates and colours, `BEZ p q d` with blanks, braces, `=`, names, appearances, comments. Lines
-(SKEL, VECT), which the exact form has beside the patches when overlays are asked for, are passed
-over: they are no surface. Any other object is refused, with its line.
+It reads what Geomview reads of such objects: keywords with letters for texture coordinates and
+colours, `BEZ p q d` with blanks, braces, `=`, names, appearances, comments. It skips lines (SKEL,
+VECT), which the exact form contains for overlays. It refuses all other objects, and names the line.
 
 References
 ----------
@@ -24,22 +23,22 @@ from service.errors import InvalidRequest, Issue
 KINDS = ("patches",)
 
 MAX_DEPTH = 16
-"""Braces and lists within each other."""
+"""Most braces and lists inside each other."""
 
 FREE_COMMENTS = 1000
-"""Comments beside one for each control point that is allowed."""
+"""Most comments, beyond one for each allowed control point."""
 
 FREE_OBJECTS = 1000
-"""Objects beside two for each patch that is allowed: that in the braces, and the braces."""
+"""Most objects, beyond two for each allowed patch: the braces, and the object in them."""
 
 MAX_BRACES = 1000
-"""Braces of an appearance."""
+"""Most braces inside an appearance."""
 
 STEP = 1 << 20
-"""Bytes that are looked through at a time."""
+"""Bytes that are searched at a time."""
 
 HIGHEST_DEGREE = 12
-"""What Geomview reads."""
+"""Highest degree that Geomview reads."""
 
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _WORD = re.compile(rb"\s*+([{}=]|[^\s{}=]+)")
@@ -51,24 +50,24 @@ _LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
-    """The patches in an OOGL file, each with vertices of its own.
+    """The patches in an OOGL file, each with its own vertices.
 
-    Patches of one degree are one surface, `patches`; where there are several degrees, or where
-    some patches have colours or texture coordinates and some have none, a `group` of such.
+    Patches of one degree become one surface, `patches`. Several degrees, or colours or texture
+    coordinates on some patches only, become a `group` of such surfaces.
 
     Raises
     ------
     MalformedBody
-        If this is no OOGL file, or one of other objects.
+        This is no OOGL file, or has other objects.
     InvalidRequest
-        If a number is not finite, a weight not positive, or there are more than `most` control
+        A number is not finite, a weight is not positive, or the file has more than `most` control
         points.
     """
     check_kind(kind, KINDS)
     _check_text(content)
     comments = content.count(b"#")
     if comments > most + FREE_COMMENTS:
-        raise too_many("more comments than that", most)
+        raise too_many("more comments", most)
     reader = _Reader(_COMMENT.sub(b"", content) if comments else content, most)
     reader.read()
     surfaces = list(reader.patches.surfaces())
@@ -80,12 +79,12 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 def _check_text(content: bytes) -> None:
     if not content.isascii() or b"\0" in content:
         raise malformed(
-            "OOGL is read as text, not in its binary form.", "other bytes than ASCII", "ASCII"
+            "The service reads OOGL as text, not in its binary form.", "other bytes", "ASCII"
         )
 
 
 class _Reader:
-    """The objects of a text, one after another."""
+    """Reads the objects of a text, one after another."""
 
     def __init__(self, text: bytes, most: int) -> None:
         self._text = text
@@ -96,15 +95,15 @@ class _Reader:
         self.patches = Patches()
 
     def read(self) -> None:
-        """Reads the one object that a file is."""
+        """Reads the file's one object."""
         self._object(0)
         if word := self._next():
-            raise self._refusal("The file goes on behind its object.", word, "one object, or LIST")
+            raise self._refusal("The file goes on after its object.", word, "one object, or LIST")
         if self._left == self._most:
             raise self._refusal("The file has no patch.", b"", "BEZ or BBP")
 
     def _object(self, depth: int) -> None:
-        """An object, in braces or not."""
+        """Reads an object, in braces or not."""
         self._count()
         word = self._next()
         for _ in range(MAX_DEPTH):
@@ -132,16 +131,16 @@ class _Reader:
             raise self._refusal("No patches begin here.", word, "BEZ, BBP, or LIST of such")
 
     def _count(self) -> None:
-        """Counts an object; patches have four control points and more."""
+        """Counts an object; a patch has at least 4 control points."""
         self._objects += 1
         if self._objects > self._most // 2 + FREE_OBJECTS:
-            raise too_many("more objects than these have", self._most)
+            raise too_many("more objects", self._most)
 
     def _form(self, found: re.Match[bytes]) -> Form:
-        """What a keyword announces, with the degrees behind it where they are not in it."""
+        """The form of the object that a keyword begins, with degrees that follow the keyword."""
         texture, color, *digits, texture_behind = found.groups()
         if self._peek() == b"BINARY":
-            raise self._refusal("OOGL is read as text, not in its binary form.", b"?", "numbers")
+            raise self._refusal("The service reads OOGL as text.", b"?", "numbers as text")
         if b"BBP" in found[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
@@ -155,11 +154,11 @@ class _Reader:
         return Form((p, q), dimension, bool(texture or texture_behind), bool(color))
 
     def _patches(self, form: Form) -> None:
-        """The patches behind a keyword, up to the end of the object."""
+        """Reads the patches after a keyword, up to the end of the object."""
         start, end = self._place, self._end_of_numbers()
         most = self._left // form.points * form.numbers
         values = read_numbers(
-            self._text, start, end, most, lambda: too_many("more of them", self._most)
+            self._text, start, end, most, lambda: too_many("more control points", self._most)
         )
         self._place = end
         if not len(values) or len(values) % form.numbers:
@@ -167,7 +166,7 @@ class _Reader:
                 raise refused_word(self._text, end)
             where = line_at(self._text, start)
             raise malformed(
-                f"The numbers behind the keyword make no whole patches (line {where}).",
+                f"The numbers after the keyword make no whole patches (line {where}).",
                 f"{len(values)} numbers",
                 f"{form.numbers} for each patch",
             )
@@ -177,7 +176,7 @@ class _Reader:
         self.patches.add(form, numbers)
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
-        """Refuses weights of zero and less, among patches that begin behind a place."""
+        """Refuses weights that are not positive; `numbers` begin after a place of the text."""
         columns = form.weight_numbers()
         wrong = numbers[:, columns] <= 0
         if not wrong.any():
@@ -195,7 +194,7 @@ class _Reader:
         )
 
     def _next(self) -> bytes:
-        """The next word, which is left behind; empty at the end of the text."""
+        """Takes the next word; empty at the end of the text."""
         found = _WORD.match(self._text, self._place)
         if found is None:
             return b""
@@ -203,14 +202,14 @@ class _Reader:
         return found[1]
 
     def _peek(self) -> bytes:
-        """The next word."""
+        """The next word, which stays."""
         found = _WORD.match(self._text, self._place)
         return found[1] if found else b""
 
     def _end_of_numbers(self) -> int:
-        """Where something stands that is part of no number."""
+        """The next place in the text that is not part of a number."""
         place = self._place
-        # Step by step, so that other threads have their turn.
+        # In steps, so that other threads can run.
         while found := _NUMBERS.match(self._text, place, place + STEP):
             if found.end() < place + STEP:
                 return found.end()
@@ -218,9 +217,9 @@ class _Reader:
         return place
 
     def _skip_braces(self) -> None:
-        """Leaves behind what stands in a pair of braces, and the braces."""
+        """Skips a pair of braces and everything in them."""
         if (word := self._next()) != b"{":
-            raise self._refusal("An appearance stands in braces.", word, "{")
+            raise self._refusal("An appearance must be in braces.", word, "{")
         depth = 1
         for brace in islice(_BRACE.finditer(self._text, self._place), MAX_BRACES):
             depth += 1 if brace[0] == b"{" else -1

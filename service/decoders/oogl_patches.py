@@ -1,8 +1,8 @@
-"""Bézier patches as OOGL has them, sorted by what they carry, to surfaces of ours.
+"""Turns the Bézier patches of an OOGL file into surfaces, one for each degree and form.
 
-Control points run u fastest. Points of four numbers are homogeneous, (wx, wy, wz, w). Texture
-coordinates and colours belong to the corners (0, 0) (1, 0) (0, 1) (1, 1) of a patch and are blended
-between them.
+Control points run u fastest. Points with 4 numbers are homogeneous, (wx, wy, wz, w). Texture
+coordinates and colours belong to the corners (0, 0) (1, 0) (0, 1) (1, 1) of a patch and are
+interpolated bilinearly.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from service.decoders.format import Tree
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What the patches of one object have."""
+    """The degrees of an object's patches, and the numbers that they have."""
 
     degree: tuple[int, int]
     dimension: int
@@ -25,28 +25,28 @@ class Form:
 
     @property
     def points(self) -> int:
-        """Control points of a patch."""
+        """Number of control points of a patch."""
         return (self.degree[0] + 1) * (self.degree[1] + 1)
 
     @property
     def numbers(self) -> int:
-        """Numbers of a patch: its control points, its texture coordinates, its colours."""
+        """Numbers of a patch: control points, texture coordinates, colours."""
         return self.points * self.dimension + 8 * self.textured + 16 * self.colored
 
     def weight_numbers(self) -> range:
-        """Which numbers of a patch are weights."""
+        """Indices of the weights among a patch's numbers."""
         size = self.points * self.dimension
         return range(3, size, 4) if self.dimension == 4 else range(0)
 
 
 class Patches:
-    """The patches of a file, as many surfaces as there are sorts of them."""
+    """The patches of a file, grouped by form."""
 
     def __init__(self) -> None:
         self._batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
 
     def add(self, form: Form, numbers: FloatArray) -> None:
-        """Takes patches of one form, weights above zero; `numbers` is of shape (P, numbers)."""
+        """Adds patches of one form, with positive weights; `numbers` has shape (P, numbers)."""
         key = form.degree, form.textured, form.colored
         batch = self._batches.setdefault(key, _Batch())
         size = form.points * form.dimension
@@ -55,7 +55,7 @@ class Patches:
         if form.dimension == 4:
             batch.rational = True
             points, weights = points[..., :3], points[..., 3]
-            # What becomes too large is refused when the surface is checked.
+            # The check of the surface refuses values that become too large.
             with np.errstate(over="ignore"):
                 points = points / weights[..., None]
         batch.points.append(points)
@@ -66,14 +66,14 @@ class Patches:
             batch.colors.append(numbers[:, -16:].reshape(-1, 4, 4))
 
     def surfaces(self) -> Iterator[Tree]:
-        """One surface for each degree, and for what its patches carry beside their points."""
+        """One surface for each form: degree, texture coordinates, colours."""
         for (degree, _, _), batch in self._batches.items():
             yield _surface(degree, batch)
 
 
 @dataclass(slots=True)
 class _Batch:
-    """Patches of one degree that carry the same: points, weights, corners, an array an object."""
+    """Arrays of patches of one form: points, weights, corners; one array for each object."""
 
     points: list[FloatArray] = field(default_factory=list)
     weights: list[FloatArray] = field(default_factory=list)
@@ -83,7 +83,7 @@ class _Batch:
 
 
 def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
-    """Patches of one degree, each with vertices of its own."""
+    """A surface of patches of one degree, each with its own vertices."""
     p, q = degree
     points = np.concatenate(batch.points)
     own = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
@@ -98,7 +98,7 @@ def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
 
 
 def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
-    """Values at the control points, u fastest, of the functions that blend those at the corners.
+    """Bilinear interpolants of corner values, as values at the control points, u fastest.
 
     A function of degree (1, 1) raised to degree (p, q) has its own values at (i/p, j/q).
 
@@ -115,7 +115,7 @@ def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     count, _, width = corners.shape
     square = corners.reshape(count, 2, 2, width)
     blended = np.einsum("kbad,ai,bj->kjid", square, along_u, along_v)
-    # Means of numbers are between these, though not always when they are rounded.
+    # Means lie between their numbers, but rounded means not always.
     low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
     values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
     return values

@@ -1,7 +1,7 @@
-"""Every kind of file with control nets that is read: the one place that knows them all.
+"""The registry of decoders: every format of files with control nets.
 
-To add a kind, write its module and a line here; media types, suffixes, refusals and the OpenAPI
-document follow from this table. JSON is none of them: it carries whole requests.
+To add one, write its module and an entry here; media types, suffixes, errors and the OpenAPI
+document follow from this table. JSON is not in it: a JSON body is a whole request.
 """
 
 from collections.abc import Mapping
@@ -19,12 +19,12 @@ DECODERS: tuple[Decoder, ...] = (
         binary=True,
         kinds=npy.KINDS,
         decode=npy.decode,
-        about="A file as `numpy.save` writes it, of float32 or float64 in either order of bytes"
-        " and of axes. An array (p+1, q+1, 3) is one control net, of a Bézier patch or, with "
-        "`type=bspline`, of a B-spline; an array (P, p+1, q+1, 3) is P Bézier patches, which "
-        "meet where their control points are equal. With 4 numbers a point the last is its "
-        "weight, by which the others are not multiplied. Errors point into the document that "
-        "the array stands for: `/surface/control_net/i/j/k`, or, of several patches, "
+        about="A file as `numpy.save` writes it, of float32 or float64, in either byte order and"
+        " either order of axes. An array (p+1, q+1, 3) is one control net, of a Bézier patch or, "
+        "with `type=bspline`, of a B-spline; an array (P, p+1, q+1, 3) is P Bézier patches, which "
+        "meet where their control points are equal. If a point has 4 numbers, the last is its "
+        "weight; the other three are not multiplied by it. Errors point into the equivalent JSON "
+        "document: `/surface/control_net/i/j/k`, or, of several patches, "
         "`/surface/vertices/n/k` for the n-th point of the array.",
         weight=8,
     ),
@@ -37,10 +37,10 @@ DECODERS: tuple[Decoder, ...] = (
         kinds=oogl.KINDS,
         decode=oogl.decode,
         about="A BEZ or BBP object of OOGL, or a LIST of such, in ASCII: any number of Bézier "
-        "patches, control points u fastest, (wx, wy, wz, w) where there are four numbers. "
-        "Texture coordinates and colours of the corners are read; lines and appearances are "
-        "passed over. Patches of several degrees become a `group`. Errors tell the line. What "
-        "the service writes with `oogl=bez` is read.",
+        "patches, control points u fastest, (wx, wy, wz, w) if a point has 4 numbers. Texture "
+        "coordinates and colours of the corners are read; lines and appearances are skipped. "
+        "Patches of several degrees become a `group`. Errors name the line. The service reads "
+        "the files that it writes with `oogl=bez`.",
         weight=24,
         example=(
             "A quarter of a cylinder, exactly: degrees (2, 1), weights",
@@ -57,7 +57,7 @@ DECODERS: tuple[Decoder, ...] = (
         decode=teapot.decode,
         about="The text of the Utah teapot: the number of patches; the indices of each, counted"
         " from 1, (p+1)² for degree p, in one line or in p + 1; the number of vertices; x, y, z"
-        " of each. Commas or blanks part the numbers. Errors tell the line.",
+        " of each. Commas or blanks separate the numbers. Errors name the line.",
         weight=24,
         example=(
             "Two patches of degree (1, 1) that share an edge",
@@ -65,7 +65,7 @@ DECODERS: tuple[Decoder, ...] = (
         ),
     ),
 )
-"""In the order in which they are listed."""
+"""In the order of lists."""
 
 BY_NAME: Mapping[str, Decoder] = MappingProxyType({d.name: d for d in DECODERS})
 BY_SUFFIX: Mapping[str, Decoder] = MappingProxyType(

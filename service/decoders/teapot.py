@@ -1,4 +1,4 @@
-"""Bézier patches from the text that the Utah teapot has been handed on in since 1975.
+"""Reads Bézier patches from the text form in which the Utah teapot has been passed on since 1975.
 
     32                                            number of patches
     1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16        vertices of each, counted from 1
@@ -7,9 +7,9 @@
     1.4,0.0,2.4                                   x, y, z of each
     …
 
-Blanks do for commas. Patches of another degree p have (p+1)² vertices; a patch may also stand in
-p + 1 lines, one for each row of its control net. As the numbers tell on their own where they
-belong, lines are looked at only where something is wrong.
+Blanks may replace commas. Patches of another degree p have (p+1)² vertices; a patch may also take
+p + 1 lines, one for each row of its control net. The numbers alone determine their meaning, so
+lines matter only for the messages of errors.
 """
 
 import re
@@ -30,24 +30,24 @@ _PRINTED = re.compile(rb"[^\s,]")
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
-    """The patches in such a text, over the vertices that they share.
+    """The patches in a teapot text, with the vertices that they share.
 
     Raises
     ------
     MalformedBody
-        If this is no such text.
+        This is no such text.
     InvalidRequest
-        If a number is not finite, an index names no vertex, or there are more than `most` control
+        A number is not finite, an index names no vertex, or there are more than `most` control
         points.
     """
     check_kind(kind, KINDS)
-    # As many indices, as many vertices of three coordinates, and the two counts.
+    # At most `most` indices, `most` vertices of 3 coordinates, and the 2 counts.
     numbers = read_numbers(
         content,
         0,
         len(content),
         4 * most + 2,
-        lambda: too_many("more numbers than these have", most),
+        lambda: too_many("more numbers", most),
     )
     patches, size = _layout(content, numbers)
     check_count(patches * size, most)
@@ -60,11 +60,11 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 
 
 def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
-    """How many patches there are, and how many vertices each has.
+    """The number of patches, and the number of vertices of each.
 
-    Behind the indices stands the number V of vertices, and behind it 3 V numbers. Of all squares
-    that fit in this way the smallest is the right one: where fewer indices a patch are assumed, an
-    index stands where V is expected, and it is too small for all that would follow.
+    After the indices stands the number V of vertices, and after it 3 V numbers. Of all squares
+    that fit in this way the smallest is right: with too small a square, an index stands where V is
+    expected, and it is too small for the numbers that follow.
     """
     patches = int(numbers[0]) if len(numbers) else 0
     if patches > 0 and numbers[0] == patches:
@@ -76,7 +76,7 @@ def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
 
 
 def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
-    """Refuses what is the number of no vertex."""
+    """Refuses indices that name no vertex."""
     wrong = (indices < 1) | (indices > vertices) | (indices != np.floor(indices))
     if not wrong.any():
         return
@@ -93,44 +93,44 @@ def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
 
 
 def _refuse_lines(content: bytes) -> NoReturn:
-    """Says which line has more or fewer numbers than it should."""
+    """Raises an error that names the first line with a wrong count of numbers."""
     lines = _lines(content)
     line, count, patches = next(lines, (1, 0, 0.0))
     if count != 1 or patches < 1 or patches % 1:
         needed = "one whole number above zero"
-        raise _at_line("First comes the number of patches", line, f"{count} numbers", needed)
+        raise _at_line("The first number is that of patches", line, f"{count} numbers", needed)
     width = listed = vertices = 0
     for line, count, _ in lines:
         if count == 1:
             break
         width = width or count
         if count != width:
-            message = "Lines of indices are equally long"
+            message = "Lines of indices must be equally long"
             raise _at_line(message, line, f"{count} numbers", f"{width} numbers")
         listed += 1
     else:
-        message, needed = "Behind the indices comes the number of vertices", "one number"
+        message, needed = "After the indices stands the number of vertices", "one number"
         raise _at_line(message, line, "the end of the text", needed)
     if listed not in (patches, patches * width) or (
         listed == patches and isqrt(width) ** 2 < width
     ):
         message = "A patch of degree p has (p+1)² indices, in one line or in p + 1 lines"
         got = f"{listed} lines of {width} numbers above this line"
-        raise _at_line(message, line, got, "the lines of as many patches as there are")
+        raise _at_line(message, line, got, "lines for all patches")
     for line, count, _ in lines:
         if count != 3:
             message = "A vertex has three coordinates"
             raise _at_line(message, line, f"{count} numbers", "3 numbers")
         vertices += 1
-    message, needed = "There must be as many vertices as are announced", "that number of vertices"
+    message, needed = "The number of vertices must be the announced one", "that number of vertices"
     raise _at_line(message, line, f"{vertices} vertices", needed)
 
 
 def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
-    """Lines that are not empty: which line it is, how many numbers it has, and the first."""
+    """Non-empty lines: the index of each, its count of numbers, and the first number."""
     line, place = 1, 0
     while place < len(content):
-        # Step by step, so that other threads have their turn; blank lines may be many.
+        # In steps, so that other threads can run: blank lines may be many.
         found = _PRINTED.search(content, place, place + PIECE)
         start = found.start() if found else min(place + PIECE, len(content))
         line += content.count(b"\n", place, start)

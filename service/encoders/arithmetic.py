@@ -1,8 +1,8 @@
-"""What the bytes of a file depend on beside its mesh: libraries, the processor.
+"""The libraries and the processor, on which a file's bytes depend beside its mesh.
 
-Products of matrices and sums are added up in an order that suits the processor: BLAS and NumPy
-bring code of their own for each kind, and rounding depends on the order. So two machines may make
-meshes of the same surface that differ in some last digits, each as good as the other.
+BLAS and NumPy add up products and sums in an order that suits the processor, and rounding depends
+on the order. So two machines may compute meshes of the same surface that differ in some last
+digits, each as good as the other.
 """
 
 import platform
@@ -16,13 +16,13 @@ from service.encoders.format import Compression
 
 
 def written_by(compression: Compression) -> str:
-    """What else the bytes depend on, beside surface, options and engine: libraries, processor."""
+    """Names the libraries and the processor, for entity tags: other names may mean other bytes."""
     return f"{arithmetic()} {made_by(compression)}"
 
 
 @cache
 def arithmetic() -> str:
-    """Versions of the libraries, and the kinds of processor that they have chosen."""
+    """Versions of the libraries, and the processor kinds that their code is chosen for."""
     found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     blas = {
         f"{library['internal_api']} {library['version']} {library.get('architecture')}"

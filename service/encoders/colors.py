@@ -1,4 +1,4 @@
-"""Colours of vertices in the forms that formats want: in bytes, with an opacity."""
+"""Colours of vertices in the forms of the formats: as bytes, and with an opacity."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,17 +7,17 @@ from service.bases.arrays import RealArray
 
 
 def in_bytes(colors: RealArray) -> NDArray[np.uint8]:
-    """Colours, and opacity where there is one, from 0 to 255; halves are rounded to even."""
+    """Colours, and opacity if there is one, from 0 to 255; halves are rounded to even."""
     return np.rint(colors.astype(np.float64) * 255).astype(np.uint8)
 
 
 def with_opacity(colors: RealArray) -> NDArray[np.float32]:
-    """Four numbers each, as OOGL and OFF want them; opaque where nothing is said."""
+    """Colours with opacity, as OOGL and OFF need them; without an opacity, opaque."""
     four = np.ones((len(colors), 4), dtype=np.float32)
     four[:, : colors.shape[1]] = colors
     return four
 
 
 def translucent(colors: RealArray) -> bool:
-    """Whether anything can be seen through."""
+    """Whether any vertex is not opaque."""
     return colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())

@@ -1,14 +1,14 @@
-"""The kinds of compression that are made here: a library that is missing takes its kind along."""
+"""The kinds of compression whose libraries are installed."""
 
 from service.encoders.format import Compression
 from service.encoders.gltf import meshopt
 
 
 def compressions() -> tuple[Compression, ...]:
-    """All of them, beside `none`."""
+    """All kinds but `none`."""
     return ("meshopt",) if meshopt.available() else ()
 
 
 def made_by(compression: Compression) -> str:
-    """What the bytes of a kind depend on, beside the content: the version of its library."""
+    """The library's version, on which the bytes of a kind depend beside the content."""
     return f"meshopt {meshopt.library_version()}" if compression == "meshopt" else ""

@@ -1,4 +1,4 @@
-"""What several formats take out of a mesh in the same way."""
+"""Content that several formats derive from a mesh: positions, faces, reports, comments."""
 
 from collections.abc import Callable, Hashable, Sequence
 
@@ -22,15 +22,15 @@ def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:
 
 
 def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
-    """The positions that faces index where normals are indexed apart, or not written at all.
+    """Positions without repetition, for formats with a separate index of normals, or no normals.
 
     Returns
     -------
     positions : ndarray of float64, shape (W, 3), W <= V
-        Model coordinates, in the order of the vertices; those that differ in their normal or
-        their (u, v) alone are one.
+        Model coordinates, in the order of the vertices; vertices that differ only in their normal
+        or (u, v) share a position.
     row : ndarray of uint32, shape (V,), or None
-        The row of `positions` that each vertex of the mesh uses; None where it is the same row.
+        The row of `positions` of each vertex; None where it is the vertex's own row.
     """
     welds, positions = mesh.welds, mesh.positions
     if welds is None:
@@ -41,12 +41,12 @@ def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
 
 
 def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray | None]:
-    """Positions as by `shared_positions`, for formats in which each has its colour beside it.
+    """Positions for formats that store a colour with each position.
 
     Returns
     -------
     positions : ndarray of float64, shape (W, 3)
-        One position has as many rows as it has colours.
+        A position with several colours has several rows.
     colors : ndarray, shape (W, 3) or (W, 4), or None
     row : ndarray of uint32, shape (V,), or None
     """
@@ -61,15 +61,15 @@ def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexAr
 def kept_with_faces(
     mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Made]
 ) -> Made:
-    """What `build` makes of the faces of a mesh and of `row` alone, kept while they are."""
+    """Returns `build()`, cached as long as the mesh's faces and `row`, its only inputs, live."""
     sources = mesh.triangles, mesh.quads
     return derived(sources if row is None else (*sources, row), name, build)
 
 
 def counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """A line for each quad, then for each triangle: its number of corners, and their vertices.
+    """One line for each quad, then for each triangle: the number of corners, and their rows.
 
-    `row`, shape (V,), translates vertices of the mesh to what the lines shall name.
+    `row`, shape (V,), maps vertices of the mesh to rows of the file.
     """
 
     def build() -> bytes:
@@ -80,7 +80,7 @@ def counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def renamed(faces: IndexArray, row: IndexArray | None) -> IndexArray:
-    """The row of each corner of each face; the vertex itself where `row` is None."""
+    """The row of each corner of each face; the vertex's own row if `row` is None."""
     return faces if row is None else row.take(faces)
 
 
@@ -91,9 +91,9 @@ def _leads(leader: Ints | IndexArray) -> NDArray[np.bool_]:
 
 
 def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
-    """The row of each vertex's leader where leaders alone have rows.
+    """The row of each vertex's leader, where only leaders have rows.
 
-    The rows may be written if the leaders may.
+    Writable if `leaders` is.
     """
     row = (np.cumsum(_leads(leader), dtype=np.uint32) - np.uint32(1)).take(leader)
     row.flags.writeable = leader.flags.writeable
@@ -101,12 +101,12 @@ def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
 
 
 def drawn(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
-    """The overlays that have at least one segment: no format has a place for empty ones."""
+    """The overlays with at least one segment: formats cannot store empty ones."""
     return tuple(overlay for overlay in overlays if len(overlay.segments))
 
 
 def refuse_quads(mesh: Mesh, title: str) -> None:
-    """Refuses a mesh with quads, which the format `title` does not have."""
+    """Refuses a mesh with quads, for the format named `title`."""
     if len(mesh.quads):
         raise UnsupportedByFormat(
             Issue(
@@ -120,16 +120,16 @@ def refuse_quads(mesh: Mesh, title: str) -> None:
 
 
 COMMENT_CHARS = len("comment deviation_bound \n") + FLOAT64_CHARS
-"""Characters at most of the line that a format makes of `bound_comment`."""
+"""Most characters of the line that a format makes of `bound_comment`."""
 
 REPORT_PART = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
-"""Characters at most of a part in a report, beside its name."""
+"""Most characters of a part in a report, without its name."""
 
 
 def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
-    """The report as the JSON object that every format with a place for it carries.
+    """The report as a JSON object, for all formats that store one.
 
-    The parts are listed where the bound of any of them is known.
+    It lists the parts if any of their bounds is known.
     """
     closed: dict[str, object] = {}
     if report.closure is not None:
@@ -155,14 +155,14 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
 
 
 def bound_comment(report: MeshReport) -> str:
-    """What formats with comments and no place for a report say of the mesh; empty if nothing."""
+    """The comment on deviation, for formats without a report; empty if no bound is known."""
     if report.deviation_bound is None:
         return ""
     return f"deviation_bound {report.deviation_bound!r}"
 
 
 def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
-    """What is known of how near the mesh is to the surface; what is not is left out."""
+    """The certified bounds of the mesh; unknown ones are left out."""
     known = _known(
         deviation_bound=report.deviation_bound,
         mesh_deviation_bound=report.mesh_deviation_bound,
@@ -176,7 +176,7 @@ def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object
 
 
 def _curvature(report: MeshReport) -> dict[str, object]:
-    """Least and greatest curvatures, where they were asked for."""
+    """Least and greatest curvatures, if the request asked for them."""
     if report.curvature is None:
         return {}
     gaussian, mean = report.curvature

@@ -1,4 +1,4 @@
-"""What a format is: a name, a media type, a suffix, what it can hold, and a function to bytes."""
+"""The type of a format: name, media type, suffix, abilities, and a function from mesh to bytes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -16,37 +16,37 @@ Compression: TypeAlias = Literal["none", "meshopt"]
 
 @dataclass(frozen=True, slots=True)
 class EncodeOptions:
-    """Choices that concern the written form alone, not the mesh."""
+    """Options that change only the file, not the mesh."""
 
     oogl: OoglForm | None = None
-    """OOGL form; None takes `cquad` where the mesh is made of grids, else `off`."""
+    """OOGL form; None means `cquad` for a mesh made of grids, else `off`."""
 
     quantize: bool = False
-    """Whether the mesh is put on a grid before it is written (`service.engine.grid`), and all its
-    numbers in fewer bits: in formats that are `compact`."""
+    """Whether positions are quantized (`service.engine.grid`) and all numbers stored in fewer bits,
+    in formats that are `compact`."""
 
     compression: Compression = "none"
-    """How the arrays of a format that is `compact` are compressed."""
+    """Compression of the arrays, in formats that are `compact`."""
 
     @property
     def exact(self) -> bool:
-        """Whether the patches themselves are wanted, in a format that can hold them."""
+        """Whether the file shall hold the Bézier patches themselves."""
         return self.oogl == "bez"
 
 
 COMPACT = frozenset({"quantize", "compression"})
-"""Options that a format refuses unless it reads them."""
+"""Options that a format refuses unless it has a use for them."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshSize:
-    """Counts known from the shapes alone: enough to predict how many bytes a format will need.
+    """Counts known from shapes alone, enough to predict the bytes of a file.
 
-    `vertices` counts the samples of every patch by itself: welding only makes them fewer.
-    `named` counts what carries a name, parts and overlays; `name_bytes` are the UTF-8 bytes of all
-    names together, the mesh's own included. `control_points` counts those of all lowered patches.
-    `colors` is the number of numbers of a colour, 0 without any; `attributes` has the name and the
-    number of numbers of each attribute.
+    `vertices` counts the samples of every patch by itself: welding only makes them fewer. `named`
+    counts parts and overlays; `name_bytes` are the UTF-8 bytes of all names together, the mesh's
+    included. `control_points` counts those of all lowered patches. `colors` is the number of
+    components of a colour, or 0; `attributes` has the name and number of components of each
+    attribute.
     """
 
     vertices: int
@@ -65,9 +65,9 @@ class MeshSize:
 
 @dataclass(frozen=True, slots=True)
 class FileFormat:
-    """What every format has: `suffix` without a dot.
+    """The properties of every format; `suffix` is without a dot.
 
-    `single` formats store float32 positions about a local origin, the others float64.
+    `single` formats store float32 positions relative to a local origin, others float64.
     """
 
     name: str
@@ -79,18 +79,17 @@ class FileFormat:
 
 @dataclass(frozen=True, slots=True)
 class Format(FileFormat):
-    """One way of writing a mesh.
+    """A format of meshes.
 
-    `quads`, `overlays`: whether the format can hold them. `encode` gives the file's bytes;
-    `byte_bound` an upper bound of their number, before anything is computed. A format that can hold
-    Bézier patches as they are has `encode_exact`; one that has nodes has `encode_scene`, and the
-    others get groups flattened to one mesh. `carries` are the kinds of channels that it can hold;
-    others are left out. A `single` format that has no place for an origin is not `local`: its
-    positions are rounded in model coordinates. `fixed` means that faces take so many bytes each and
-    nothing else takes any, so that the bound is exact where their number is. A format that writes
-    fewer digits than positions have has `coarseness`: how far from its place it may put a vertex.
-    `reads` names the fields of `EncodeOptions` that concern the format; where others are given, the
-    `COMPACT` ones are refused and the rest ignored.
+    `quads`, `overlays`: whether the format can store them. `encode` gives the file's bytes;
+    `byte_bound` an upper bound of their number, before anything is computed. A format that can
+    store Bézier patches has `encode_exact`; one with nodes has `encode_scene`, and the others get
+    groups flattened to one mesh. `carries` are the kinds of channels that it can store; others are
+    left out. A `single` format without a local origin is not `local`: its positions are rounded in
+    model coordinates. `fixed` means that only faces take bytes, the same number each, so that the
+    bound is exact if the number of faces is. A format that writes fewer digits than positions have
+    has `coarseness`: how far it may move a vertex. `reads` names the fields of `EncodeOptions` that
+    the format uses; of the others it refuses the `COMPACT` ones and ignores the rest.
     """
 
     quads: bool
@@ -107,17 +106,17 @@ class Format(FileFormat):
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Names of the options that change nothing here, whatever they say."""
+        """Names of the options without effect on this format."""
         unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads - COMPACT
         return unread if "uvs" in self.carries else unread | {"uvs"}
 
     @property
     def compact(self) -> bool:
-        """Whether it can hold whole numbers, and compressed ones."""
+        """Whether it can store quantized positions, and compressed arrays."""
         return self.reads >= COMPACT
 
     def write_scene(self, scene: Scene, options: EncodeOptions) -> Content:
-        """The file of a scene: of one mesh where the format has no nodes."""
+        """The file of a scene; formats without nodes get one flattened mesh."""
         if self.encode_scene is None:
             return self.encode(flattened(scene), options)
         return self.encode_scene(scene, options)

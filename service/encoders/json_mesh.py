@@ -1,15 +1,15 @@
-"""The mesh as one JSON object: for scripts, and for looking at.
+"""The mesh as one JSON object, for scripts and for people.
 
 `vertices` are positions, float64 in the fewest digits that read back as the same number, and so are
 `uvs`, which lead back to the point, and the `attributes`, rows of numbers by name; `normals` and
 `colors` are float32. A key whose value the mesh does not have is left out. `faces` holds, part by
 part, the quads of that part and then its triangles.
 
-Positions that are welded are written once, so that a closed surface is closed by its indices. Row
-k of `normals` and of everything else at a vertex then belongs to row k of `vertices`, unless some
-position has several (at creases, at the apex of a cone, along seams of uvs): their rows are counted
-by themselves then, and `attribute_faces`, of the same shape as `faces`, names them for each corner
-of each face.
+Welded positions are written once, so that a closed surface is closed by its indices. Row k of
+`normals` and of every other list belongs to row k of `vertices`, unless some position has several
+normals or the like (at creases, at the apex of a cone, along seams of uvs). Then those lists have
+rows of their own, and `attribute_faces`, of the same shape as `faces`, names the row for each
+corner of each face.
 """
 
 from collections.abc import Iterator
@@ -74,7 +74,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most: normals, uvs, faces twice and all digits counted."""
+    """Most bytes, with normals, uvs, both lists of faces and all digits."""
     dimensions = [dimension for _, dimension in size.attributes]
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
@@ -89,7 +89,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
         + size.named * named
-        # The report names the parts again.
+        # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)
         + report
@@ -97,7 +97,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 
 def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """The list of `_face_list`, kept with the faces."""
+    """The JSON list of `_face_list`, cached with the faces."""
     runs = tuple((part.quads, part.triangles) for part in mesh.parts)
     return kept_with_faces(mesh, row, ("JSON", runs), lambda: _face_list(mesh, row))
 
@@ -105,7 +105,7 @@ def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:
 def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
     """JSON list of all faces, part by part; quads before triangles within a part.
 
-    `row`, shape (V,), translates vertices of the mesh to what the list shall name.
+    `row`, shape (V,), maps vertices of the mesh to rows of the list.
     """
     triangles, quads = renamed(mesh.triangles, row), renamed(mesh.quads, row)
     if not len(quads):
@@ -119,7 +119,7 @@ def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def _parts(mesh: Mesh) -> Iterator[dict[str, object]]:
-    """Name of each part, its run of `faces`, [first, last), and its base colour if it has one."""
+    """Each part's name, its run of `faces`, [first, last), and its base colour, if any."""
     first = 0
     for part in mesh.parts:
         last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]

@@ -1,4 +1,4 @@
-"""Queried points as one JSON object: a list for every column, a row for every point."""
+"""Queried points as one JSON object: a list for every column, with a row for every point."""
 
 from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.points.answer import COLUMNS, Columns
@@ -7,13 +7,13 @@ from service.engine.points.answer import COLUMNS, Columns
 def encode(columns: Columns) -> bytes:
     """The JSON document, UTF-8; numbers in the fewest digits that read back the same.
 
-    What is not finite has no JSON number and becomes null.
+    Infinite and undefined numbers become null: JSON has none.
     """
     return json_document(columns)
 
 
 def byte_bound(count: int, order: int) -> int:
-    """Bytes at most of so many points up to an order of derivatives."""
+    """Most bytes of `count` points with derivatives up to an order."""
     widths = [width for names in COLUMNS[: order + 1] for _, width in names]
     row = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
     return count * row + 32 * len(widths)

@@ -4,7 +4,7 @@ Written by us: trimesh writes triangles only, and would lose quads, lines and gr
 positions and normals separately, so vertices that differ in their normal alone share a position:
 the surface stays closed, and its creases sharp. Indices start at 1. Colours stand behind the
 position, `v x y z r g b`, sRGB from 0 to 1: not in the format's first description, but Blender,
-MeshLab and trimesh read them. There is no place for opacity. A comment tells the certified
+MeshLab and trimesh read them. OBJ cannot store opacity. A comment contains the certified
 deviation.
 """
 
@@ -60,7 +60,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most: normals and parameters counted."""
+    """Most bytes, with normals and parameters."""
     color = 3 * (FLOAT32_CHARS + 1) if size.colors else 0
     index = digits(size.vertices + size.overlay_points) + 1
     position = 2 + 3 * (FLOAT64_CHARS + 1)
@@ -78,14 +78,14 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 
 def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
-    """Lines `v x y z`, or `v x y z r g b`."""
+    """Lines `v x y z`, or `v x y z r g b` with colours."""
     if colors is None:
         return rows(positions, b"v ")
     return joined_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v ")
 
 
 def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """Each part as a line `g name` and its faces; `row` as by `colored_positions`."""
+    """Each part as a line `g name` and its faces; `row` is that of `colored_positions`."""
     own = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
     others = [own for values in (mesh.uvs, mesh.normals) if values is not None]
     corners = np.stack([own if row is None else row + np.uint32(1), *others], axis=1)
@@ -106,6 +106,6 @@ def _faces(corners: IndexArray, separator: bytes) -> bytes:
 
 
 def identifier(name: str) -> bytes:
-    """A name without white space and control characters, which would end it; `_` if none."""
+    """A name without white space and control characters, which would end it; `_` if empty."""
     kept = "_".join("".join(c if c.isprintable() else " " for c in name).split())
     return (kept or "_").encode()

@@ -1,8 +1,8 @@
 """OFF: shared positions and faces, for geometry libraries.
 
 Written by us: trimesh writes triangles only and a fixed number of decimals, so that it would lose
-quads, and the digits of small or large models. OFF has no normals here (few readers know NOFF),
-so vertices that differ in their normal alone are one: a closed surface stays closed. Colours make
+quads, and the digits of small or large models. Normals are not written (few readers know NOFF), so
+vertices that differ only in their normal are one: a closed surface stays closed. Colours make
 it a COFF: red, green, blue and opacity, from 0 to 1, behind every position. The faces are the
 quads, then the triangles.
 """
@@ -15,7 +15,7 @@ from service.engine.mesh.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """The OFF file, ASCII: header, counts (of edges: 0, not told), vertices, faces."""
+    """The OFF file, ASCII: header, counts (that of edges is always 0), vertices, faces."""
     positions, colors, row = colored_positions(mesh)
     counts = f"{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n".encode()
     return b"".join(
@@ -29,7 +29,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most, every number at its longest."""
+    """Most bytes, every number at its longest."""
     index = digits(size.vertices) + 1
     color = 4 * (FLOAT32_CHARS + 1) if size.colors else 0
     header = 16 + 2 * digits(size.vertices + size.triangles + size.quads)

@@ -46,12 +46,12 @@ from service.engine.mesh.mesh import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 SEED_CHARS = 13
-"""A number of six significant digits at its longest: -1.23457e-308."""
+"""Most characters of a number with six significant digits: -1.23457e-308."""
 
 SEED_CELL = b"{ = SKEL 4 1\n%b\n%b\n%b\n%b\n5 0 1 2 3 0\n}\n"
 
 BLOCK = 1 << 14
-"""Samples or cells whose text is put together at a time: what bounds the memory."""
+"""Samples or cells that become text at a time, to bound the memory."""
 
 
 def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
@@ -60,16 +60,16 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     Raises
     ------
     UnsupportedByFormat
-        If the form asked for cannot hold this mesh.
+        The form cannot store this mesh.
     """
     form = _form(mesh, options)
     if form == "bez":
         raise _unsupported("The exact form is made of Bézier patches, not of a mesh.", form)
     if form != "off" and not mesh.grids:
-        raise _unsupported("This form is made of one grid a patch; the mesh is not.", form, "off")
+        raise _unsupported("This form needs a mesh of one grid for each patch.", form, "off")
     faces = len(mesh.triangles) + len(mesh.quads)
     if form == "off" and not faces and not drawn(mesh.overlays):
-        raise _unsupported("OOGL has no place for a mesh without faces.", "no faces")
+        raise _unsupported("OOGL cannot store a mesh without faces.", "no faces")
 
     members: Iterator[bytes | memoryview]
     if form == "cquad":
@@ -82,9 +82,9 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Bytes at most of the form asked for, normals and parameters counted.
+    """Most bytes of the form, with normals and parameters.
 
-    Where no form is asked for, of the larger default.
+    Without a form in the options, of the larger of the two defaults.
     """
     index = digits(size.vertices + size.triangles + size.quads) + 1
     vertex = 3 * (FLOAT64_CHARS + 1) + 5 * (FLOAT32_CHARS + 1) + len(" 0.0")
@@ -108,7 +108,7 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
 
 
 def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
-    """How far from its place a vertex may be in the file: six digits lose half of the last one.
+    """How far from its place the file may put a vertex: six digits, rounded in the last one.
 
     In a coordinate that begins with the digit of 10^e that is 10^(e−5) / 2.
     """
@@ -120,15 +120,15 @@ def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
 
 
 def _form(mesh: Mesh, options: EncodeOptions) -> OoglForm:
-    """The form asked for, or what a mesh is written in if none is."""
+    """The form in the options, or the default form for this mesh."""
     return options.oogl or ("cquad" if mesh.grids else "off")
 
 
 def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
     """SKEL of an overlay's segments with all digits, in model coordinates.
 
-    `mesh` is the one whose origin the overlay shares, if it has one. Each line of indices must
-    end in a newline.
+    `mesh` has the origin of the overlay, if that has one. Each line of indices ends with a line
+    feed.
     """
     positions = overlay.positions if mesh is None else absolute(overlay.positions, mesh)
     head = f"{{ = SKEL {len(positions)} {len(overlay.segments)}\n".encode()
@@ -136,7 +136,7 @@ def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
 
 
 def _cquad(mesh: Mesh) -> Iterator[bytes]:
-    """One CQUAD of the quads of all grids; a block of rows at a time bounds the memory."""
+    """One CQUAD with the quads of all grids, in blocks of rows, to bound the memory."""
     vertices, end = absolute(mesh.positions, mesh), b" 1 1 1 1\n"
     if mesh.colors is not None:
         vertices, end = np.hstack((vertices, with_opacity(mesh.colors))), b"\n"
@@ -178,7 +178,7 @@ def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
 
 
 def _off(mesh: Mesh) -> Iterator[bytes]:
-    """One NOFF (OFF without normals): the number of edges must be there and is not used."""
+    """One NOFF (OFF without normals); readers ignore its number of edges."""
     prefix, vertices = _vertices(mesh, slice(None), "ST")
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
@@ -188,9 +188,9 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str, bytes]:
-    """Lines of the chosen vertices, and the letters announcing what is behind the positions.
+    """Lines of the chosen vertices, and the letters that announce the values after positions.
 
-    Texture coordinates are announced by `texture`: `ST`, two numbers, or `U`, three.
+    `texture` announces texture coordinates: `ST` with two numbers, `U` with three.
     """
     columns: list[RealArray] = []
     prefix = ""
@@ -216,7 +216,7 @@ def _overlays(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _overlay_bound(size: MeshSize) -> int:
-    """Bytes at most of all overlays in any form."""
+    """Most bytes of all overlays, in any form."""
     index = digits(size.overlay_points + size.overlay_segments) + 1
     point = 3 * (FLOAT64_CHARS + 1)
     cell = 30 + 4 * 3 * (SEED_CHARS + 1)

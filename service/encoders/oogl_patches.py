@@ -1,4 +1,4 @@
-"""The exact OOGL form: the Bézier patches themselves, to be diced by the program that draws them.
+"""The exact OOGL form: the Bézier patches themselves, which the drawing program divides.
 
 Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational. A B-spline
 comes lowered; a triangle of degree n as the patch of degree (n, n) that it is, one side of it a
@@ -27,16 +27,16 @@ from service.surface.lowered import PatchModel
 from service.surface.sides import corners_of
 
 HIGHEST_DEGREE = 12
-"""What Geomview's BEZ reads."""
+"""Highest degree that Geomview's BEZ reads."""
 
 
 def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> bytes:
-    """The exact surface as an OOGL list of BEZ members, one a batch, ASCII.
+    """The exact surface as an OOGL list with one BEZ member for each batch, ASCII.
 
     Parameters
     ----------
     model : PatchModel
-        All numbers are written with the fewest digits that read back as the same float64.
+        Its numbers are written with the fewest digits that read back as the same float64.
     overlays : tuple of Overlay
         In model coordinates.
 
@@ -50,7 +50,7 @@ def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> byt
 
 
 def _bez(batch: Patches) -> Iterator[bytes]:
-    """One BEZ member holding every patch of a batch."""
+    """One BEZ member with all patches of a batch."""
     if max(batch.side_degrees) > HIGHEST_DEGREE:
         raise UnsupportedByFormat(
             Issue(

@@ -1,4 +1,4 @@
-"""A long file as the pieces of memory that it is made of."""
+"""A long file as a list of buffers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pieces:
-    """Bytes in order, not copied together: `bytes(pieces)` does that."""
+    """Bytes in several buffers, in order; `bytes(pieces)` joins them."""
 
     pieces: tuple[bytes | memoryview, ...]
 
@@ -22,4 +22,4 @@ class Pieces:
 
 
 Content: TypeAlias = bytes | Pieces
-"""What is in a file."""
+"""The bytes of a file, in one buffer or in several."""

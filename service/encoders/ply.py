@@ -5,7 +5,7 @@ digits, and quads. The faces are the quads, then the triangles. Coordinates are 
 `float`; parameters are called `s` and `t`, as Blender and MeshLab do. Colours are bytes of sRGB,
 `red`, `green`, `blue` and, if they have an opacity, `alpha`: what every reader knows. The attribute
 `heat` is the property `_heat`, one of several numbers `_heat_0`, `_heat_1` and so on. A comment
-tells the certified deviation.
+contains the certified deviation.
 """
 
 import numpy as np
@@ -64,7 +64,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most: normals and parameters counted."""
+    """Most bytes, with normals and parameters."""
     named = [property_ for name, d in size.attributes for property_ in _properties(name, d)]
     return (
         HEADER_BYTES
@@ -90,7 +90,7 @@ def _columns(
 
 
 def _faces(faces: IndexArray) -> memoryview:
-    """The records of the faces, kept with them."""
+    """The records of the faces, cached with them."""
     return derived((faces,), "PLY", lambda: _records(faces)).data
 
 

@@ -1,4 +1,4 @@
-"""Every format the service writes: the one place that knows them all.
+"""The registry of formats: every format of meshes that the service writes.
 
 To add a format, write its module and a line here; negotiation, suffixes, the list of formats and
 the OpenAPI document follow from this table.
@@ -124,7 +124,7 @@ FORMATS: tuple[Format, ...] = (
         carries=frozenset({"colors"}),
     ),
 )
-"""In the order in which they are listed; texts are UTF-8."""
+"""In the order of lists; texts are UTF-8."""
 
 BY_NAME: Mapping[str, Format] = MappingProxyType({f.name: f for f in FORMATS})
 BY_SUFFIX: Mapping[str, Format] = MappingProxyType({f.suffix: f for f in FORMATS})

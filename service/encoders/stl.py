@@ -1,8 +1,8 @@
 """Binary STL: triangles in float32, each with its normal.
 
 Eighty bytes of header (zeros), the number of triangles, then for each triangle its normal and its
-three corners as little-endian float32, and two bytes of nothing. The normal is that of the corners
-in the right-hand order, zero where they span no area.
+three corners as little-endian float32, and two zero bytes. The normal is that of the corners in the
+right-hand order, or zero if they span no area.
 
 Written by us, some triangles at a time: through trimesh it took seven times the memory of the file.
 """
@@ -21,13 +21,13 @@ HEADER_BYTES = 84
 TRIANGLE_BYTES = 50
 
 TRIANGLE = np.dtype([("numbers", "V48"), ("rest", "<u2")])
-"""Twelve float32, normal and corners, which are copied as one thing."""
+"""A normal and three corners, 12 float32, copied as one value."""
 
 CHUNK = 1 << 14
 """Triangles whose normals are computed at a time."""
 
 NO_AREA = 1e-13
-"""A product of two sides that is no longer says nothing of a direction."""
+"""A product of two sides shorter than this has no reliable direction."""
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
@@ -36,7 +36,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     Raises
     ------
     UnsupportedByFormat
-        If the mesh holds quads.
+        The mesh has quads.
     """
     refuse_quads(mesh, "STL")
     count = len(mesh.triangles)
@@ -53,7 +53,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes exactly: quads would be two triangles."""
+    """The exact number of bytes; a quad would be two triangles."""
     return HEADER_BYTES + TRIANGLE_BYTES * (size.triangles + 2 * size.quads)
 
 

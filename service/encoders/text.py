@@ -1,8 +1,8 @@
 """Numbers as text, quickly: the shortest digits that round-trip, and C's `%g`.
 
-Shortest digits come from orjson, which writes a whole array in C. Formats with lines take the array
-as one flat list, in which NumPy puts their separators in the places of the commas: short rows cost
-orjson time, and `bytes.replace` is slow at finding more than one character.
+orjson writes the shortest digits of a whole array in C. For formats with lines, the array is one
+flat list, and NumPy replaces its commas by separators: short rows would cost orjson time, and
+`bytes.replace` is slow at finding more than one character.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,17 +16,17 @@ from service.bases.chunks import chunks
 from service.stopping import checkpoint
 
 FLOAT64_CHARS = 24
-"""Longest shortest-round-trip float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""
+"""Most characters of a float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""
 FLOAT32_CHARS = 16
-"""The same for float32, which needs at most 9 digits."""
+"""Most characters of a float32, which needs at most 9 digits."""
 LONGEST_ESCAPE = 6
-"""A control character, one byte of UTF-8, is six in JSON: `\\u0001`."""
+"""Most characters of one byte of UTF-8 in JSON: a control character is `\\u0001`."""
 
 CHUNK_NUMBERS = 1 << 15
-"""Numbers that become text at a time: what is made of them on the way stays small."""
+"""Numbers that become text at a time, to bound the memory."""
 
 AT_ONCE = 1 << 20
-"""Bytes in the arrays of a value that becomes JSON in one piece."""
+"""Most bytes of arrays whose JSON is made in one piece."""
 
 ROW = 32
 """Numbers that orjson gets in one row of float64. It reserves 24 bytes for each and some hundred a
@@ -37,14 +37,14 @@ POWERS = np.array([float(10**k) for k in range(10)])
 
 
 def json_text(value: object) -> bytes:
-    """JSON (RFC 8259) of a value that may hold arrays, and bytes that are JSON already."""
+    """JSON (RFC 8259) of a value, which may contain arrays, and bytes that are JSON already."""
     return orjson.dumps(value, default=_default)
 
 
 def json_document(value: object) -> bytes:
-    """JSON of a value that may hold arrays, and bytes that are JSON already.
+    """JSON of a value, which may contain arrays, and bytes that are JSON already.
 
-    A long text is made piece by piece: it takes twice its length, and not four times.
+    A long text is made in pieces: this takes 2 times its length instead of 4.
     """
     checkpoint()
     if _held(value) <= AT_ONCE:
@@ -64,7 +64,7 @@ def _held(value: object) -> int:
 
 
 def _default(value: object) -> object:
-    """What orjson writes for a value that it does not know: JSON, an array, a number of NumPy."""
+    """Converts a value that orjson does not know: JSON bytes, an array, a number of NumPy."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):
@@ -75,7 +75,7 @@ def _default(value: object) -> object:
 
 
 def _pieces(value: object) -> Iterator[bytes]:
-    """The text of a value, cut where large arrays are, and within them."""
+    """The text of a value in pieces, cut at large arrays and inside them."""
     if isinstance(value, dict):
         opening = b"{"
         for key, item in value.items():
@@ -106,7 +106,7 @@ def _listed(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
 
 
 def json_bound(value: object) -> int:
-    """Bytes of `json_text` at most, without writing any of it."""
+    """Most bytes of `json_text`, without writing it."""
     if isinstance(value, np.ndarray):
         # A number and a comma; each number may be a row of its own.
         return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
@@ -126,7 +126,7 @@ def json_array(array: NDArray[np.generic]) -> bytes:
 
 
 def _array_text(array: NDArray[np.generic]) -> bytes:
-    """JSON of one array, made contiguous first where it is not, in rows that orjson can hold."""
+    """JSON of one array, first made contiguous, in rows that orjson can write safely."""
     array = np.ascontiguousarray(array)
     if array.dtype != np.float64 or array.shape[-1] <= ROW:
         return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
@@ -155,19 +155,19 @@ def rows(
 
 
 def joined_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
-    """Lines of arrays of as many rows side by side, each array in its own precision."""
+    """Lines of several arrays side by side; all have the same number of rows."""
     return b"".join(
         _side_by_side([array[chunk] for array in arrays], start) for chunk in row_chunks(arrays[0])
     )
 
 
 def row_chunks(array: NDArray[np.generic]) -> Iterator[slice]:
-    """Rows of an array, so many at a time as are written at once."""
+    """The rows of an array, in pieces that become text at a time."""
     return chunks(len(array), array.shape[1], CHUNK_NUMBERS)
 
 
 def _lines(array: NDArray[np.generic], start: bytes = b"", between: bytes = b" ") -> bytes:
-    """The lines of few rows, one at least."""
+    """The lines of a piece of one or more rows."""
     lines = _in_lines(json_array(array.reshape(-1)), array.shape[1], between)
     return b"".join((start, lines.replace(b"\n", b"\n" + start) if start else lines, b"\n"))
 
@@ -184,7 +184,7 @@ def _in_lines(text: bytes, width: int, between: bytes = b" ") -> bytes:
 
 
 def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
-    """The lines of few rows of several arrays, one at least."""
+    """The lines of a piece of one or more rows of several arrays."""
     columns = [_lines(array).splitlines() for array in arrays]
     step = 2 * len(columns)
     cells = ([b" "] * (step - 1) + [b"\n" + start]) * len(columns[0])
@@ -233,5 +233,5 @@ def _general(numbers: FloatArray) -> bytes:
 
 
 def digits(count: int) -> int:
-    """Decimal digits of the largest index or number among `count` things."""
+    """Decimal digits of the largest index, or of the number, of `count` items."""
     return len(str(count))

@@ -1,4 +1,4 @@
-"""The log: as text for people, or as one JSON object a line for machines.
+"""Writes the log: as text for people, or as one JSON object a line for programs.
 
 Lines about requests go to standard output; `service.api.observing.middleware` makes them. All else
 goes to standard error through `logging`. A thread writes each from a queue of bounded length:
@@ -26,10 +26,10 @@ from service.api.observing.record import current_record
 from service.settings.values import Settings
 
 WAITING, GATHERING, FAREWELL = 10_000, 0.05, 1.0
-"""Lines that may wait; seconds for which lines are gathered, and that the last ones have."""
+"""Most lines in the queue; seconds over which lines are gathered; seconds for the last lines."""
 
 MESSAGE, TEXT, FRAMES = 4000, 200, 50
-"""Characters of a message and of the text of an exception; frames of a traceback."""
+"""Most characters of a message, and of an exception's text; most frames of a traceback."""
 
 _UNSAFE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -38,7 +38,7 @@ _UNSAFE = re.compile(
 
 
 def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
-    """Sends `logging` and warnings to standard error; returns lines of requests, and of others."""
+    """Sends `logging` and warnings to standard error; returns access log and error log."""
     requests, others = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
     others.setFormatter(Records(settings.log_format))
     root = logging.getLogger()
@@ -49,7 +49,7 @@ def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
 
 
 class Lines(QueueHandler):
-    """Writes lines to a file descriptor, in order, from a thread; counts those that it dropped.
+    """Writes lines to a file descriptor, in order, from a thread; counts those that it drops.
 
     The thread has no handler: one would hold its lock while it waits for a full pipe, and the end
     of the process, which flushes all handlers, would wait for that lock.
@@ -62,25 +62,25 @@ class Lines(QueueHandler):
         Thread(target=self._write_all, name="log", daemon=True).start()
 
     def enqueue(self, record: logging.LogRecord) -> None:
-        """Takes a record that has been formatted."""
+        """Queues a formatted record."""
         self.write(f"{record.msg}\n")
 
     def write(self, line: str) -> None:
-        """Takes a line, its end included; returns at once."""
+        """Queues a line, which ends with a line feed; returns at once."""
         if self.lines.qsize() < self._waiting:
             self.lines.put(line)
         else:
             self.dropped += 1
 
     def flush(self) -> None:
-        """Waits until the lines have been written, for at most `FAREWELL`."""
+        """Waits until the lines are written, for at most `FAREWELL` seconds."""
         self.lines.put(written := Event())
         written.wait(FAREWELL)
 
     def _write_all(self) -> None:
         while True:
             gathered = [self.lines.get()]
-            time.sleep(GATHERING)  # a thread that wakes up less often leaves more to requests
+            time.sleep(GATHERING)  # to wake up less often leaves more time to requests
             while not self.lines.empty():
                 gathered.append(self.lines.get())
             text = "".join(line for line in gathered if isinstance(line, str))
@@ -96,14 +96,14 @@ class Lines(QueueHandler):
 
 
 class Records(logging.Formatter):
-    """`WARNING:  message`, as uvicorn writes it, an exception below it; or one JSON object."""
+    """`WARNING:  message` in uvicorn's form, an exception below it; or one JSON object."""
 
     def __init__(self, form: Literal["text", "json"]) -> None:
         super().__init__()
         self._is_json = form == "json"
 
     def format(self, record: logging.LogRecord) -> str:
-        """The lines of a record, without the last end."""
+        """The lines of a record, without the last line feed."""
         message = escape(record.getMessage().strip(), MESSAGE)
         request, lines = current_record.get(), trace(record)
         if not self._is_json:
@@ -126,13 +126,13 @@ class Records(logging.Formatter):
 
 
 def escape(text: str, most: int) -> str:
-    """A text in one line, cut to this many characters before some are escaped."""
+    """A text in one line, cut to a number of characters and then escaped."""
     text = text if len(text) <= most else text[:most] + "…"
     return _UNSAFE.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
 def trace(record: logging.LogRecord) -> list[str]:
-    """The exception of a record and its causes: files, lines, names, beginnings of texts."""
+    """An exception and its causes: files, lines, names, and the first letters of their texts."""
     lines: list[str] = []
     error = record.exc_info[1] if record.exc_info else None
     at = TracebackException.from_exception(error, limit=-FRAMES) if error is not None else None

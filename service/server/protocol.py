@@ -1,4 +1,4 @@
-"""HTTP/1.1 by uvicorn, with what uvicorn lacks: deadlines, limits, refusals as problems."""
+"""HTTP/1.1 by uvicorn, with deadlines, limits and problem documents added."""
 
 import asyncio
 from contextlib import suppress
@@ -17,11 +17,11 @@ from service.errors import Issue
 from service.settings.values import Settings
 
 PIPELINED = 16
-"""Requests that may wait for the answer to an earlier one on their connection."""
+"""Requests that may wait for the response to an earlier one on their connection."""
 
 
 def refusal(problem: Problem, settings: Settings) -> Response:
-    """The answer that a problem is, the last of its connection."""
+    """The response of a problem, the last on its connection."""
     needed = {
         problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
         problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
@@ -37,7 +37,7 @@ def refusal(problem: Problem, settings: Settings) -> Response:
 
 
 def with_last_answer(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
-    """An application that answers where this one fails, or uvicorn cancels it at the end."""
+    """Answers in place of an application that fails, or that uvicorn cancels at shutdown."""
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
         try:
@@ -45,7 +45,7 @@ def with_last_answer(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
         except (asyncio.CancelledError, Exception) as error:
             problem = problems.INTERNAL_ERROR if isinstance(error, Exception) else problems.DRAINING
             if scope["type"] == "http":
-                with suppress(RuntimeError):  # an answer has begun
+                with suppress(RuntimeError):  # a response has begun
                     await refusal(problem, settings)(scope, receive, send)
                     state.refused(problem.code)
             if problem is problems.INTERNAL_ERROR:
@@ -55,14 +55,14 @@ def with_last_answer(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
 
 
 class Refused(Exception):
-    """Stops the parser, for a problem or because too many requests wait."""
+    """Stops the parser: a problem, or too many waiting requests."""
 
     def __init__(self, problem: Problem = problems.MALFORMED_REQUEST) -> None:
         self.problem = problem
 
 
 class BoundedProtocol(HttpToolsProtocol):
-    """A connection: its heads have a size limit and a deadline, its answers a deadline."""
+    """A connection with limits: the size of heads, and deadlines for heads and responses."""
 
     def __init__(self, settings: Settings, state: Any, **uvicorn: Any) -> None:
         super().__init__(**uvicorn)
@@ -110,7 +110,7 @@ class BoundedProtocol(HttpToolsProtocol):
             raise Refused
         check_head(self, self._settings.max_head_bytes)
         if not self.parser.should_upgrade():
-            self._unset_keepalive_if_required()  # which also limits the rest of a refused body
+            self._unset_keepalive_if_required()  # its deadline also ends a refused body
             super().on_headers_complete()
             self.headers = []  # to which uvicorn adds trailers; the request keeps its own
             self.cycle.transport = self  # type: ignore[assignment]  # so that it ends by `close`
@@ -139,14 +139,14 @@ class BoundedProtocol(HttpToolsProtocol):
         self._answer_due = inf
 
     def end_if_late(self, now: float) -> None:
-        """Ends the connection if a deadline has passed; the server asks ten times a second."""
+        """Ends the connection after a deadline; the server calls this 10 times a second."""
         if now > self._answer_due:
             self.transport.abort()
         elif now > self._head_due:
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
-        """Closes by half after the last answer: the system resets a client that still sends."""
+        """Closes in two steps: if at once, the system would reset a client that still sends."""
         self._disconnect()
         self._is_deaf, self._head_due = True, inf
         is_crowded = len(self.connections) > self._settings.max_connections
@@ -158,7 +158,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self._answer_due = self._time_to_take()
 
     def _refuse(self, problem: Problem) -> None:
-        """Answers with a problem, after the answers to earlier requests, and closes."""
+        """Answers with a problem, after the responses to earlier requests, and closes."""
         self._state.refused(problem.code)
         if self._in_body and self.pipeline:
             self.pipeline.popleft()
@@ -167,7 +167,7 @@ class BoundedProtocol(HttpToolsProtocol):
         elif self._in_body:
             self._disconnect()
             self.cycle = None  # type: ignore[assignment]
-        # uvicorn gives this answer in its turn, to a request that the client has not made.
+        # uvicorn answers in order: this stands for a request that the client has not made.
         self.app, self._is_deaf = refusal(problem, self._settings), True
         self.parser = httptools.HttpRequestParser(self)
         self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
@@ -184,7 +184,7 @@ class BoundedProtocol(HttpToolsProtocol):
 
 
 def check_head(connection: HttpToolsProtocol, most: int) -> None:
-    """Refuses a head that is too long, or could be read in two ways, where httptools does not."""
+    """Refuses a head that is too long or ambiguous, where httptools accepts it."""
     method, version = connection.parser.get_method(), connection.parser.get_http_version()
     size, hosts = len(connection.url), 0
     is_clear = method != b"CONNECT" and version in ("1.0", "1.1")
@@ -200,9 +200,9 @@ def check_head(connection: HttpToolsProtocol, most: int) -> None:
 
 
 def without_offer(connection: HttpToolsProtocol) -> bytes:
-    """The head that was read last, without its offer of another protocol.
+    """The last read head, without its offer of another protocol.
 
-    It may be ignored (RFC 9110, section 7.8), but httptools would not read the body.
+    The service may ignore the offer (RFC 9110, section 7.8), but httptools would not read the body.
     """
     line = b" ".join((connection.parser.get_method(), connection.url, b"HTTP/1.1"))
     fields = (b": ".join(field) for field in connection.headers if field[0] != b"upgrade")

@@ -1,8 +1,8 @@
-"""How the service runs and ends: uvicorn by its settings, and every request answered.
+"""Runs uvicorn, and ends it without losing a request.
 
 SIGTERM makes readiness fail; the service goes on answering for `SURFACE_DRAIN_DELAY`, so that a
-proxy can find another instance. Then it accepts no more connections and waits for the requests
-under way, for `SURFACE_DRAIN_TIMEOUT`. SIGINT (Ctrl-C) has no such delay. Either way the exit code
+proxy can find another instance. Then it accepts no more connections and waits for the running
+requests, for `SURFACE_DRAIN_TIMEOUT`. SIGINT (Ctrl-C) has no such delay. Either way the exit code
 is 0. A second signal ends the process at once, with 128 and the signal's number.
 """
 
@@ -27,14 +27,14 @@ from starlette.types import ASGIApp
 from service.server.protocol import BoundedProtocol, with_last_answer
 from service.settings.values import Settings
 
-if sys.platform != "win32":  # where the number of open files has no such limit
+if sys.platform != "win32":  # which has no such limit of open files
     import resource
 
 _log = logging.getLogger(__name__)
 
 
 class Server(uvicorn.Server):
-    """uvicorn's server; `ready` of the application's `state` is false once it is to end."""
+    """uvicorn's server; sets `ready` of the application's `state` to false before it stops."""
 
     def __init__(self, config: uvicorn.Config, settings: Settings, state: Any) -> None:
         super().__init__(config)
@@ -42,7 +42,7 @@ class Server(uvicorn.Server):
         self._ends_at = 0.0
 
     def handle_exit(self, sig: int, _: FrameType | None) -> None:
-        """Takes a signal; uvicorn would end the process by it, once all is answered."""
+        """Handles a signal; uvicorn alone would raise it again at the end."""
         if self.should_exit:
             os._exit(128 + sig)
         delay = self._settings.drain_delay if sig == signal.SIGTERM else 0.0
@@ -50,7 +50,7 @@ class Server(uvicorn.Server):
         self._state.ready = False
         self.should_exit = True
         text = f"Told to stop by {signal.Signals(sig).name}; answers for another {delay:g} s"
-        Context().run(_log.info, text)  # whose line names no request that the signal interrupts
+        Context().run(_log.info, text)  # in a new context: without a request's id
         notify("STOPPING=1")
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -59,7 +59,7 @@ class Server(uvicorn.Server):
         notify("READY=1")
 
     async def on_tick(self, counter: int) -> bool:
-        """Looks at deadlines ten times a second; returns whether it is time to end."""
+        """Checks deadlines 10 times a second; returns whether to stop."""
         now = asyncio.get_running_loop().time()
         for connection in list(self.server_state.connections):
             if isinstance(connection, BoundedProtocol):
@@ -67,7 +67,7 @@ class Server(uvicorn.Server):
         return await super().on_tick(counter) and time.monotonic() >= self._ends_at
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Waits for the requests under way; those that uvicorn cancels have time for an answer."""
+        """Waits for the running requests; those that uvicorn cancels can still be answered."""
         self._state.ready = False
         await super().shutdown(sockets)
         if self.server_state.tasks:
@@ -75,7 +75,7 @@ class Server(uvicorn.Server):
 
 
 def notify(state: str) -> None:
-    """Tells the supervisor, if there is one, as sd_notify(3) does: `READY=1`, `STOPPING=1`."""
+    """Notifies the supervisor as sd_notify(3) does, if there is one: `READY=1`, `STOPPING=1`."""
     if address := os.environ.get("NOTIFY_SOCKET"):
         with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
             sock.connect(re.sub("^@", "\0", address))  # a name outside of the file system
@@ -83,7 +83,7 @@ def notify(state: str) -> None:
 
 
 def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
-    """The server of an application with this state; `other` are uvicorn's settings."""
+    """The server of an application with this state; `other` are settings of uvicorn."""
     state = SimpleNamespace(ready=True) if state is None else state
     state.refused = state.observed.refused if hasattr(state, "observed") else lambda _: None
     options: dict[str, Any] = {
@@ -93,11 +93,11 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
         "ws": "none",
         "timeout_keep_alive": settings.keep_alive,
         "timeout_graceful_shutdown": settings.drain_timeout,
-        # Records take the way of all others; the application writes the lines about requests.
+        # Log records go through our own handlers; the application writes the access log.
         "log_config": None,
         "log_level": settings.log_level,
         "access_log": False,
-        # No client need know what serves; the application knows which proxies to believe.
+        # No `Server` header; the application itself reads the headers of trusted proxies.
         "server_header": False,
         "proxy_headers": False,
     }
@@ -108,39 +108,39 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
 
 
 def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
-    """Answers until the process is told to stop, then ends the process with exit code 0.
+    """Answers requests until a signal, then ends the process with exit code 0.
 
-    Python itself would wait for threads that still compute.
+    (A return would make Python wait for threads that still compute.)
 
     Raises
     ------
     SystemExit
-        Where the application does not start, or the system does not allow the address.
+        The application does not start, or the system refuses the address.
     """
     server = make_server(app, settings, state)
     sock = server.config.bind_socket()
-    # Accepted connections inherit these: the system ends those whose client has vanished, or does
-    # not read (Linux; tcp(7)).
+    # Accepted connections inherit these: the system closes those whose client has vanished or
+    # does not read (Linux; tcp(7)).
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     if sys.platform == "linux":
         milliseconds = max(1, round(settings.send_timeout * 1000))
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)
-    raise_file_limit(settings.max_connections + 128)  # of the log, the store, libraries
+    raise_file_limit(settings.max_connections + 128)  # 128 for the log, the store, libraries
     gc.collect()
-    gc.freeze()  # objects that are there at the start stay
+    gc.freeze()  # objects made at the start live as long as the process
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
         runner.run(server.serve([sock]))
-        logging.shutdown()  # which writes the last lines
+        logging.shutdown()  # writes the last lines
         os._exit(0)
 
 
 def raise_file_limit(needed: int) -> None:
-    """Allows this many open files; warns if the system does not."""
+    """Raises the limit of open files; warns if the system does not allow it."""
     if sys.platform != "win32":
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         most = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
         if soft != resource.RLIM_INFINITY and soft < most:
             resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
         if most < needed:
-            _log.warning("%d open files are needed, and the system allows %d", needed, most)
+            _log.warning("the service needs %d open files, and the system allows %d", needed, most)

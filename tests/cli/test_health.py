@@ -46,8 +46,8 @@ def test_a_service_that_is_well(
     ("answer", "told"),
     [
         (b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n", "is 503"),
-        (b"SSH-2.0-OpenSSH_9.2\r\n", "no answer"),
-        (b"", "no answer"),
+        (b"SSH-2.0-OpenSSH_9.2\r\n", "no response"),
+        (b"", "no response"),
     ],
     ids=["draining", "another program", "silence"],
 )
@@ -74,5 +74,5 @@ def test_it_waits_for_no_heavy_import() -> None:
         "print(*{'numpy', 'pydantic', 'fastapi', 'uvicorn', 'asyncio'} & sys.modules.keys())"
     )
     done = run_python("-c", code)
-    assert "no answer" in done.stderr
+    assert "no response" in done.stderr
     assert done.stdout == "\n"

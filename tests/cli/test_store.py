@@ -43,7 +43,7 @@ def test_addresses_are_printed_and_answer(
 @pytest.mark.parametrize(
     ("arguments", "status", "text"),
     [
-        (["mesh", "0" * 64, "-o", "x.glb", "--url", "{server}"], 1, "No surface is kept"),
+        (["mesh", "0" * 64, "-o", "x.glb", "--url", "{server}"], 1, "No surface is stored"),
         (["mesh", "0" * 64, "-o", "x.glb", "--url", "{server}", "--name", "x"], 2, "--name"),
         (["mesh", ID, "-o", "x.glb"], 2, "no such file"),
         (["store", "teapot", "--url", "{server}"], 2, "no such file"),

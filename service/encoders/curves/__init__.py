@@ -1,1 +1,1 @@
-"""The formats of curves: a registry of their own."""
+"""The formats of curves, and their registry."""

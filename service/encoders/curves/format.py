@@ -1,4 +1,4 @@
-"""What a format of curves is: like one of meshes, with a function from a polyline to bytes."""
+"""The type of a format of curves: as for meshes, with a function from a polyline to bytes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from service.engine.curves.polyline import Polyline, PolylineReport
 
 @dataclass(frozen=True, slots=True)
 class CurveSize:
-    """What is known of a polyline before it is computed: points, and UTF-8 bytes of its name."""
+    """Counts known before a polyline is computed: points, and UTF-8 bytes of its name."""
 
     points: int
     name_bytes: int
@@ -20,14 +20,14 @@ class CurveSize:
 
 @dataclass(frozen=True, slots=True)
 class CurveFormat(FileFormat):
-    """One way of writing a curve; `byte_bound` bounds the bytes that `encode` gives."""
+    """A format of curves; `encode` gives the bytes, `byte_bound` bounds their number."""
 
     encode: Callable[[Polyline], bytes]
     byte_bound: Callable[[CurveSize], int]
 
 
 def in_space(vectors: RealArray) -> RealArray:
-    """Vectors (N, 2) or (N, 3) with three coordinates: z = 0 where there are two."""
+    """Vectors (N, 2) or (N, 3) as (N, 3): z = 0 is added to two coordinates."""
     return vectors if vectors.shape[1] == 3 else np.pad(vectors, ((0, 0), (0, 1)))
 
 
@@ -37,7 +37,7 @@ def absolute_points(line: Polyline) -> FloatArray:
 
 
 def report_object(report: PolylineReport) -> dict[str, object]:
-    """The report as the JSON object that every format with a place for it carries."""
+    """The report as a JSON object, for all formats that store one."""
     return {
         "points": report.points,
         "pieces": report.pieces,

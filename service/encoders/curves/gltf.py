@@ -1,8 +1,8 @@
 """A curve as glTF 2.0: one node, one LINE_STRIP, an unlit material.
 
-Beside POSITION stand `_TANGENT` (VEC3; glTF's own TANGENT belongs to normals and textures),
-`_PARAMETER` and `_ARC_LENGTH`. A closed curve has its first point once more at the end, where the
-parameter and the length are others: so it is a strip, and no loop.
+It stores POSITION, `_TANGENT` (VEC3; glTF's own TANGENT belongs to normals and textures),
+`_PARAMETER` and `_ARC_LENGTH`. A closed curve repeats its first point at the end, with another
+parameter and length: so it is a strip, not a loop.
 
 References
 ----------
@@ -35,12 +35,12 @@ def encode_gltf(line: Polyline) -> bytes:
 
 
 def glb_byte_bound(size: CurveSize) -> int:
-    """Bytes at most of the binary form."""
+    """Most bytes of the binary form."""
     return _json_bound(size) + size.points * POINT_BYTES
 
 
 def gltf_byte_bound(size: CurveSize) -> int:
-    """Bytes at most of the JSON form: base64 writes 3 bytes as 4."""
+    """Most bytes of the JSON form: base64 writes 3 bytes as 4."""
     return _json_bound(size) + 4 + size.points * POINT_BYTES // 3 * 4
 
 
@@ -82,17 +82,17 @@ def _document(line: Polyline) -> File:
 
 
 def _place(line: Polyline) -> JsonObject:
-    """Where the node stands: moved by the origin, and upright, in one transformation."""
+    """The transformation of the node: from the local origin, and to y up."""
     x, y, z = in_space(line.origin[None])[0].tolist()
     place: JsonObject = {}
     if line.up == "z":
         place["rotation"] = Z_UP_TO_Y_UP
     if line.origin.any():
-        # The rotation comes first, so that the origin is turned with all else.
+        # glTF rotates first, so the origin is rotated here.
         place["translation"] = [x, z, 0.0 - y] if line.up == "z" else [x, y, z]
     return place
 
 
 def _json_bound(size: CurveSize) -> int:
-    """Bytes at most of all but the buffer, headers and padding included."""
+    """Most bytes without the buffer, with headers and padding."""
     return 4096 + 17 * FLOAT64_CHARS + 3 * LONGEST_ESCAPE * size.name_bytes

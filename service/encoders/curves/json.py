@@ -1,7 +1,7 @@
-"""A curve as one JSON object: columns of as many rows as there are points, all float64.
+"""A curve as one JSON object: columns of float64 with one row for each point.
 
-Points and tangents have two coordinates where the control points have two. A column that was not
-asked for is left out.
+Points and tangents have two coordinates if the control points have two. Columns that the options
+switch off are left out.
 """
 
 import numpy as np
@@ -26,5 +26,5 @@ def encode(line: Polyline) -> bytes:
 
 
 def byte_bound(size: CurveSize) -> int:
-    """Bytes at most: points and tangents in space, parameters and lengths."""
+    """Most bytes, with points and tangents in space, parameters and lengths."""
     return 512 + 8 * FLOAT64_CHARS + size.points * (8 * (FLOAT64_CHARS + 1) + 4)

@@ -11,7 +11,7 @@ from service.engine.curves.polyline import Polyline
 
 
 def encode(line: Polyline) -> bytes:
-    """The OOGL file, ASCII. A closed curve has its first point once."""
+    """The OOGL file, ASCII. A closed curve does not repeat its first point."""
     points = absolute_points(line)
     count = len(points)
     if line.report.closed:
@@ -21,5 +21,5 @@ def encode(line: Polyline) -> bytes:
 
 
 def byte_bound(size: CurveSize) -> int:
-    """Bytes at most."""
+    """Most bytes of the file."""
     return 32 + 2 * digits(size.points) + size.points * 3 * (FLOAT64_CHARS + 1)

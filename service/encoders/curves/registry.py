@@ -1,4 +1,4 @@
-"""Every format that curves are written in, as `registry` has those of meshes."""
+"""The registry of formats of curves."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -18,7 +18,7 @@ def _as_of_meshes(
     byte_bound: Callable[[CurveSize], int],
     title: str = "",
 ) -> CurveFormat:
-    """A format that meshes are written in too: under the same name, media type and suffix."""
+    """A format that meshes have too, with the same name, media type and suffix."""
     fmt = BY_NAME[name]
     return CurveFormat(
         fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.single, encode, byte_bound
@@ -34,6 +34,6 @@ CURVE_FORMATS: tuple[CurveFormat, ...] = (
     _as_of_meshes("oogl", curve_oogl.encode, curve_oogl.byte_bound),
     _as_of_meshes("obj", curve_obj.encode, curve_obj.byte_bound),
 )
-"""In the order in which they are listed; texts are UTF-8."""
+"""In the order of lists; texts are UTF-8."""
 
 CURVES_BY_NAME: Mapping[str, CurveFormat] = MappingProxyType({f.name: f for f in CURVE_FORMATS})

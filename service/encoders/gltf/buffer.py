@@ -1,4 +1,4 @@
-"""The binary half of a glTF: arrays with their accessors, and how they lie in a buffer.
+"""Arrays of a glTF: their accessors, and their places in the buffer.
 
 References
 ----------
@@ -34,9 +34,9 @@ ELEMENT_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 class View:
     """An array as the bytes of its elements, shape (N, stride).
 
-    `corners` is 3 for the indices of triangles, 2 for those of lines, 0 for a vertex attribute,
-    whose elements begin at multiples of four bytes (3.6.2.4). `padded` tells that they are longer
-    than their components, `unit` that they are unit vectors.
+    `corners` is 3 for indices of triangles, 2 for those of lines, 0 for a vertex attribute, whose
+    elements begin at multiples of 4 bytes (3.6.2.4). `padded`: the elements are longer than their
+    components. `unit`: they are unit vectors.
     """
 
     rows: Bytes
@@ -46,15 +46,15 @@ class View:
 
     @property
     def target(self) -> int:
-        """What the array is used for."""
+        """The use of the array, as a buffer view's target."""
         return ELEMENT_ARRAY_BUFFER if self.corners else ARRAY_BUFFER
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Packed:
-    """What becomes of all views: their JSON, and the bytes of the first buffer.
+    """All views, ready to write: their JSON, and the bytes of the first buffer.
 
-    `others` are the buffers that have no bytes.
+    `others` are the buffers without bytes.
     """
 
     views: list[JsonObject] = field(default_factory=list)
@@ -64,15 +64,15 @@ class Packed:
 
     @property
     def length(self) -> int:
-        """Bytes of the first buffer."""
+        """Number of bytes of the first buffer."""
         return sum(len(chunk) for chunk in self.chunks)
 
 
 @dataclass(slots=True)
 class BufferBuilder:
-    """Arrays under construction: every one is a view of its own with one accessor.
+    """Arrays under construction: each is a view of its own with one accessor.
 
-    `quantized` tells that positions are integers, which nothing but an extension allows.
+    `quantized`: positions are integers, which only an extension allows.
     """
 
     accessors: list[JsonObject] = field(default_factory=list)
@@ -83,7 +83,7 @@ class BufferBuilder:
         """Accessor of positions, (V, 3), with the bounds that POSITION must have (3.7.2.1)."""
         low, high = extent(column.values)
         self.quantized |= column.values.dtype.kind == "u"
-        # Of float32, as float64 the very numbers: equal for readers that round and that do not.
+        # The bounds are float32 values, exact as float64: equal for readers of either precision.
         return self.add(column, {"min": low.tolist(), "max": high.tolist()})
 
     def add(self, column: Column, bounds: JsonObject | None = None) -> int:
@@ -94,13 +94,13 @@ class BufferBuilder:
         return self._add(column.values, View(rows, 0, padded, column.unit), more | (bounds or {}))
 
     def add_indices(self, faces: IndexArray, vertices: int) -> int:
-        """Accessor of indices of triangles or lines, (N, 3 or 2), in 16 bits where that is room."""
+        """Accessor of indices of triangles or lines, (N, 3 or 2); in 16 bits if they fit."""
         stored = index_rows(faces, vertices).reshape(-1, 1)
         view = View(stored.view(np.uint8), corners=faces.shape[1])
         return self._add(stored, view, {})
 
     def packed(self) -> Packed:
-        """All arrays one after another, each at a multiple of four bytes."""
+        """All arrays one after another, each at a multiple of 4 bytes."""
         laid = Packed()
         length = 0
         for view in self.views:
@@ -125,24 +125,24 @@ class BufferBuilder:
 
 
 def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
-    """Faces as they are stored: in 16 bits where the vertices are few enough, else in 32."""
+    """Indices as they are stored: in 16 bits for few vertices, else in 32."""
     kind = "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4"
     return np.ascontiguousarray(faces, dtype=kind)
 
 
 def described(view: View) -> JsonObject:
-    """The JSON of a view, but for where it lies."""
+    """The JSON of a view, without its place in the buffer."""
     stride = {"byteStride": view.rows.shape[1]} if view.padded else {}
     return {"byteLength": view.rows.nbytes, **stride, "target": view.target}
 
 
 def padded(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:
-    """Bytes, and what makes their number a multiple of four."""
+    """Bytes, padded to a multiple of 4."""
     return content, bytes(-len(content) % 4)
 
 
 def _rows(values: NDArray[Any]) -> Bytes:
-    """The bytes of elements, (N, stride): a multiple of four each."""
+    """The bytes of elements, (N, stride), each padded to a multiple of 4."""
     stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     size = stored.itemsize * stored.shape[1]
     whole = stored.view(np.uint8).reshape(len(stored), size)

@@ -1,7 +1,7 @@
-"""Vertex attributes of a mesh under their names in glTF, as the numbers that are stored.
+"""Vertex attributes of a mesh: their names in glTF, and the numbers that are stored.
 
-Colours are linear, on white. The attribute `flow` of up to four numbers is `_FLOW`; one of more is
-cut into `_FLOW_0`, `_FLOW_1` and so on, four numbers each and the rest in the last.
+Colours are linear, multiplied with white. The attribute `flow` with up to 4 components is `_FLOW`;
+one with more is split into `_FLOW_0`, `_FLOW_1` and so on, 4 components each.
 
 References
 ----------
@@ -29,7 +29,7 @@ class Column:
     values : ndarray, shape (V, 1…4)
         float32, or integers of 8 or 16 bits.
     normalized : bool
-        Whether integers stand for themselves divided by the largest of their kind.
+        Whether integers are divided by the largest of their type.
     unit : bool
         Whether these are unit vectors.
     """
@@ -39,16 +39,16 @@ class Column:
     unit: bool = False
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
-        """The attribute of some vertices."""
+        """The attribute at some vertices only."""
         return Column(self.rows(rows), self.normalized, self.unit)
 
     def rows(self, rows: IndexArray | Ints | slice) -> NDArray[Any]:
-        """Its values at some vertices."""
+        """The values at some vertices."""
         return self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
 
 
 Columns: TypeAlias = dict[str, Column]
-"""By their names in glTF."""
+"""Attributes by their names in glTF."""
 
 
 def plain_columns(mesh: Mesh) -> Columns:
@@ -67,7 +67,7 @@ def plain_columns(mesh: Mesh) -> Columns:
 
 
 def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
-    """Names under which an attribute is stored, and the columns of each: four at most."""
+    """Names under which an attribute is stored, and the components of each: at most 4."""
     if dimension <= 4:
         yield f"_{name.upper()}", slice(0, dimension)
         return

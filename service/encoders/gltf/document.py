@@ -17,16 +17,16 @@ from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
 from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
-"""Without a version: a release changes no bytes that the version of the numbers does not change."""
+"""Without a version: a release changes no bytes unless the version of the numbers changes."""
 
 Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
-"""Unit quaternion (x, y, z, w): a quarter turn about x that takes z to y, the axis that is up."""
+"""Unit quaternion (x, y, z, w): a quarter turn about x, from z up to y up."""
 
 DATA_URI = "data:application/gltf-buffer;base64,"
 """A buffer inside the document (3.6.1.1)."""
 
 _QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
-"""Where the buffer comes; in a name its quotation marks would have backslashes before them."""
+"""Place of the buffer in the text: no name contains it, as JSON escapes quotation marks."""
 
 PIECE = 3 << 16
 """Bytes that become base64 at a time."""
@@ -74,7 +74,7 @@ def textual(document: JsonObject, buffer: Packed) -> bytes:
     if not buffer.chunks:
         return json_text(document)
     document["buffers"] = [{"byteLength": buffer.length, "uri": DATA_URI}, *buffer.others]
-    # What writes JSON would copy the buffer, with eight times its length for room on the way.
+    # A JSON writer would copy the buffer, and reserve 8 times its length.
     before, here, after = json_text(document).partition(_QUOTED)
     return b"".join((before, here[:-1], *_base64(buffer.chunks), b'"', after))
 
@@ -85,7 +85,7 @@ def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
     for chunk in chunks:
         for first, last in runs(len(chunk), PIECE):
             piece = left + chunk[first:last]
-            # Three bytes are four letters; what is left over begins the next piece.
+            # 3 bytes are 4 letters; the rest goes to the next chunk.
             whole = len(piece) - len(piece) % 3
             left = piece[whole:]
             yield base64.b64encode(piece[:whole])

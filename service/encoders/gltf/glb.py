@@ -1,4 +1,4 @@
-"""The binary form of glTF: its layout, and the text that planned meshes have in common.
+"""The binary form of glTF: its layout, and a cached template for planned meshes.
 
 Of the file of a planned mesh only the vertices, their bounds, the report and the local origin
 differ from one mesh to the next: its faces, names and attributes determine the rest. A template
@@ -37,16 +37,16 @@ GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004
 """Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
 
 JOINED = 1 << 18
-"""Bytes up to which a file is joined: to send one more piece costs more than to copy it."""
+"""Bytes up to which a file is joined: copying costs less than sending one more piece."""
 
 PLACE = "\ue000{}\ue000"
-"""Stands in the text of a template where a value comes; the letters are of no script."""
+"""Marks the place of a value in a template's text; the letters belong to no script."""
 
 _PLACE = re.compile(f'"{PLACE.format("([a-z0-9]+)")}"'.encode())
 
 
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
-    """The binary form of a mesh; a long one as pieces, the arrays of the mesh among them.
+    """The binary form of a mesh; a long one in pieces, which may be arrays of the mesh.
 
     Raises
     ------
@@ -76,18 +76,18 @@ def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Template:
-    """A file but for its numbers.
+    """A file without its numbers.
 
     Attributes
     ----------
     text : tuple of bytes
         The document: text, the name of a value, text, and so on.
     rows : ndarray of int, or None
-        The vertices of all primitives, one after another; None for all vertices as they are.
+        The vertices of all primitives, one after another; None for all vertices in order.
     ends : tuple of int
-        Vertices before each primitive, and in all.
+        Vertices before each primitive, and of all.
     indices : tuple of list of bytes
-        For each primitive the bytes of its triangles and behind them.
+        For each primitive, the bytes of its triangles and their padding.
     length : int
         Bytes of the buffer.
     """
@@ -100,7 +100,7 @@ class Template:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
+        """Memory in bytes."""
         indices = sum(len(each) for own in self.indices for each in own)
         return sum(map(len, self.text)) + indices + (0 if self.rows is None else self.rows.nbytes)
 
@@ -134,7 +134,7 @@ class Template:
 
 
 def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
-    """The binary form of a mesh whose faces are those of a plan; None of any other mesh."""
+    """The binary form of a mesh with a plan's faces; None for any other mesh."""
     plain = options.compression == "none" and not mesh.step and not drawn(mesh.overlays)
     if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
         return None
@@ -154,7 +154,7 @@ def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
 
 
 def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
-    """The template of a mesh's file; without primitives if a name looks like a value's place."""
+    """The template of a mesh's file; without primitives if a name contains the mark."""
     document, buffer = build_document(mesh, options)
     document["asset"]["extras"]["report"] = PLACE.format("report")
     for node in document.get("nodes", ()):
@@ -169,7 +169,7 @@ def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
         document["buffers"] = [{"byteLength": buffer.length}]
     text = _PLACE.split(json_text(document))
     own = [rows for _, rows, _ in split_parts(mesh)]
-    # Of each primitive the attributes come first; then its indices, and what fills them up.
+    # Each primitive has its attributes first; then its indices and their padding.
     stride = 2 * (columns + 1)
     ends = range(stride, len(own) * stride + 1, stride)
     indices = [buffer.chunks[end - 2 : end] for end in ends]

@@ -1,4 +1,4 @@
-"""What surfaces and lines look like in glTF.
+"""Materials of surfaces and lines in glTF.
 
 References
 ----------
@@ -27,7 +27,7 @@ COLORED_MATERIAL: JsonObject = {
     "doubleSided": True,
     "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.5},
 }
-"""White (the default base colour), so that the colours of the vertices are what is seen."""
+"""White (the default base colour), so that the vertices' colours are not changed."""
 LINE_MATERIAL: JsonObject = {
     "name": "lines",
     "extensions": {UNLIT: {}},

@@ -1,8 +1,8 @@
 """A mesh as a glTF 2.0 document, and as one JSON text.
 
-One root node carries the name of the mesh and what turns z-up models upright; below it every part
-and every overlay is a named node with a mesh of its own, moved by the local origin. All buffer
-views are planar and aligned to four bytes.
+One root node has the name of the mesh and the rotation from z up to y up; below it every part and
+every overlay is a named node with a mesh of its own, moved by the local origin. All buffer views
+are planar and aligned to 4 bytes.
 
 References
 ----------
@@ -30,7 +30,7 @@ def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
 
 
 def node_place(mesh: Mesh) -> JsonObject:
-    """What takes the positions that are stored of a mesh to where it is."""
+    """Translation and scaling of a node, from stored positions to model coordinates."""
     if mesh.step and (len(mesh.positions) or mesh.overlays):
         return grid_place(mesh)
     return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}

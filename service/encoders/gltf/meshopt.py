@@ -1,15 +1,14 @@
-"""Views compressed, with the same numbers in them, but for some normals: EXT_meshopt_compression.
+"""Compressed views: EXT_meshopt_compression, lossless but for some normals.
 
-Triangles are put in the order that a graphics card likes and vertices in the order in which they
-are used, which is what compresses well; in every view, elements are then stored by what has
-changed since the one before. What would become no smaller is left as it is. Normals of 16 bits go
-through the octahedral filter: 12 bits a coordinate of the unfolded octahedron, within 0.1°, take
-half as much as the lossless form.
+Triangles are put in an order that suits graphics cards and vertices in the order of their first
+use, which compresses well; each view then stores differences of consecutive elements. A view that
+would not shrink stays as it is. Normals of 16 bits go through the octahedral filter, 12 bits for
+each coordinate on the unfolded octahedron: within 0.1°, and half as long as the lossless form.
 
-A view that is compressed has a place in a second buffer that does not exist, of which it says how
-long it will be. Readers must know the extension.
+A compressed view has its place in a second buffer, of which only the length exists. Readers must
+know the extension.
 
-The work is done by the library `meshopt`, an optional one.
+The optional library `meshopt` compresses.
 
 References
 ----------
@@ -31,19 +30,19 @@ from service.stopping import checkpoint
 EXTENSION = "EXT_meshopt_compression"
 
 MODES = {0: "ATTRIBUTES", 2: "INDICES", 3: "TRIANGLES"}
-"""By the corners of a face."""
+"""Modes by the number of a face's corners."""
 
 OCTAHEDRAL = {"filter": "OCTAHEDRAL"}
 
 NORMAL_BITS = 12
-"""Of each of the two coordinates that a normal has on an octahedron, its sign included."""
+"""Bits of each of the two octahedral coordinates of a normal, with the sign."""
 
 FALLBACK: JsonObject = {EXTENSION: {"fallback": True}}
 
 
 @cache
 def available() -> bool:
-    """Whether the library is there."""
+    """Whether the library is installed."""
     try:
         _library()
     except ImportError:
@@ -58,9 +57,9 @@ def library_version() -> str:
 
 
 def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
-    """Triangles (T, 3) or lines (L, 2) in a better order, and which vertex each of theirs was.
+    """Triangles (T, 3) or lines (L, 2) in a better order, and the old index of each vertex.
 
-    Vertices that no face uses come last. Lines keep their order, their vertices do not.
+    Unused vertices come last. Lines keep their order, their vertices do not.
 
     Returns
     -------
@@ -72,7 +71,7 @@ def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
         np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), corners == 3, False
     )
     place = place[:vertices]
-    # Indices may end before the vertices do; what is not used has a place beyond all others.
+    # There may be unused vertices after the last index; they get places after all others.
     order = np.empty(vertices, dtype=np.intp)
     seen = np.flatnonzero(place < used)
     order[place[seen]] = seen
@@ -120,7 +119,7 @@ def compressed(buffer: BufferBuilder) -> Packed:
 
 
 def _encoded(view: View) -> tuple[memoryview | bytes, JsonObject]:
-    """A view, compressed, and which filter undoes the rest."""
+    """A compressed view, and the filter that decodes it."""
     library = _library()
     if view.corners:
         indices = view.rows.view("<u2" if view.rows.shape[1] == 2 else "<u4")
@@ -131,7 +130,7 @@ def _encoded(view: View) -> tuple[memoryview | bytes, JsonObject]:
 
 
 def _octahedral(rows: Bytes) -> Bytes:
-    """Normals of 16 bits, (N, 8) bytes, as the filter has them."""
+    """Normals of 16 bits, (N, 8) bytes, filtered."""
     vectors = rows.view("<i2").astype(np.float32)
     vectors /= 32767.0
     filtered: Bytes = _library().encode_filter_oct(vectors, 8, NORMAL_BITS)
@@ -139,5 +138,5 @@ def _octahedral(rows: Bytes) -> Bytes:
 
 
 def _library() -> Any:
-    """The module, imported when it is first needed."""
+    """The module, imported at its first use."""
     return import_module("meshopt")

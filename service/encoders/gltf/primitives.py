@@ -1,4 +1,4 @@
-"""Parts and overlays as primitives: what becomes a mesh of glTF.
+"""Parts and overlays as primitives of glTF meshes.
 
 References
 ----------
@@ -30,7 +30,7 @@ LINES, TRIANGLES = 1, 4
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """What becomes a glTF mesh: a part, or an overlay, in which case `mesh` is None.
+    """A part or an overlay, which becomes a glTF mesh; `mesh` is None for an overlay.
 
     `color` is the base colour of a part.
     """
@@ -41,7 +41,7 @@ class Piece:
     color: Color | None = None
 
     def material(self, color: Color | None = None) -> JsonObject:
-        """Its material; `color` is its base colour where it has none of its own."""
+        """Its material; `color` is the base colour for a part without its own."""
         if self.mesh is None:
             return LINE_MATERIAL
         colors = self.mesh.colors
@@ -51,7 +51,7 @@ class Piece:
 
 
 def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:
-    """Every part that has faces and every overlay that has lines."""
+    """Every part with faces and every overlay with lines."""
     refuse_quads(mesh, "glTF")
     columns = quantized_columns(mesh) if mesh.step else plain_columns(mesh)
     for part, own, triangles in split_parts(mesh):
@@ -68,7 +68,7 @@ def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterato
 def _primitive(
     columns: Columns, faces: IndexArray, buffer: BufferBuilder, options: EncodeOptions
 ) -> JsonObject:
-    """Triangles or lines with the attributes of their vertices, in an order that compresses."""
+    """Triangles or lines and their vertices' attributes, in an order that compresses well."""
     vertices = len(columns["POSITION"].values)
     if options.compression == "meshopt":
         faces, order = meshopt.ordered(faces, vertices)
@@ -85,7 +85,7 @@ def _primitive(
 
 
 def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray]]:
-    """Every part that has faces: its own vertices, and its triangles counted among those."""
+    """Every part with faces: its vertices, and its triangles with indices into these."""
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
     split = derived(
@@ -100,19 +100,19 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Split:
-    """Runs of triangles: the vertices that each uses, and the triangles counted among those."""
+    """Runs of triangles: the vertices that each uses, and its triangles as indices into these."""
 
     pieces: tuple[tuple[Ints | slice, IndexArray], ...]
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
+        """Memory in bytes."""
         arrays = [array for piece in self.pieces for array in piece if not isinstance(array, slice)]
         return sum(array.nbytes for array in arrays)
 
 
 def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int) -> _Split:
-    """The runs one by one, their indices in as many bits as glTF stores."""
+    """The runs one by one, with indices in 16 or 32 bits."""
     if len(runs) == 1:
         return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
     used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
@@ -123,7 +123,7 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
         if len(faces):
             own, faces = _own_vertices(faces, used, lookup)
         count = own.stop - own.start if isinstance(own, slice) else len(own)
-        # Numbers of the size of addresses are what NumPy gathers by.
+        # NumPy gathers fastest by indices of the size of an address.
         rows = own if isinstance(own, slice) else own.astype(np.intp)
         pieces.append((rows, index_rows(faces, count)))
     return _Split(tuple(pieces))
@@ -132,10 +132,10 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
 def _own_vertices(
     triangles: IndexArray, used: Bools, lookup: IndexArray
 ) -> tuple[IndexArray | slice, IndexArray]:
-    """The vertices that these triangles use, and the triangles counted among those.
+    """The vertices that these triangles use, and the triangles as indices into these.
 
-    `used`, all False, and `lookup`, both of shape (V,), are room to work in. Only the range of
-    the indices is visited, so that many small parts cost no more than one large one.
+    `used`, all False, and `lookup`, both of shape (V,), are scratch arrays. Only the range of the
+    indices is visited, so that many small parts cost no more than one large one.
     """
     low, high = int(triangles.min()), int(triangles.max()) + 1
     used[triangles] = True

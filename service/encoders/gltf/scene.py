@@ -1,9 +1,9 @@
-"""A scene as glTF: one named node a copy, the arrays of every different mesh stored once.
+"""A scene as glTF: one named node for each copy; the arrays of every different mesh stored once.
 
-A node has a translation, a rotation and scalings (3.5.3), and nothing that shears. Any linear map
-is however the product of two such (singular values, L = U S Vᵀ): a shearing copy is a node with
-U and S around a node with Vᵀ. Mirrored copies have a negative scaling; readers then turn the
-faces round (3.7.4).
+A node has a translation, a rotation and scalings (3.5.3), but no shear. Any linear map is the
+product of two such maps (singular values, L = U S Vᵀ): a shearing copy is a node with U and S
+around a node with Vᵀ. Mirrored copies have a negative scaling; readers then reverse the faces'
+winding (3.7.4).
 
 A mesh in another colour is another glTF mesh, over the same accessors.
 
@@ -38,7 +38,7 @@ def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
 
 
 def encode_gltf_scene(scene: Scene, options: EncodeOptions) -> bytes:
-    """The JSON form; raises what the binary one raises."""
+    """The JSON form; raises `UnsupportedByFormat` if a mesh holds quads."""
     return textual(*_Document(scene, options).finished())
 
 
@@ -57,7 +57,7 @@ class _Document:
         self._material_numbers: dict[tuple[str, bool, Color | None], int] = {}
 
     def finished(self) -> File:
-        """The document with a node for every copy, and its buffer."""
+        """The document with a node for each copy, and its buffer."""
         scene = self.scene
         root: JsonObject = {"name": scene.name}
         if scene.up == "z":
@@ -73,7 +73,7 @@ class _Document:
         return whole(scene.name, report, arrays, self.buffer, self.options)
 
     def _copy(self, member: PlacedModel) -> int:
-        """The node of one copy, with nodes of its own where it has several pieces."""
+        """The node of one copy, with child nodes if it has several pieces."""
         number = len(self.nodes)
         outer, inner = placing(member.matrix)
         node: JsonObject = {"name": member.name, **outer}
@@ -115,7 +115,7 @@ class _Document:
 
 
 def placing(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
-    """Translation, rotation and scalings of a node, and of one inside it where one cannot do."""
+    """Translation, rotation and scalings of a node, and of an inner node if one is not enough."""
     if matrix is None:
         return {}, {}
     shift, linear = matrix[:3, 3], matrix[:3, :3]

@@ -1,4 +1,4 @@
-"""How many bytes a glTF has at most, from counts alone."""
+"""Upper bounds of a glTF's bytes, from counts alone."""
 
 from service.encoders.content import REPORT_PART
 from service.encoders.format import EncodeOptions, MeshSize
@@ -7,26 +7,26 @@ from service.encoders.gltf.document import DATA_URI
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 
 GRID = len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
-"""Characters that a node on a grid has more, at most: its scaling, and what is said of its normals,
+"""Most additional characters of a quantized node: its scaling, and the types of its normals,
 texture coordinates and colours; its bounds are shorter than those of others."""
 
 COMPRESSED = 320
-"""Characters that a compressed view has more, at most, with numbers of ten digits."""
+"""Most additional characters of a compressed view, with numbers of ten digits."""
 
 
 def glb_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Bytes at most of the binary form: its header, those of its two chunks, and padding."""
+    """Most bytes of the binary form: its header, two chunk headers, and padding."""
     return 12 + 2 * 8 + 3 + _json_bound(size, options) + _buffer_bound(size, options)
 
 
 def gltf_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Bytes at most of the JSON form: base64 writes 3 bytes as 4."""
+    """Most bytes of the JSON form: base64 writes 3 bytes as 4."""
     buffer = _buffer_bound(size, options)
     return _json_bound(size, options) + len(DATA_URI) + -(-buffer // 3) * 4
 
 
 def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Bytes at most of the JSON without the buffer.
+    """Most bytes of the JSON without the buffer.
 
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
     numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
@@ -49,13 +49,13 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Bytes at most of the buffer: normals and parameters counted, padding included.
+    """Most bytes of the buffer, with normals, parameters and padding.
 
     A compressed view is never longer than it was.
     """
     attributes = 4 * sum(d for _, d in size.attributes)
     if options.quantize:
-        # Texture coordinates that are not between 0 and 1 stay as they are.
+        # Texture coordinates outside of 0 to 1 stay float32.
         point, vertex = 8, 8 + 8 + 8 + (8 if size.colors else 0) + attributes
     else:
         point, vertex = 12, 12 + 12 + 8 + 4 * size.colors + attributes
