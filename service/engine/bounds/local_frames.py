@@ -104,17 +104,13 @@ class LocalFrames:
         # What hardly bends has all of its net near the triangle, though not near a cubic one.
         rows = (gap > bound * DOUBTFUL).nonzero()[0]
         if len(rows):
-            some = self.triangles.take(rows)
-            hull = some.framed(whole[box[rows]], share[rows])
-            away = distances(projected(hull.reshape(*hull.shape[:2], -1)), some)
-            bound[rows] = np.minimum(bound[rows], away)
+            hulls = _hulls(whole[box[rows]], self.triangles.take(rows), share[rows])
+            bound[rows] = np.minimum(bound[rows], hulls)
         return Piece(net, gap, bound)
 
     def hulls(self, nets: FloatArray) -> FloatArray:
         """Bounds (m,) of the deviations of whole patches (m, D, p+1, q+1), in model units."""
-        framed = self.triangles.framed(nets, 1.0 / self.unit)
-        net = projected(framed.reshape(*framed.shape[:2], -1))
-        return self.restore(distances(net, self.triangles))
+        return self.restore(_hulls(nets, self.triangles, 1.0 / self.unit))
 
     def restore(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
@@ -191,6 +187,12 @@ def _raising(degree: int) -> FloatArray:
                 shares[corner, place[less], at] = key[corner] / (degree + 1)
     shares.flags.writeable = False
     return shares
+
+
+def _hulls(nets: FloatArray, triangles: ReferenceTriangles, scale: FloatArray) -> FloatArray:
+    """Bounds (m,) by the hulls of nets (m, D, …), times scales (m,)."""
+    net = triangles.framed(nets.reshape(*nets.shape[:2], -1), scale)
+    return distances(projected(net), triangles)
 
 
 def projected(net: FloatArray) -> FloatArray:
