@@ -22,7 +22,8 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
     """Nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
 
     de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
-    of each row make the first half, the last ones the second.
+    of each row make the first half, the last ones the second. Powers of two are exact, so sums are
+    halved at the end.
 
     Parameters
     ----------
@@ -35,8 +36,8 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
     both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
     for k in range(1, degree + 1):
         rest = rest[:-1] + rest[1:]
-        rest *= 0.5
-        both[k, ..., 0, :], both[degree - k, ..., 1, :] = rest[0], rest[-1]
+        np.multiply(rest[0], 0.5**k, out=both[k, ..., 0, :])
+        np.multiply(rest[-1], 0.5**k, out=both[degree - k, ..., 1, :])
 
 
 def raised(nets: FloatArray) -> FloatArray:
