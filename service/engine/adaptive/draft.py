@@ -11,10 +11,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.boxes import Cells, Leaves
-from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.subdivision import divided
 from service.engine.adaptive.cutting.task import Task
-from service.engine.adaptive.polygons.outlines import Outline, Rim, outlined
+from service.engine.adaptive.polygons.cell_boundaries import Outline, Rim, outlined
 from service.engine.adaptive.polygons.triangles import (
     INDEX,
     Rows,

@@ -28,8 +28,8 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.chunks import runs
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.boxes import Cells, whole
-from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.cells import Cells, whole
+from service.engine.adaptive.cutting.subdivision import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft, Store
 from service.engine.adaptive.limits import Budget, Effort

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.adaptive.cutting.cells import Cells
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.refine import triangulate
 from service.engine.bounds.goal import Goal, View

@@ -9,8 +9,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.homogeneous import homogeneous
 from service.engine.adaptive.borders.chains import Chains
+from service.engine.adaptive.borders.flatness import rounding
 from service.engine.adaptive.borders.side_normals import SideNormals
-from service.engine.adaptive.borders.straightness import rounding
 from service.engine.adaptive.cutting.halving import halve
 from service.engine.bounds.faces import SPAN
 from service.engine.mesh.seams import Seams

@@ -24,8 +24,7 @@ from service.engine.adaptive.borders.curves import (
     halvings,
     runs,
 )
-from service.engine.adaptive.borders.side_normals import SideNormals
-from service.engine.adaptive.borders.straightness import (
+from service.engine.adaptive.borders.flatness import (
     CORNERS,
     Place,
     Verdict,
@@ -34,7 +33,8 @@ from service.engine.adaptive.borders.straightness import (
     shapes,
     tangents_of,
 )
-from service.engine.adaptive.cutting.turning import FALLING, chord_of
+from service.engine.adaptive.borders.side_normals import SideNormals
+from service.engine.adaptive.cutting.normal_variation import FALLING, chord_of
 from service.engine.adaptive.limits import Budget
 from service.engine.bounds.chords import projected
 from service.engine.bounds.faces import SPAN

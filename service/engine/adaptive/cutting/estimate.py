@@ -11,7 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.halving import nine, points, quadratic
-from service.engine.adaptive.cutting.turning import Scale, level, turning
+from service.engine.adaptive.cutting.normal_variation import Scale, level, turning
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.heights import greatest
 from service.engine.bounds.vectors import Vectors, dot, dots, length

@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.adaptive.cutting.cells import Cells
 from service.engine.bounds.blossoms import box_nets
 from service.engine.bounds.blossoms import rows as blossoms
 from service.engine.bounds.faces import SPAN

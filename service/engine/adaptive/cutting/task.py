@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.adaptive.cutting.cells import Cells
 from service.engine.adaptive.limits import Budget
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.boxes import Leaves
-from service.engine.adaptive.polygons.fans import cut
-from service.engine.adaptive.polygons.outlines import Outline
+from service.engine.adaptive.cutting.cells import Leaves
+from service.engine.adaptive.polygons.cell_boundaries import Outline
+from service.engine.adaptive.polygons.polygon_triangulation import cut
 
 INDEX: DTypeLike = np.int32
 """Of what is kept for each edge of triangles, of which there are fewer than 2^31."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from service.engine.adaptive.cutting.boxes import whole
-from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.cells import whole
+from service.engine.adaptive.cutting.subdivision import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft
 from service.engine.adaptive.limits import Budget
-from service.engine.adaptive.polygons.outlines import Outline, outlined
+from service.engine.adaptive.polygons.cell_boundaries import Outline, outlined
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import bordered

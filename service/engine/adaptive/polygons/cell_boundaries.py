@@ -17,7 +17,7 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.distinct import distinct
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.adaptive.cutting.cells import Cells
 from service.engine.adaptive.limits import too_deep
 from service.engine.bounds.faces import SPAN, Faces
 

@@ -5,7 +5,7 @@ from math import asin, pi, sin
 import numpy as np
 import pytest
 
-from service.engine.adaptive.cutting.turning import (
+from service.engine.adaptive.cutting.normal_variation import (
     FINEST,
     ROUGH,
     Scale,
@@ -18,7 +18,7 @@ from service.engine.adaptive.cutting.turning import (
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.surface.bspline import BsplineSurface
-from tests.engine.adaptive.cutting.test_cells import leaves_of
+from tests.engine.adaptive.cutting.test_subdivision import leaves_of
 from tests.strategies import Array, model_of
 
 HALVES = np.array([0.0, 0.5, 1.0])

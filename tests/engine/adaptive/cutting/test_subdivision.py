@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.cutting.boxes import Cells, Leaves, whole
-from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.cells import Cells, Leaves, whole
 from service.engine.adaptive.cutting.halving import halve, nine, over, quadratic, raised
+from service.engine.adaptive.cutting.subdivision import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.limits import Budget
 from service.engine.bounds.faces import SPAN, find_faces

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.boxes import Cells, Leaves
+from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.cutting.estimate import (
     NEARLY,
     Planes,
@@ -25,8 +25,8 @@ from service.engine.adaptive.cutting.estimate import (
 )
 from service.engine.adaptive.cutting.halving import nine, over
 from service.engine.adaptive.cutting.halving import points as points_of
+from service.engine.adaptive.cutting.normal_variation import FINEST, chord_of, level, normals
 from service.engine.adaptive.cutting.task import Task
-from service.engine.adaptive.cutting.turning import FINEST, chord_of, level, normals
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.vectors import Vectors, dot, dots, length
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases.arrays import Ints
-from service.engine.adaptive.polygons.fans import (
+from service.engine.adaptive.polygons.polygon_triangulation import (
     ALL,
     _best,
     _best_of_all,

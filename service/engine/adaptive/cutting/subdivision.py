@@ -1,0 +1,169 @@
+"""Faces cut into cells, until each cell is near enough to two triangles.
+
+A cell is a box of places of a face. It is cut at the middle; where it spans several patches, at
+the knot nearest the middle: so neighbouring patches that are flat stay one cell. What becomes of a
+cell depends on that cell alone.
+"""
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves
+from service.engine.adaptive.cutting.estimate import Verdict, judged
+from service.engine.adaptive.cutting.halving import halve, over
+from service.engine.adaptive.cutting.knot_spans import flattened
+from service.engine.adaptive.cutting.normal_variation import scale
+from service.engine.adaptive.cutting.task import Task
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.patch_nets import Nets
+
+BLOCK = 1 << 18
+"""Numbers in the nets that are worked on at a time, about."""
+
+OVERHEAD = 20
+"""Multiplications for every number of a net, beside those that halving takes."""
+
+AHEAD = 1 << 13
+"""Numbers of cells and of their halves up to which these are judged in one step."""
+
+TURNS = 2500
+"""Those that comparing the normals of a cell takes."""
+
+
+def divided(task: Task, start: Cells) -> Leaves:
+    """The leaves of cells, cut as often as it takes; `Budget` and `too_deep` tell what it raises.
+
+    Parameters
+    ----------
+    start : Cells
+        Faces as a whole, or pieces of them, as cutting makes them.
+
+    Returns
+    -------
+    Leaves
+        In the order of face, u0, v0. The same, bit for bit, whatever other cells there are.
+    """
+    if not len(start):
+        return Leaves.none()
+    found: list[Leaves] = []
+    several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
+    if several.any():
+        found, rest = flattened(task, start.take(several))
+        start = Cells.joined([start.take(~several), *rest])
+    for nets, here in task.ground.by_group(task.patch_of(start)):
+        found += _divided(task, start.take(here), nets)
+    return Leaves.joined(found)
+
+
+def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
+    """Leaves of cells of one span and one degree, deepest first and a block at a time."""
+    degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
+    numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
+    block = max(16, BLOCK // numbers)
+    angles = task.goal.angle < np.pi
+    patches = task.patch_of(start)
+    waiting: list[_Level] = [
+        (start.take(rows), patches[rows], None)
+        for rows in (slice(k, k + block) for k in reversed(range(0, len(start), block)))
+    ]
+    leaves = 0
+    while waiting:
+        cells, patch, net = waiting.pop()
+        if net is None:
+            net = over(nets, task.ground.row[patch], cells)
+        parts = [(cells, patch, net)]
+        total = len(cells)
+        while waiting and (more := waiting[-1][2]) is not None and total + more.shape[3] <= block:
+            parts.append((*waiting.pop()[:2], more))
+            total += more.shape[3]
+        if len(parts) > 1:
+            cells = Cells.joined([part[0] for part in parts])
+            patch = np.concatenate([part[1] for part in parts])
+            net = np.concatenate([part[2] for part in parts], axis=3)
+        cells, patch, net, sizes = _with_halves(cells, patch, net)
+        turns = TURNS * len(cells) if angles else 0
+        task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
+        size = scale(cells.box / SPAN, task.ground.sizes[patch]) if angles else None
+        verdict = judged(net, task.goal, task.eye_of(patch), size)
+        done, cut = _chosen(verdict, sizes)
+        if len(done):
+            yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
+            leaves += len(done)
+            task.budget.count(leaves)
+        if not len(cut):
+            continue
+        halves, twice, made = _halved(cells, patch, net, cut, verdict.along_v[cut])
+        waiting += [
+            (halves.take(rows), twice[rows], made[..., rows])
+            for rows in (slice(k, k + block) for k in range(0, len(halves), block))
+        ]
+
+
+def _chosen(verdict: Verdict, sizes: list[int]) -> tuple[Ints, Ints]:
+    """Leaves among cells and their halves of several levels, and what is still to be cut."""
+    found, begin = [], 0
+    level = np.arange(sizes[0])
+    for size in sizes:
+        fails = verdict.fails[level]
+        found.append(level[~fails])
+        cut = level[fails]
+        # Behind a level come its halves across u, first ones and second ones, and those across v.
+        half = cut + size * (1 + 2 * verdict.along_v[cut])
+        level = np.concatenate([half, half + size])
+        begin += size
+    return np.concatenate(found), cut
+
+
+def _halved(
+    cells: Cells, patch: Ints, net: FloatArray, cut: Ints, along_v: Bools
+) -> tuple[Cells, Ints, FloatArray]:
+    """Halves of some cells: first those across u, then those across v."""
+    order = along_v.argsort(kind="stable")
+    cut, along_v, count = cut[order], along_v[order], len(cut)
+    made = np.empty((*net.shape[:3], 2 * count))
+    both = made.reshape(*net.shape[:3], 2, count)
+    middle = count - int(np.count_nonzero(along_v))
+    for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
+        if len(cut[rows]):
+            halve(net[..., cut[rows]], axis, both[..., rows])
+    twice = np.concatenate([patch[cut], patch[cut]])
+    return Cells.joined([*cells.take(cut).halved(along_v)]), twice, made
+
+
+def _with_halves(
+    cells: Cells, patch: Ints, net: FloatArray
+) -> tuple[Cells, Ints, FloatArray, list[int]]:
+    """Few cells, then level by level all halves: across u, first and second ones, and across v.
+
+    A step takes as long for a hundred cells as for one, so several levels are judged at once. The
+    sizes of the levels come last.
+    """
+    sizes, box, total = [len(cells)], cells.box, len(cells)
+    short = int((box[1::2] - box[::2]).min(initial=SPAN))
+    while (total + 4 * sizes[-1]) * net[..., 0].size <= AHEAD and short >> len(sizes) >= SHORTEST:
+        sizes.append(4 * sizes[-1])
+        total += sizes[-1]
+    if len(sizes) == 1:
+        return cells, patch, net, sizes
+    made, boxes = np.empty((*net.shape[:3], total)), np.empty((4, total), dtype=np.intp)
+    made[..., : sizes[0]], boxes[:, : sizes[0]] = net, box
+    end = 0
+    for size in sizes[:-1]:
+        begin, end = end, end + size
+        low, high = boxes[::2, begin:end], boxes[1::2, begin:end]
+        halves = boxes[:, end : end + 4 * size].reshape(4, 4, size)
+        halves[::2], halves[1::2] = low[:, np.newaxis], high[:, np.newaxis]
+        halves[1, 0] = halves[0, 1] = (low[0] + high[0]) // 2
+        halves[3, 2] = halves[2, 3] = (low[1] + high[1]) // 2
+        nets = made[..., end : end + 4 * size].reshape(*net.shape[:3], 2, 2, size)
+        for axis in (0, 1):
+            halve(made[..., begin:end], axis, nets[..., axis, :, :])
+    number = np.arange(total) % sizes[0]
+    return Cells(cells.face[number], boxes), patch[number], made, sizes
+
+
+_Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]
+"""Cells, their patches, and their nets unless they are still to be made."""
