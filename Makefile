@@ -36,7 +36,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test pytest check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge memory test-recipes mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test pytest check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes mutants web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -123,6 +123,9 @@ judge: $(VENV)/.dev ## Prove the bounds of written meshes with none of the engin
 
 test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with toys, and forget a step at a time
 	$(BIN)/python -m tools.recipes
+
+judge-queries: $(VENV)/.dev ## Judge closest points on surfaces of every family by looking everywhere (half an hour)
+	$(BIN)/python -m tools.judge.closest
 
 mutants: $(VENV)/.dev ## Put faults into the code, one at a time: do the tests notice? (an hour)
 	mkdir -p build

@@ -12,7 +12,7 @@ from importlib import import_module
 
 from service.settings.runtime import pin_blas
 
-SECTIONS = ("evaluation", "methods", "encoders", "requests", "hostile")
+SECTIONS = ("evaluation", "methods", "encoders", "queries", "requests", "hostile")
 
 
 def main(sections: Sequence[str]) -> int:

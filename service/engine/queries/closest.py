@@ -34,7 +34,7 @@ from service.engine.queries.newton import measure
 from service.engine.queries.patch_tree import PatchTree
 from service.stopping import checkpoint
 
-CHUNK, FEWEST = 1024, 16
+CHUNK, FEWEST = 4096, 16
 """Points that are looked at together: what is computed of them stays in a processor's cache. Fewer
 where their cells take much memory."""
 
@@ -102,9 +102,13 @@ class _Chunk:
         """All levels, until no pair is left."""
         point, cell = self.patches.candidates(self.x)
         while len(point):
-            while len(point):
-                point, cell = self.step(point, cell)
-            point, cell = self.polish()
+            point, cell = self.step(point, cell)
+            if sum(len(pairs[0]) for pairs in self.settled) >= len(point):
+                # Minima are worth finding now: most open cells are farther.
+                more = self.polish()
+                point, cell = (np.concatenate(two) for two in zip((point, cell), more, strict=True))
+                order = np.argsort(point, kind="stable")
+                point, cell = point[order], cell[order]
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
