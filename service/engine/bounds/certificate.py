@@ -130,9 +130,8 @@ def certify(
         Whether the mesh is to be bounded too, and where the eye is.
     """
     found = np.zeros((3, len(parts.face)))
-    columns = np.ascontiguousarray(positions.T)
     for block in _blocks(parts):
-        found[:, block] = _measure(ground, faces, parts.take(block), columns, goal)
+        found[:, block] = _measure(ground, faces, parts.take(block), positions, goal)
     deviation, distance, mesh = found
     return Bounds(deviation, mesh if goal.two_sided else None, goal.allowed(distance))
 
@@ -147,17 +146,14 @@ def _blocks(parts: Parts) -> Iterator[slice]:
 
 
 def _measure(
-    ground: PatchNets, faces: Faces, parts: Parts, columns: FloatArray, goal: Goal
+    ground: PatchNets, faces: Faces, parts: Parts, positions: FloatArray, goal: Goal
 ) -> FloatArray:
-    """Deviation, distance from the eye, and deviation of the mesh, (3, m); 0 if not asked for.
-
-    The positions are (3, V).
-    """
+    """Deviation, distance from the eye, and deviation of the mesh, (3, m); 0 if not asked for."""
     corners = parts.corners.transpose(1, 2, 0)
     pieces = clipped(faces, parts.face, corners)
     shares = images(pieces, corners) if goal.two_sided else None
     found = np.zeros((3, len(pieces.part)))
-    measure = _Measure(ground, parts, pieces, columns, goal, shares)
+    measure = _Measure(ground, parts, pieces, positions, goal, shares)
     rough = None if goal.two_sided or goal.view is not None else _roughly(measure)
     if rough is None:
         measure.add(found, np.arange(len(pieces.part)))
@@ -179,15 +175,12 @@ def _measure(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Measure:
-    """Pieces of parts, and what they are measured against.
-
-    The positions, `columns`, are (3, V); `shares` are the images of pieces if these matter.
-    """
+    """Pieces of parts, and what they are measured against; their images if these matter."""
 
     ground: PatchNets
     parts: Parts
     pieces: Pieces
-    columns: FloatArray
+    positions: FloatArray
     goal: Goal
     shares: FloatArray | None
 
@@ -232,7 +225,9 @@ class _Measure:
         """The frames of some pieces, of one degree."""
         part, patch = self.pieces.part[some], self.pieces.patch[some]
         host, beyond = self.parts.host[part].T, self.parts.across[part].T
-        vertices, across = (self.columns.take(ids, axis=1).swapaxes(0, 1) for ids in (host, beyond))
+        vertices, across = (
+            np.ascontiguousarray(self.positions[ids].swapaxes(1, 2)) for ids in (host, beyond)
+        )
         beside, ordered = (across, beyond >= 0), self.goal.two_sided
         return local_frames(self.ground, nets, patch, vertices, beside, ordered=ordered)
 
