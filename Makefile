@@ -53,11 +53,12 @@ test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every check 
 pytest:
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
 
-check: $(VENV)/.dev ## Linters, types and import rules, without the tests
+check: $(VENV)/.dev ## Linters, types, import rules and phrases, without the tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tools.phrases
 
 format: $(VENV)/.dev ## Format the code
 	$(BIN)/ruff check --fix .

@@ -1375,9 +1375,9 @@ export interface components {
             quads: number;
             /**
              * Exact
-             * @description Whether these three are those of the report. Else they are upper bounds: under a tolerance,
-             *     usually some ten times what comes out, or a budget; of what is swept along a curve; of wires
-             *     with faces; of what is refused for its vertices.
+             * @description Whether these three are those of the report. Else they are upper bounds: for a tolerance
+             *     (usually 10 times the result) or a budget, for tubes and ribbons, for wires with faces, and for
+             *     a mesh with too many vertices.
              */
             exact: boolean;
             /**
@@ -1462,7 +1462,7 @@ export interface components {
             name: string;
             /**
              * Title
-             * @description What it is.
+             * @description A short title of the format.
              */
             title: string;
             /**
@@ -3142,7 +3142,7 @@ export interface components {
             title: string;
             /**
              * Description
-             * @description What the surface shows.
+             * @description A sentence about the surface.
              */
             description: string;
             /**

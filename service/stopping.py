@@ -1,9 +1,8 @@
-"""Work that may be told to stop: its client has gone away, or its time is over.
+"""Cancels work whose client has gone away, or whose time is over.
 
-Whoever starts work in a thread puts a `Stop` into the context, which threads inherit; whoever
-works long calls `checkpoint()` now and then, mostly every 100 ms; large arrays are one step of up
-to half a second (`make bench`). Where nobody put one there, as on the command line, that does
-nothing.
+The caller that starts work in a thread puts a `Stop` into the context, which threads inherit. Long
+work calls `checkpoint()` about every 100 ms; a step on large arrays takes up to half a second
+(`make bench`). Without a `Stop` in the context, as on the command line, `checkpoint` does nothing.
 """
 
 import time
@@ -16,15 +15,15 @@ from service.errors import SurfaceError
 
 
 class Stopped(Exception):
-    """Nobody waits for the result any more."""
+    """The work was cancelled: no request waits for its result."""
 
 
 class OutOfTime(SurfaceError):
-    """The time that the work may take is over."""
+    """The work has exceeded its time."""
 
 
 class Stop:
-    """Whether a piece of work shall end.
+    """Says whether a piece of work must end.
 
     Parameters
     ----------
@@ -39,11 +38,11 @@ class Stop:
         self._told = False
 
     def tell(self) -> None:
-        """Nobody waits any more; may be called from any thread."""
+        """Cancels the work; may be called from any thread."""
         self._told = True
 
     def check(self) -> None:
-        """Goes on, or ends the work.
+        """Raises if the work is cancelled or out of time.
 
         Raises
         ------
@@ -60,7 +59,7 @@ _current: ContextVar[Stop | None] = ContextVar("stop", default=None)
 
 @contextmanager
 def stopped_by(stop: Stop) -> Iterator[None]:
-    """What is done within, and in threads that are started within, ends when `stop` says so."""
+    """Lets `stop` end the `with` block, and threads that it starts."""
     token = _current.set(stop)
     try:
         yield
@@ -69,7 +68,7 @@ def stopped_by(stop: Stop) -> Iterator[None]:
 
 
 def checkpoint() -> None:
-    """Goes on, or ends the work that is being done; costs 0.2 µs.
+    """Ends the current work if it is cancelled or out of time; costs 0.2 µs.
 
     Raises
     ------

@@ -36,7 +36,7 @@ class Services:
 
 
 class Context(NamedTuple):
-    """What a route's function gets: the application's parts, the request and its job.
+    """The arguments of a route's function: the application's parts, the request and its job.
 
     `job` holds the request's share of the workers; `format` is the response's format where the
     route's class chooses it (`service.api.body`).

@@ -51,7 +51,7 @@ Result_co = TypeVar("Result_co", covariant=True)
 
 
 class Work(Protocol[Result_co]):
-    """What a request asks for: its cost, and the function that computes it."""
+    """The work of a request: its cost, and the function that computes it."""
 
     @property
     def cost(self) -> Cost: ...  # noqa: D102
@@ -178,7 +178,7 @@ class Workers:
 
 
 class Job:
-    """What one request holds, or one computation that several requests share.
+    """Memory and threads of one request, or of one computation that several requests share.
 
     Its end returns everything, but what a thread still uses only when that thread has ended: it
     may take half a second to notice the cancellation. `receive` tells when the client goes away; a

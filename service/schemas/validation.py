@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits, parse_document
+from service.schemas.field_names import nearest_field
 from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -58,9 +59,9 @@ _TRANSLATED = {
     "missing": ("missing_field", "A required field is missing.", "nothing", "a value"),
     "extra_forbidden": (
         "unknown_field",
-        "There is no field of this name.",
+        "No field has this name.",
         "{kind}",
-        "only the documented names",
+        "a documented name",
     ),
     "literal_error": ("wrong_value", "The value is none of those allowed.", "{kind}", "{expected}"),
     "greater_than_equal": (*_SMALL, "at least {ge}"),
@@ -127,7 +128,7 @@ def validate_document(
     try:
         return model.model_validate(document, context=limits)
     except ValidationError as error:
-        raise invalid_request(error) from None
+        raise invalid_request(error, model) from None
 
 
 def limits_of(info: ValidationInfo) -> DocumentLimits:
@@ -135,10 +136,10 @@ def limits_of(info: ValidationInfo) -> DocumentLimits:
     return info.context if isinstance(info.context, DocumentLimits) else DEFAULT_LIMITS
 
 
-def invalid_request(error: ValidationError) -> InvalidRequest:
-    """The same refusal in the words of this service."""
+def invalid_request(error: ValidationError, model: type[BaseModel] = BaseModel) -> InvalidRequest:
+    """The errors that pydantic found in a document of this model, in the words of this service."""
     details = [d for d in error.errors(include_url=False) if not _is_consequence(d)]
-    return InvalidRequest(*(_issue(detail) for detail in details[:MAX_ISSUES]))
+    return InvalidRequest(*(_issue(detail, model) for detail in details[:MAX_ISSUES]))
 
 
 def _is_consequence(detail: ErrorDetails) -> bool:
@@ -180,8 +181,13 @@ def ragged_triangle(got: str, needed: str) -> Issue:
     return Issue("ragged", rule, got=got, needed=needed)
 
 
-def _issue(detail: ErrorDetails) -> Issue:
+def _issue(detail: ErrorDetails, model: type[BaseModel]) -> Issue:
     where = _pointer(detail["loc"])
+    if detail["type"] == "extra_forbidden" and (near := nearest_field(model, detail["loc"])):
+        needed = f"`{near}`, or another documented name"
+        return replace(
+            _translated("extra_forbidden", detail["input"], {}), pointer=where, needed=needed
+        )
     context: dict[str, Any] = detail.get("ctx", {})
     issue = context.get("issue")
     if isinstance(issue, Issue):

@@ -7,6 +7,7 @@ import logging
 import os
 import re
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Any
 
 from platformdirs import user_data_path
@@ -47,7 +48,8 @@ def from_environment() -> Settings:
     known = {variable(name) for name in Settings.model_fields}
     for name in sorted(os.environ):
         if name.startswith(PREFIX) and name not in known | _CLIENT_VARIABLES:
-            _log.warning("%s is not a setting of this service", name)
+            near = next(iter(get_close_matches(name, known, 1)), "docs/settings.md lists them all")
+            _log.warning("%s is not a setting of this service; perhaps: %s", name, near)
     folder = {"store": str(user_data_path("surface-service", appauthor=False))}
     given: dict[str, Any] = {} if variable("store") in os.environ else folder
     texts = {name: os.environ.get(variable(name), "") for name in Settings.model_fields}

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
-import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
+import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be set up)
 from threadpoolctl import threadpool_limits
 
 from service.bases.cache import MESH_PLANS

@@ -152,5 +152,5 @@ def _definition(content: bytes) -> Any:
     left = iter(arrays)
     tree = _with_arrays(header["surface"], left)
     if start != len(content) or next(left, None) is not None:
-        raise ValueError("more numbers than the header tells of")
+        raise ValueError("more numbers than the header names")
     return tree

@@ -33,7 +33,7 @@ class AnswerCache:
     """Entries by their canonical URLs, and by other spellings of these.
 
     Everything counts against the bound: bytes, heads, and the spellings. What is being sent to a
-    slow client is not dropped: it would go on taking memory of which nobody knows.
+    slow client is not dropped: it would take memory that the bound does not count.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ ENTRY_BYTES, VARIANT_BYTES = 3000, 4500
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """What a URL stands for, known before anything is computed.
+    """The meaning of a URL, known before anything is computed.
 
     Attributes
     ----------

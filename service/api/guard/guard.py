@@ -47,7 +47,7 @@ class Checks:
 
 @dataclass(slots=True)
 class _Pass:
-    """What the guard found out about a request, and adds to its response.
+    """The guard's result for a request, and its additions to the response.
 
     `added`: headers. `private`: whether shared caches must not keep the response. `left`: seconds
     until the signature expires. `wait`: seconds until the client may try again.

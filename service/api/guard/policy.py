@@ -1,4 +1,4 @@
-"""What a request needs, by method and path; refusals; and headers of private responses."""
+"""Access rules by method and path; refusals; and headers of private responses."""
 
 from collections.abc import Iterable, Mapping
 from typing import Literal, TypeAlias
@@ -43,7 +43,7 @@ class Policy:
         self._metrics = settings.metrics == "key"
 
     def need(self, method: str, path: str) -> Need:
-        """What a request needs before the service answers it."""
+        """A key, a signature, or nothing: the need of a request before the service answers it."""
         if method not in READING:
             # 405 and 404 need no key: paths that can only be read, and TRACE.
             is_guarded = path.startswith("/v1/") and path != FORMATS and method != "TRACE"

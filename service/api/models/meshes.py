@@ -217,9 +217,9 @@ class Estimate(Answer):
     quads: Count
     """Number of quads."""
     exact: bool
-    """Whether these three are those of the report. Else they are upper bounds: under a tolerance,
-    usually some ten times what comes out, or a budget; of what is swept along a curve; of wires
-    with faces; of what is refused for its vertices."""
+    """Whether these three are those of the report. Else they are upper bounds: for a tolerance
+    (usually 10 times the result) or a budget, for tubes and ribbons, for wires with faces, and for
+    a mesh with too many vertices."""
     bytes: Annotated[dict[str, int], _sizes("Bytes as")]
     """Bytes of the answer in every format that has a place for the mesh: upper bounds, but for
     `exact_bytes`. Numbers written as text count as long as they can be."""

@@ -84,7 +84,7 @@ class SurfaceSummary(Answer):
     title: str
     """A short title."""
     description: str
-    """What the surface shows."""
+    """A sentence about the surface."""
     up: Literal["y", "z"]
     """The vertical axis."""
     patches: Count
@@ -140,7 +140,7 @@ class Format(Answer):
     name: str
     """Name for `?format=`."""
     title: str
-    """What it is."""
+    """A short title of the format."""
     media_type: str
     """Media type for `Accept`."""
     suffix: str

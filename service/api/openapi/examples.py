@@ -124,4 +124,4 @@ ANSWERS: Mapping[str, Callable[[], Json]] = MappingProxyType(
         "signAddress": _computed(REQUESTS["signAddress"], SignRequest, _signed),
     }
 )
-"""What computes the examples of JSON responses, by the id of the operation."""
+"""Functions that compute the examples of JSON responses, by the id of the operation."""

@@ -1,0 +1,40 @@
+"""Errors name the documented field that an unknown one is nearest to, wherever it stands."""
+
+from typing import Any
+
+import pytest
+
+from service.errors import InvalidRequest
+from service.schemas.convert import ConvertRequest
+from service.schemas.fields import RequestModel
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
+
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+SPLINE = {"type": "bspline", "control_net": NET, "degree": 1}
+
+
+@pytest.mark.parametrize(
+    ("model", "document", "pointer", "field"),
+    [
+        (MeshRequest, {"surface": SPLINE, "resolutoin": 3}, "/resolutoin", "resolution"),
+        (MeshRequest, {"surface": SPLINE | {"knot": "uniform"}}, "/surface/knot", "knots"),
+        # A Bézier patch has no knots: the fields are those of the kind that the document names.
+        (MeshRequest, {"surface": {"control_net": NET, "knot": 1}}, "/surface/knot", ""),
+        (MeshRequest, {"surface": SPLINE, "x" * 41: 1}, "/" + "x" * 41, ""),
+        (
+            ConvertRequest,
+            {"surface": SPLINE, "operations": [{"op": "elevate", "degree": [2, 2], "degrees": 1}]},
+            "/operations/0/degrees",
+            "degree",
+        ),
+    ],
+)
+def test_nearest_field(
+    model: type[RequestModel], document: dict[str, Any], pointer: str, field: str
+) -> None:
+    with pytest.raises(InvalidRequest) as refusal:
+        validate_document(model, document)
+    (issue,) = refusal.value.issues
+    near = f"`{field}`, or another documented name" if field else "a documented name"
+    assert (issue.code, issue.pointer, issue.needed) == ("unknown_field", pointer, near)

@@ -1,0 +1,35 @@
+"""The check on phrases finds a planted one, and an exemption that nothing needs."""
+
+from pathlib import Path
+
+import pytest
+
+from tools.phrases import ROOT, Exemption, check
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("service/a.py", 'x = 1\n"""The same, but for y."""\n', 2),
+        ("service/a.py", "# Used by whoever\n# asks.\n", 1),
+        ("tests/test_a.py", "def test_nobody_is_asked() -> None: ...\n", 1),
+        ("docs/a.md", "It takes so\nmany bytes.\n", 1),
+        ("README.md", "A request that is under\n# way.\n", 1),
+    ],
+)
+def test_a_planted_phrase_is_found(tmp_path: Path, name: str, text: str, line: int) -> None:
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    (found,) = check(tmp_path, ())
+    assert found.startswith(f"{name}:{line}: ")
+    assert check(tmp_path, (Exemption(name, "*", "planted"),)) == []
+
+
+def test_an_exemption_that_nothing_needs_is_found(tmp_path: Path) -> None:
+    (found,) = check(tmp_path, (Exemption("service/", "so many|so much", "none"),))
+    assert "nothing needs the exemption of 'service/'" in found
+
+
+def test_the_project_passes() -> None:
+    assert check(ROOT) == []

@@ -1,0 +1,145 @@
+"""Finds phrases that readers stumble over, and says what to write instead: `make check` runs it.
+
+    .venv/bin/python -m tools.phrases
+
+The phrases are regular expressions in which a space also stands for a line break, the `#` of a
+comment and the underscore of a name; so test names are read too. It fails for a phrase without an
+exception, and for an exception that no phrase needs any more.
+"""
+
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("service", "tests", "tools", "docs")
+PAGES = ("README.md", "CONTRIBUTING.md", "SECURITY.md")
+SKIPPED = frozenset({"node_modules", "static", "__pycache__"})
+
+_ACTOR = "name the actor: the client, the caller, the operator, another process"
+_NUMBER = "say the number: N bytes, 1/12 of the memory, at most 16 requests"
+_DIRECT = "say it directly, with a verb or a noun"
+
+PHRASES: Mapping[str, str] = {
+    '"""The same': "a docstring stands alone: say what this one does or is",
+    "(some|any|every|no)body": _ACTOR,
+    "whoever|whomever|whosoever": _ACTOR,
+    "who asks": _ACTOR,
+    "one of it": "say which: one of these, 1/N of it",
+    "so many|so much": _NUMBER,
+    "part of so many": _NUMBER,
+    '"""What': "begin with the noun: the cost of …, the headers of …",
+    "(of|for|to|by|in|from|than|with|at|on|into|and) what (is|are|was|were)": _DIRECT,
+    "(is|are|was|were|be|been) told": "say who writes what to whom: the log names …",
+    "tells? of": "names, contains, reports",
+    "(is|are) none of": "is not one of",
+    "makes? no sense": "is invalid",
+    "under way": "running",
+    "come again": "try again",
+    "(is|are) well": "works, is ready",
+    "holds? on to": "keeps",
+    "as many as": _NUMBER,
+    "given out": "sent, served",
+}
+"""What to look for, in any case of letters, and what to write instead."""
+
+
+class Exemption(NamedTuple):
+    """A phrase that may stand in the files whose path begins so; `*` stands for all phrases."""
+
+    path: str
+    phrase: str
+    reason: str
+
+
+UNREAD = "not yet read"
+
+EXEMPTIONS = (
+    Exemption("tools/phrases.py", "*", "this list"),
+    Exemption("tests/tools/test_phrases.py", "*", "phrases that the check must find"),
+    Exemption("tests/storage/test_address.py", "(some|any|every|no)body", "nobody is a Unix user"),
+    *(
+        Exemption(f"{room}", "*", UNREAD)
+        for room in (
+            *("service/bases/", "service/engine/", "service/pipeline/", "service/schemas/"),
+            *("service/surface/", "docs/licences.md", "docs/reference.md", "docs/surfaces.md"),
+            *("docs/tolerance.md", "README.md", "CONTRIBUTING.md"),
+            *(f"tests/{name}" for name in ("api/", "bases/", "cli/", "clients/", "conftest.py")),
+            *(f"tests/{name}" for name in ("decoders/", "deploy/", "encoders/", "engine/")),
+            *(f"tests/{name}" for name in ("meshes.py", "oracles/", "pipeline/", "scheduling.py")),
+            *(f"tests/{name}" for name in ("schemas/", "server/", "spellings.py", "spline_")),
+            *(f"tests/{name}" for name in ("storage/", "surface/", "test_", "tools/", "web/")),
+            *(f"tools/{name}" for name in ("attack/", "benchmarks/", "certify/", "deploy/")),
+            *(f"tools/{name}" for name in ("fuzz/", "judge/", "memory.py", "pages.py")),
+            *(
+                f"tools/{name}"
+                for name in ("picture.py", "processes.py", "recipes/", "schemathesis")
+            ),
+            "tools/supply/",
+        )
+    ),
+)
+
+
+class Finding(NamedTuple):
+    """A phrase in a file of the project."""
+
+    path: str
+    line: int
+    phrase: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: /{self.phrase}/: {PHRASES[self.phrase]}"
+
+
+def _pattern(phrase: str) -> re.Pattern[str]:
+    words = phrase.replace(" ", r"[\s#_]+")
+    return re.compile(f"(?<![A-Za-z])(?:{words})(?![A-Za-z])", re.IGNORECASE)
+
+
+_PATTERNS = {phrase: _pattern(phrase) for phrase in PHRASES}
+
+
+def find_phrases(path: str, text: str) -> Iterator[Finding]:
+    """The phrases in a text; `path` is that of its file."""
+    for phrase, pattern in _PATTERNS.items():
+        for match in pattern.finditer(text):
+            yield Finding(path, text.count("\n", 0, match.start()) + 1, phrase)
+
+
+def read_files(root: Path) -> Iterator[tuple[str, str]]:
+    """Paths and texts of the Python files and documents that the check covers."""
+    paths = [path for folder in FOLDERS for path in sorted((root / folder).rglob("*.*"))]
+    for path in [*paths, *(root / page for page in PAGES)]:
+        name = path.relative_to(root)
+        if path.suffix in (".py", ".md") and not SKIPPED & set(name.parts) and path.is_file():
+            yield name.as_posix(), path.read_text(encoding="utf-8")
+
+
+def check(root: Path, exemptions: Sequence[Exemption] = EXEMPTIONS) -> list[str]:
+    """One line for each phrase without an exemption, and each exemption without a phrase."""
+    lines, used = [], set()
+    for path, text in read_files(root):
+        for finding in find_phrases(path, text):
+            allowed = {
+                each
+                for each in exemptions
+                if path.startswith(each.path) and each.phrase in ("*", finding.phrase)
+            }
+            used |= allowed
+            if not allowed:
+                lines.append(str(finding))
+    lines += [
+        f"tools/phrases.py: nothing needs the exemption of {each.path!r} for {each.phrase!r}"
+        for each in exemptions
+        if each not in used
+    ]
+    return lines
+
+
+if __name__ == "__main__":
+    found = check(ROOT)
+    print("\n".join(found))
+    sys.exit(bool(found))
