@@ -20,7 +20,7 @@ from service.engine.scenes.scene import Scene
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.measuring import Measured
 from service.pipeline.checks import check_bytes, check_vertices
-from service.pipeline.cost import EFFORT, LEAST_BYTES, SHARE, TRIANGLE, adaptive_triangles
+from service.pipeline.cost import EFFORT, LEAST_BYTES, TRIANGLE, adaptive_triangles
 from service.surface.lowered import Model
 from service.surface.sweep_model import SweepModel
 
@@ -85,7 +85,7 @@ class AdaptiveMesher:
             most, limit = accuracy.max_triangles, "/max_triangles"
         stated_first = work.options.accuracy or accuracy
         asked = adaptive_triangles(stated_first, work.limits, work.stored.patches)
-        memory = work.limits.max_memory // SHARE if work.cost.triangles < min(asked, most) else None
+        memory = work.cost.memory if work.cost.triangles < min(asked, most) else None
         most = min(most, work.cost.triangles)
         goal = goal_of(accuracy, self._model)
         if tolerance is not None:

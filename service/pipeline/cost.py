@@ -45,7 +45,7 @@ CERTIFIED, CELLS = 400, 16 << 20
 
 SHARE = 3
 """How large a mesh by tolerance or a curve becomes is not known beforehand: it may take 1/3 of the
-memory that a request may take."""
+memory that a request may take. A mesh by tolerance may take as much as its surface in any case."""
 
 COARSEST, LEAST_BYTES = 64, 1
 """Triangles for each patch that the coarsest mesh by tolerance may have; and bytes that no format
@@ -224,11 +224,12 @@ def adaptive_cost(
     # While a budget is sought, the nearest file so far is kept, and the coarsest.
     files = 4 if accuracy.budgeted else 2
     lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
-    fixed = lowering_memory(size) + CELLS + files * least + lines
-    limits.check_memory(fixed, "The mesh", accuracy.pointer, "a smaller surface")
+    surface = lowering_memory(size)
+    fixed = surface + CELLS + files * least + lines
     one = CERTIFIED + 8 * size.width + files * each
-    most = adaptive_triangles(accuracy, limits, mesh.patches)
-    most = min(most, max(0, limits.max_memory // SHARE - fixed) // one)
+    limits.check_memory(fixed + 2 * one, "The mesh", accuracy.pointer, "a smaller surface")
+    memory = max(limits.max_memory // SHARE, min(fixed + surface, limits.max_memory))
+    most = min(adaptive_triangles(accuracy, limits, mesh.patches), (memory - fixed) // one)
     file = min(least + each * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
     vertices = min(limits.max_vertices, most + 2 * mesh.patches)
     return Cost(vertices, most, file, fixed + one * most, 5e-3 + 3e-5 * most)

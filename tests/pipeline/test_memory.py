@@ -89,6 +89,28 @@ def test_too_much_is_refused_before_and_too_much_by_tolerance_on_the_way() -> No
     assert refused.value.issues[0].pointer == "/relative_tolerance"
 
 
+@pytest.mark.parametrize("options", [
+    MeshOptions(resolution=(1, 1)), MeshOptions(accuracy=Accuracy(relative_tolerance=0.5)),
+])  # fmt: skip
+def test_a_large_net_is_refused_from_its_shape_or_works(options: MeshOptions) -> None:
+    """Before it is lowered; where it is not refused then, a coarse mesh fits."""
+    x, y = np.meshgrid(np.arange(80.0), np.arange(60.0), indexing="ij")
+    surface = BsplineSurface(np.stack([x, y, np.sin(x / 9)], axis=-1))
+    least = plan_mesh(surface, MeshOptions((1, 1)), BY_NAME["glb"]).cost.memory
+    refused = []
+    for share in (0.2, 0.6, 0.8, 1.0, 1.2, 1.6, 2.4, 4.0):
+        limits = Limits(max_memory=int(least * share))
+        try:
+            work = plan_mesh(surface, options, BY_NAME["glb"], limits=limits)
+        except TooLarge:
+            refused.append(share)
+        else:
+            assert work.cost.memory <= limits.max_memory
+            work.run()
+    assert refused
+    assert max(refused) < 2.4
+
+
 def test_patches_are_counted_before_they_are_made() -> None:
     with pytest.raises(TooLarge) as refused:
         plan_mesh(hills(40), FINE, BY_NAME["glb"], limits=Limits(max_patches=37 * 37 - 1))

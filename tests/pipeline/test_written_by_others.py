@@ -1,0 +1,113 @@
+"""Surfaces as other systems write them are read, and closed, as they are meant."""
+
+from typing import Any
+
+import numpy as np
+import orjson
+import pytest
+
+from service.encoders.registry import BY_NAME
+from service.pipeline.mesh import render
+from service.schemas.document import DocumentLimits
+from service.schemas.request import MeshRequest
+from service.schemas.validation import parse_request
+from service.surface.spline_shapes import CIRCLE
+
+HALF = np.sqrt(0.5)
+AROUND = np.array([HALF if x * y else 1.0 for x, y in CIRCLE])
+QUARTERS = [0, 0, 0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1, 1, 1]
+ARCS = np.array([(0, -1, 1), (1, -1, HALF), (1, 0, 1), (1, 1, HALF), (0, 1, 1)])
+
+
+def turned(profile: Any, knots: Any, along: Any, scale: float = 1, at: Any = (0, 0, 0)) -> Any:
+    """A profile (radius, height, weight) turned about the z axis, with its full circle of knots."""
+    net = [[[x * r, y * r, z] for r, z, _ in profile] for x, y in CIRCLE]
+    degree = [2, len(along) - len(profile) - 1]
+    weights = np.outer(AROUND, [w for *_, w in profile])
+    points = np.array(net) * scale + np.array(at, float)
+    return {"degree": degree, "control_net": points, "knots": [knots, along], "weights": weights}
+
+
+def cylinder(knots: Any = QUARTERS, **place: Any) -> Any:
+    return turned([(1, 0, 1), (1, 2, 1)], knots, [0, 0, 1, 1], **place)
+
+
+def sphere() -> Any:
+    return turned(ARCS, QUARTERS, [0, 0, 0, 1, 1, 2, 2, 2])
+
+
+def moved(surface: Any, rows: Any, size: float) -> Any:
+    """The surface with noise of this size on some control points."""
+    net = surface["control_net"].copy()
+    net[rows] += np.random.default_rng(7).normal(size=net[rows].shape) * size
+    return surface | {"control_net": net}
+
+
+def wrapped(scale: float, shift: float) -> Any:
+    """A torus of degree 3, its first rows and columns once more, on uniform knots."""
+    u, v = np.meshgrid(np.arange(8) * np.pi / 4, np.arange(6) * np.pi / 3, indexing="ij")
+    away = 3 + np.cos(v)
+    ring = np.stack([away * np.cos(u), away * np.sin(u), np.sin(v)], axis=-1)
+    net = np.pad(ring, [(0, 3), (0, 3), (0, 0)], mode="wrap")
+    knots = [(np.arange(-3, n + 4) * scale + shift).tolist() for n in (8, 6)]
+    return {"degree": 3, "control_net": net, "knots": knots}
+
+
+def sheet(*knots: Any, at: Any = (0, 0, 0), scale: float = 1) -> Any:
+    x, y = np.meshgrid(np.arange(6.0), np.arange(4.0), indexing="ij")
+    net = np.stack([x, y, np.sin(x)], axis=-1) * scale + at
+    return {"degree": 3, "control_net": net, "knots": [list(knots) or "clamped", "clamped"]}
+
+
+CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
+    "cylinder": (cylinder(), (False, True, False), 0),
+    "cylinder, knots without their ends": (cylinder(QUARTERS[1:-1]), (False, True, False), 0),
+    "cylinder in mm, on an arc length, far away": (
+        cylinder((np.array(QUARTERS) * 2 * np.pi * 25.4).tolist(), scale=25.4, at=(1e6, -2e6, 3e5)),
+        (False, True, False), 0,
+    ),
+    "cylinder, seam up to rounding": (moved(cylinder(), -1, 1e-14), (False, True, False), 0),
+    "cylinder, seam open": (moved(cylinder(), -1, 1e-8), (False, False, False), 0),
+    "sphere": (sphere(), (True, True, False), 0),
+    "sphere, poles up to rounding": (
+        moved(sphere(), np.s_[:, [0, -1], :2], 1e-16), (True, True, False), 0,
+    ),
+    "sphere of tiny weights": (
+        sphere() | {"weights": sphere()["weights"] * 1e-7}, (True, True, False), 0,
+    ),
+    "torus, wrapped": (wrapped(1, 0), (True, True, True), 0),
+    "torus, knots of sevenths about 1000": (wrapped(1 / 7, 1000), (True, True, True), 0),
+    "knots 1e-14 apart": (
+        sheet(0, 0, 0, 0, 0.5, 0.5 + 1e-14, 1, 1, 1, 1), (False, False, False), 1,
+    ),
+    "end knots up to rounding": (
+        sheet(0, 1e-16, 2e-16, 3e-16, 0.3, 0.7, 1 - 2e-16, 1 - 1e-16, 1, 1),
+        (False, False, False), 5,
+    ),
+    "knots about 1e9": (
+        sheet(*(1e9 + np.array([0, 0, 0, 0, 0.25, 0.75, 1, 1, 1, 1])).tolist()),
+        (False, False, False), 0,
+    ),
+    "coordinates of a map": (sheet(at=(4.5e5, 5.4e6, 120)), (False, False, False), 0),
+    "microns in metres": (sheet(scale=1e-6), (False, False, False), 0),
+    "parted at a knot": (
+        sheet() | {"degree": [1, 3], "knots": [[0, 0, 1, 1, 2, 2, 3, 3], "clamped"]},
+        (False, False, False), 0,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("options", [{"resolution": 5}, {"relative_tolerance": 0.01}])
+@pytest.mark.parametrize("name", CASES)
+def test_surfaces_of_other_systems(name: str, options: Any) -> None:
+    surface, (watertight, closed_u, closed_v), merged = CASES[name]
+    given = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in surface.items()}
+    body = orjson.dumps({"surface": {"type": "bspline"} | given, **options})
+    request = parse_request(MeshRequest, body, DocumentLimits())
+    content = render(request.to_surface(), request.mesh_options(), BY_NAME["json"])
+    report = orjson.loads(content)["report"]
+    assert report["watertight"] == watertight
+    assert (report["closed_u"], report["closed_v"]) == (closed_u, closed_v)
+    assert report.get("merged_knots", 0) == merged
+    extent = np.ptp(surface["control_net"].reshape(-1, 3), axis=0).max()
+    assert report["deviation_bound"] < (0.1 if "resolution" in options else 0.02) * extent
