@@ -163,4 +163,126 @@ def test_tessellate_turns_faces() -> None:
     ),
 )
 
-RECIPES: Mapping[str, Recipe] = MappingProxyType({"format": FORMAT, "option": OPTION})
+KIND = Recipe(
+    most=6,
+    steps=(
+        Step(
+            "service/surface/ramp.py",
+            '''"""A flat patch over the unit square that rises along u."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.surface.batches import TensorPatches
+from service.surface.channels import NO_CHANNELS
+from service.surface.checks import Up
+from service.surface.lowered import Part, PatchModel
+from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
+
+
+@dataclass(frozen=True, slots=True)
+class RampSurface(SurfaceKind):
+    """A ramp of this height."""
+
+    height: float
+    up: Up = "y"
+    name: str = "surface"
+
+    def size(self) -> SurfaceSize:
+        return tensor_size(1, (1, 1), None, NO_CHANNELS, name=self.name)
+
+    def lower(self) -> PatchModel:
+        net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, self.height], [1, 1, self.height]]])
+        batch = TensorPatches(net[np.newaxis])
+        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up)
+''',
+        ),
+        Step(
+            "service/surface/__init__.py",
+            behind=(
+                (
+                    "from service.surface.patches import PatchSurface\n",
+                    "from service.surface.ramp import RampSurface\n",
+                ),
+                ("    BezierSurface\n", "    | RampSurface\n"),
+            ),
+        ),
+        Step(
+            "service/schemas/ramp.py",
+            '''"""A ramp as a document says it."""
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from service.schemas.fields import NameField, StrictModel, UpField
+from service.surface.ramp import RampSurface
+
+
+class RampDefinition(StrictModel):
+    """A flat patch over the unit square that rises along u."""
+
+    type: Literal["ramp"] = Field(description="The kind of surface.")
+    height: float = Field(ge=-1e6, le=1e6, description="Height at u = 1.", examples=[0.5])
+    up: UpField = "y"
+    name: NameField = "surface"
+
+    def to_surface(self) -> RampSurface:
+        """The surface itself."""
+        return RampSurface(self.height, self.up, self.name)
+
+
+def define(surface: RampSurface) -> dict[str, Any]:
+    """The surface in the language of requests."""
+    return {"type": "ramp", "height": surface.height, "up": surface.up, "name": surface.name}
+''',
+        ),
+        Step(
+            "service/schemas/surfaces.py",
+            behind=(
+                ("multipatch, patches,", " ramp,"),
+                (
+                    "from service.surface.patches import PatchSurface\n",
+                    "from service.surface.ramp import RampSurface\n",
+                ),
+                ("        BezierSurface: bezier.define,\n", "        RampSurface: ramp.define,\n"),
+                ('"multipatch", ', '"ramp", '),
+                (
+                    '    | Annotated[bspline.BsplineDefinition, Tag("bspline")]\n',
+                    '    | Annotated[ramp.RampDefinition, Tag("ramp")]\n',
+                ),
+            ),
+        ),
+        Step(
+            "service/api/openapi/requests.json",
+            behind=(
+                (
+                    '  "createMesh": {\n',
+                    """    "ramp": {
+      "summary": "A ramp",
+      "value": {"surface": {"type": "ramp", "height": 0.5}, "resolution": 1}
+    },
+""",
+                ),
+            ),
+        ),
+        Step(
+            "tests/surface/test_ramp.py",
+            """from service.surface.ramp import RampSurface
+
+
+def test_a_ramp_is_one_patch() -> None:
+    assert RampSurface(0.5).lower().patch_count == RampSurface(0.5).size().patches == 1
+""",
+        ),
+    ),
+    tests=(
+        "tests/surface/test_ramp.py",
+        "tests/schemas",
+        "tests/storage",
+        "tests/api/test_mesh.py",
+    ),
+)
+
+RECIPES: Mapping[str, Recipe] = MappingProxyType({"format": FORMAT, "option": OPTION, "kind": KIND})
