@@ -16,9 +16,10 @@ from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, la
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
-from service.engine.joining.join import Allow, allow_any, join
+from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import OPEN, closure
+from service.engine.mesh.connect import connect_apart, has_surfaces
 from service.engine.mesh.connectivity import digest
 from service.engine.mesh.creases import Sharing, find_creases
 from service.engine.mesh.filling import SampleRows, fill, sample
@@ -50,7 +51,9 @@ def tessellate(
     allow : callable
         Looks at a model that was cut to meet others, before it is meshed.
     """
-    model, seams = join(model, options.weld_tolerance, allow)
+    seams = connect_apart(model, options.weld_tolerance)
+    if seams is None or has_surfaces(model):
+        model, seams = join_further(model, seams, options.weld_tolerance, allow)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else AT_ZERO

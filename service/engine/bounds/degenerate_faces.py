@@ -28,19 +28,15 @@ CANDIDATES = 64
 """Places of the mesh that are tried where it has none of those that are lost."""
 
 
-def missing_distances(
-    layout: Layout, options: MeshOptions, positions: RealArray
-) -> FloatArray | None:
+def missing_distances(layout: Layout, options: MeshOptions, positions: RealArray) -> FloatArray:
     """How much further from the mesh each patch may be than from its own triangles: (P,).
 
-    None if nothing is lost, as is nearly always known from the layout alone.
+    Nothing is lost where `layout.may_lose` is false.
 
     Parameters
     ----------
     positions : ndarray, shape (N, 3)
     """
-    if not layout.may_lose:
-        return None
     # Unwelded, nothing but sides that are one point has the same place twice.
     place = layout.places if options.weld else _pinched(layout)
     found = [
@@ -52,9 +48,9 @@ def missing_distances(
     ]
     corners, written, halves, owner = (np.concatenate(parts) for parts in zip(*found, strict=True))
     missing = missing_triangles(corners, written, halves).nonzero()[0]
-    if not len(missing):
-        return None
     further = np.zeros(len(layout.base))
+    if not len(missing):
+        return further
     there = np.unique(corners[written])
     np.maximum.at(further, owner[missing], _distances(corners[missing], there, positions))
     return further

@@ -77,8 +77,9 @@ def deviations(
         found[block.first + block.patches] = (
             _chordal(patches, layout, block) * STEPS + moved + beside
         )
-    further = missing_distances(layout, options, rows.positions)
-    return found if further is None else found + further
+    if not layout.may_lose:
+        return found
+    return found + missing_distances(layout, options, rows.positions)
 
 
 def largest(bounds: FloatArray) -> float | None:

@@ -12,7 +12,8 @@ from typing import TypeAlias
 
 from service.engine.joining.cutting import cut, lines_of
 from service.engine.joining.shared_curves import find_cuts
-from service.engine.joining.snap import connected
+from service.engine.joining.snap import snap
+from service.engine.mesh.connect import connect, connect_apart, has_surfaces
 from service.engine.mesh.seams import Seams
 from service.stopping import checkpoint
 from service.surface.lowered import GroupModel, PatchModel
@@ -43,8 +44,15 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
     allow : callable
         Looks at a model that was cut, before anything is made of it.
     """
-    model, seams = connected(model, tolerance)
-    if not tolerance or model.patch_count == 1 or model.domain is not None:
+    return join_further(model, connect_apart(model, tolerance), tolerance, allow)
+
+
+def join_further(
+    model: PatchModel, seams: Seams | None, tolerance: float, allow: Allow
+) -> tuple[PatchModel, Seams]:
+    """What `join` returns, where the `seams` of `connect_apart` are known."""
+    model, seams = _snapped(model, seams, tolerance)
+    if not (tolerance and has_surfaces(model)):
         return model, seams
     known = model, seams
     most = GROWTH * model.patch_count + ALWAYS
@@ -59,12 +67,20 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
         model = cut(model, lines)
         if model.patch_count > most:
             return known
-        model, seams = connected(model, tolerance)
+        model, seams = _snapped(model, connect_apart(model, tolerance), tolerance)
     else:
         return known
     if model.patch_count > known[0].patch_count:
         allow(model)
     return model, seams
+
+
+def _snapped(model: PatchModel, seams: Seams | None, tolerance: float) -> tuple[PatchModel, Seams]:
+    """The model with equal points where they are near, and its seams; `seams` if none are."""
+    if seams is not None:
+        return model, seams
+    model = snap(model, tolerance)
+    return model, connect(model)
 
 
 def join_each(group: GroupModel, tolerance: float) -> GroupModel:

@@ -26,7 +26,6 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.joining.near_points import near_groups, run_starts
-from service.engine.mesh.connect import connect, connect_apart
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     border_points,
@@ -35,7 +34,6 @@ from service.engine.mesh.edge_patterns import (
     with_border,
 )
 from service.engine.mesh.edges import directed
-from service.engine.mesh.seams import Seams
 from service.stopping import checkpoint
 from service.surface.batches import Patches
 from service.surface.lowered import PatchModel
@@ -44,23 +42,14 @@ ROUNDED_UP = 1 + 2.0**-40
 """Times this, what was computed is an upper bound."""
 
 
-def connected(model: PatchModel, tolerance: float) -> tuple[PatchModel, Seams]:
-    """The model with equal points where they are near, and its seams.
+def snap(model: PatchModel, tolerance: float) -> PatchModel:
+    """The model with equal border points where they are near; itself if nothing moves.
 
     Parameters
     ----------
     tolerance : float
-        Part of the diagonal of the box about the control points; 0 changes nothing.
+        Part of the diagonal of the box about the control points.
     """
-    seams = connect_apart(model, tolerance)
-    if seams is not None:
-        return model, seams
-    model = _snapped(model, tolerance)
-    return model, connect(model)
-
-
-def _snapped(model: PatchModel, tolerance: float) -> PatchModel:
-    """The model after all its border points were compared; itself if nothing moves."""
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]
     border = np.concatenate(runs)

@@ -72,6 +72,11 @@ def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
     return seams or _renumbered(find_seams(batches))
 
 
+def has_surfaces(model: PatchModel) -> bool:
+    """Whether patches of several surfaces may meet: not those of one patch, nor of one spline."""
+    return len(model.domains) != 1 and model.patch_count > 1
+
+
 def _reach(model: PatchModel, tolerance: float) -> float:
     """How far apart projections of near points may be: as far as these, and their rounding."""
     furthest = max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])

@@ -8,7 +8,7 @@ import pytest
 
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.joining.snap import connected
+from service.engine.joining.join import join
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
@@ -59,7 +59,7 @@ def test_the_bound_counts_what_moved(options: dict[str, Any]) -> None:
 def test_what_is_equal_keeps_its_bits_and_the_rest_moves_little() -> None:
     """Nothing moves where no points are near; alone and together differ by what moved."""
     exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
-    assert connected(exact, 1e-12)[0] is exact
+    assert join(exact, 1e-12)[0] is exact
     model = model_of(shaken(cube(), 1e-13))
     options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
     together = mesh_of(model, **options)
@@ -76,7 +76,7 @@ def test_an_edge_has_the_positions_of_its_first_net() -> None:
     lines = [nets[0, 0], nets[0, 0, ::-1], nets[1, -1], nets[1, -1, ::-1]]
     first = min(lines, key=lambda line: line.ravel().tolist())
     for order in ([0, 1], [1, 0]):
-        (batch,) = connected(model_of(list(nets[order])), 1e-12)[0].batches
+        (batch,) = join(model_of(list(nets[order])), 1e-12)[0].batches
         one, other = batch.points[order.index(0), 0], batch.points[order.index(1), -1, ::-1]
         np.testing.assert_array_equal(one, other)
         assert first[1:-1].tolist() in (one[1:-1].tolist(), one[-2:0:-1].tolist())
