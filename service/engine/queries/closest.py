@@ -129,6 +129,7 @@ class _Chunk:
             self.cells.place.take(cell, axis=1),
             self.cells.point_sides.take(cell, axis=1),
             self.x.take(point, axis=1),
+            self.enough / 8,
         )
         low = np.maximum(bounds.low, low)
         keep = ~bounds.empty & (low <= self.nearest.limit(point))
@@ -184,7 +185,7 @@ class _Chunk:
             wrong = slope[:, rows] * found.distance + least[:, rows]
             wrong += 4 * UNIT * np.abs(found.gradient)
             change = 2 * least_change(found.gradient, bounds.convexity[:, rows], at)
-            low = found.low * found.low + change - 4 * wrong.sum(axis=0)
+            low = found.low * found.low + change - 4 * wrong.sum(axis=0) - bounds.loss[rows]
             self.nearest.add_places(point[rows], net[rows], found)
             good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough
             if left > 1:  # one step more makes the place exact, to which distances are blind

@@ -16,7 +16,7 @@ falls along −a, and one can go there within the patch. The same with −f_a an
 derivative is of one sign where |f_a| at the centre exceeds |f_aa| + |f_ab| ≤ |A · A − y · Q_aa| +
 E_aa + k. ∎
 
-**Theorem 2 (lower bound).** Let l_a, l_b > 0 and k² < l_a l_b, and ω = 1 − k / √(l_a l_b); then
+**Theorem 2 (lower bound).** Let l_a, l_b > 0 and ω = 1 − k / √(l_a l_b); then
 f ≥ f(s₀) + Σ (g_i δ_i + ½ μ_i δ_i²) for s₀ and s₀ + δ in the cell, with the gradient g at s₀ and
 μ_i = ω l_i; otherwise with μ_i = l_i − k. Each term is a parabola in one variable, whose minimum
 over an interval is a closed form. *Proof.* By Taylor with the Hessian at a point between, and
@@ -27,8 +27,9 @@ f ≥ f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on this side. If this side is 
 minimum. If f_b is of one sign too, the corner's is. *Proof.* Theorem 1 within the cell; Taylor
 along the side. ∎
 
-A cell is *settled* where one of these tells its minimum exactly: l_a, l_b > 0 and k² < l_a l_b, or
-one sign of f_a with l_b > 0, with a side that is a point, or with one sign of f_b.
+A cell is *settled* where one of these tells its minimum: μ_a, μ_b ≥ 0, or so little below, as where
+a patch is a line, that with |δ_i| ≤ 2 the loss of 2 |μ_i| is far below the tolerance; or one sign
+of f_a with l_b > 0, with a side that is a point, or with one sign of f_b.
 
 **Rounding.** y, d and the dot products are wrong by at most 8 u times the products of lengths, and
 by what the errors of c and the partials add: f_a at the centre by SLOPE_a d + LEAST_a, where
@@ -64,6 +65,8 @@ class CellBounds:
         μ_a and μ_b of a settled cell; 0 where the distance along a side does not change.
     start : ndarray of float64, shape (2, N)
         Where the model of a settled cell is least, about.
+    loss : ndarray of float64, shape (N,)
+        What is to be taken from squares of lower bounds, as μ may be a little below 0.
     """
 
     low: FloatArray
@@ -72,6 +75,7 @@ class CellBounds:
     sides: FloatArray
     convexity: FloatArray
     start: FloatArray
+    loss: FloatArray
 
     def take(self, rows: Ints | Bools) -> "CellBounds":
         """Those of some pairs."""
@@ -113,7 +117,9 @@ def sphere_bounds(model: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 @np.errstate(all="ignore")
-def cell_bounds(model: FloatArray, place: FloatArray, point: Bools, x: FloatArray) -> CellBounds:
+def cell_bounds(
+    model: FloatArray, place: FloatArray, point: Bools, x: FloatArray, flattest: float
+) -> CellBounds:
     """What is proved about pairs of a point and a cell.
 
     Parameters
@@ -124,6 +130,8 @@ def cell_bounds(model: FloatArray, place: FloatArray, point: Bools, x: FloatArra
     point : ndarray of bool, shape (4, N)
         Which sides are one point.
     x : ndarray of float64, shape (3, N)
+    flattest : float
+        Negative convexity up to which a cell is settled, in distances of the point.
     """
     m = columns
     y = x - model[:3]
@@ -155,10 +163,12 @@ def cell_bounds(model: FloatArray, place: FloatArray, point: Bools, x: FloatArra
     empty |= down_b & (place[3] < 1)
     one_a, one_b = up_a | down_a, up_b | down_b
     root = np.sqrt(la) * np.sqrt(lb)
-    inside = (la > 0) & (lb > 0) & (k * SAFE < root)
-    share = np.where(inside, 1 - SAFE * k / root, 1.0)
-    less = np.where(inside, 0.0, k)
+    both = (la > 0) & (lb > 0)
+    share = np.where(both, 1 - SAFE * k / root, 1.0)
+    less = np.where(both, 0.0, k)
     mu_a, mu_b = share * la - less, share * lb - less
+    flat = np.maximum(-mu_a, 0.0) + np.maximum(-mu_b, 0.0)
+    inside = flat <= flattest * d
     low = 2 * (_least(np.abs(fa) + wrong_a, mu_a, 1.0) + _least(np.abs(fb) + wrong_b, mu_b, 1.0))
     low += squared * (1 - 16 * UNIT) - 4 * d * model[m.ERROR]
     low -= 16 * UNIT * (np.abs(fa) + np.abs(fb))
@@ -169,17 +179,18 @@ def cell_bounds(model: FloatArray, place: FloatArray, point: Bools, x: FloatArra
     settled |= on_point_a | on_point_b
     convexity = np.stack(
         [
-            np.where(one_a, 0.0, np.where(one_b, np.maximum(la, 0.0), mu_a)),
-            np.where(one_b, 0.0, np.where(one_a, np.maximum(lb, 0.0), mu_b)),
+            np.where(one_a, 0.0, np.maximum(np.where(one_b, la, mu_a), 0.0)),
+            np.where(one_b, 0.0, np.maximum(np.where(one_a, lb, mu_b), 0.0)),
         ]
     )
+    loss = np.where(one_a | one_b, 0.0, 4 * flat)
     sides = np.stack([down_a.astype(np.float64) - up_a, down_b.astype(np.float64) - up_b])
     determinant = faa * fbb - fab * fab
     start = np.stack([(fab * fb - fbb * fa) / determinant, (fab * fa - faa * fb) / determinant])
     alone = np.stack([-fa / faa, -fb / fbb])
     start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, alone, start))
     start = np.where(np.isfinite(start), np.clip(start, -1.0, 1.0), 0.0)
-    return CellBounds(low, empty, settled, sides, convexity, start)
+    return CellBounds(low, empty, settled, sides, convexity, start, loss)
 
 
 def _dot(y: FloatArray, model: FloatArray, first: int) -> FloatArray:

@@ -10,6 +10,10 @@ from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
 from service.engine.queries.net_partials import net_partials
 
+RIDGE = 2.0**-33
+"""What is added to second derivatives, in parts of these: where a patch is a line, the distance
+does not change in one direction, and Newton's method shall not go far along it."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
@@ -61,6 +65,8 @@ class Place:
         faa = _dot(da, da) - _dot(self.y, daa)
         fab = _dot(da, db) - _dot(self.y, dab)
         fbb = _dot(db, db) - _dot(self.y, dbb)
+        ridge = RIDGE * (np.abs(faa) + np.abs(fbb))
+        faa, fbb = faa + ridge, fbb + ridge
         fa, fb = self.gradient
         fixed = (sides != 0) | ((at <= -1) & (self.gradient > 0))
         fixed |= (at >= 1) & (self.gradient < 0)
