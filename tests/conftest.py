@@ -1,4 +1,4 @@
-"""What every test may use: the service running on a port of its own, and the rules of a run."""
+"""Fixtures for all tests: a service on a port of its own; and the rules of a test run."""
 
 import os
 from collections.abc import Generator, Iterator
@@ -26,7 +26,7 @@ def server() -> Iterator[str]:
 
 @pytest.fixture(scope="session")
 def anyio_backend() -> str:
-    """What runs the tests that are coroutine functions, where they are marked with `anyio`."""
+    """The backend that runs coroutine tests marked with `anyio`."""
     return "asyncio"
 
 

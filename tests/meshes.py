@@ -182,7 +182,7 @@ def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
 
 
 def without_faces(mesh: Mesh) -> Mesh:
-    """What is left of a mesh when all its faces have collapsed."""
+    """A mesh whose faces have all collapsed."""
     parts = tuple(MeshPart(part.name, (0, 0), (0, 0)) for part in mesh.parts)
     report = replace(mesh.report, triangles=0, quads=0)
     none = indices([], 3), indices([], 4)
@@ -192,7 +192,7 @@ def without_faces(mesh: Mesh) -> Mesh:
 
 
 def size_of(mesh: Mesh) -> MeshSize:
-    """What is known of this mesh from its shapes alone: no sample welded to another."""
+    """The size of this mesh from its shapes alone: without welding."""
     names = [mesh.name, *(p.name for p in mesh.parts), *(o.name for o in mesh.overlays)]
     return MeshSize(
         vertices=sum(grid.size for grid in mesh.grids) or len(mesh.positions),

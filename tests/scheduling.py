@@ -18,5 +18,5 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
 
 
 def scheduling(config: pytest.Config, log: object) -> Scheduling | None:
-    """What takes the place of xdist's own scheduling by modules."""
+    """Replaces xdist's own scheduling by modules."""
     return Scheduling(config, log) if config.getoption("dist") == "loadscope" else None

@@ -1,4 +1,4 @@
-"""The same surface, written down in many ways.
+"""One surface, written in many ways.
 
 Keys change places, blanks come and go, numbers and strings are spelled as JSON allows, and what a
 default says is said or left out. All of it is chosen by a seeded generator.
@@ -16,7 +16,7 @@ WHOLE = frozenset({"patches", "triangles", "parts", "degree", "sides"})
 """Fields of whole numbers, which have one spelling: 1.0 is no index."""
 
 NAMES: Mapping[str, str] = {"tube": "tube", "ribbon": "ribbon", "group": "group"}
-"""What surfaces are called that have no name; the others are `surface`."""
+"""Default names of surfaces; other kinds are called `surface`."""
 
 DEFAULTS: Mapping[str, Json] = {
     "bezier": {"type": "bezier", "attributes": {}},
@@ -28,7 +28,7 @@ DEFAULTS: Mapping[str, Json] = {
     "ribbon": {"facing": [0, 0, 1]},
     "group": {},
 }
-"""What each kind of surface means where it says nothing, beside its name and its axis."""
+"""Defaults of each kind of surface, without its name and its axis."""
 
 EYE = [[float(i == j) for j in range(4)] for i in range(4)]
 

@@ -1,4 +1,4 @@
-"""Hypothesis strategies for knot vectors and for what is defined over them.
+"""Hypothesis strategies for knot vectors and for splines over them.
 
 Knots are multiples of 1/16: turned about, 3 − U, they are still exact.
 """

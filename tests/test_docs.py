@@ -28,7 +28,7 @@ def test_every_example_has_its_picture_and_no_picture_is_of_nothing() -> None:
         assert {path.stem for path in (DOCS / folder).iterdir()} == set(names)
 
 
-def test_every_method_is_told_of() -> None:
+def test_every_method_has_a_section() -> None:
     first = METHODS.split("\n## ")[0]
     assert [row.split("`")[1] for row in first.splitlines() if row.startswith("| `")] == [
         "method",

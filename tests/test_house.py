@@ -95,6 +95,6 @@ def test_commands_of_the_readme_exist() -> None:
     assert named <= set(re.findall(r"^([a-z]+):.*## ", makefile, re.MULTILINE))
 
 
-def test_changelog_tells_of_this_version() -> None:
+def test_changelog_has_this_version() -> None:
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert f"## [{__version__}]" in changelog

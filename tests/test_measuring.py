@@ -36,5 +36,5 @@ def test_what_is_measured_counts_once() -> None:
     assert all(seconds > 0 for _, seconds in calls)
 
 
-def test_where_nobody_wants_to_know_nothing_is_counted() -> None:
+def test_without_a_caller_that_measures_nothing_is_counted() -> None:
     contextvars.copy_context().run(within, None)

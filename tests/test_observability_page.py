@@ -1,4 +1,4 @@
-"""The page of what is seen of the service says what the code does."""
+"""The page on observability agrees with the code."""
 
 import json
 import logging

@@ -74,7 +74,7 @@ def operations(document: dict[str, Any] = DOCUMENT) -> Iterator[tuple[str, str, 
 
 
 def errors(name: str, value: Any) -> list[str]:
-    """What a component schema finds wrong; its references are resolved within the document."""
+    """Errors by a component schema; its references are resolved within the document."""
     return [error.message for error in validator_of(name).iter_errors(value)]
 
 
@@ -170,7 +170,7 @@ def test_operations_are_tagged_and_explained() -> None:
             assert parameter["description"]
 
 
-def test_what_the_guard_may_answer_is_told_wherever_it_may() -> None:
+def test_every_operation_names_the_responses_of_the_guard() -> None:
     for path, method, operation in operations():
         found = operation["responses"].keys() & {"401", "403", "429"}
         if path.startswith("/health"):
@@ -409,7 +409,7 @@ def surface_in(value: Any) -> Surface:
 def test_schemas_of_requests_are_no_stricter_than_the_code(
     name: str, cases: tuple[Hostile, ...], taken: Callable[[Any], object], least: int
 ) -> None:
-    """What the schema refuses, the code refuses: a client may trust it and check beforehand."""
+    """The code refuses all that the schema refuses: a client may check beforehand."""
     checked = 0
     for case in cases:
         body = case.build()

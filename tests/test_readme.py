@@ -31,7 +31,7 @@ MEMBER = {"name", "color", "matrix"}
 """Fields of a member of a group."""
 
 BY_NAME = {"clamped", "uniform", "periodic"}
-"""What knots may be called."""
+"""Names of knot vectors."""
 
 
 class Block(NamedTuple):

@@ -186,7 +186,7 @@ print(resident() - before)
 """
 
 
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="glibc alone is told anything")
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc has these settings")
 def test_memory_of_large_arrays_comes_back() -> None:
     """64 MiB in blocks of 1 MiB are freed while small ones stay between them."""
     done = run_python("-c", RESIDENT)

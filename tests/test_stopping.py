@@ -1,4 +1,4 @@
-"""Work that is told to stop."""
+"""Cancellation of work."""
 
 import time
 
@@ -8,11 +8,11 @@ from anyio import to_thread
 from service.stopping import OutOfTime, Stop, Stopped, checkpoint, stopped_by
 
 
-def test_without_anybody_who_could_stop_it_work_goes_on() -> None:
+def test_without_a_stop_work_goes_on() -> None:
     checkpoint()
 
 
-def test_work_goes_on_until_it_is_told() -> None:
+def test_work_goes_on_until_it_is_cancelled() -> None:
     stop = Stop()
     with stopped_by(stop):
         checkpoint()

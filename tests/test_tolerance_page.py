@@ -1,4 +1,4 @@
-"""docs/tolerance.md tells of every option and of codes that there are, and its requests work."""
+"""docs/tolerance.md names every option and valid codes, and its requests work."""
 
 import json
 import re
@@ -27,7 +27,7 @@ def first_column(title: str) -> list[str]:
     return re.findall(r"^\| `(\w+)` \|", PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0], re.M)
 
 
-def test_every_option_is_told_of() -> None:
+def test_every_option_is_named() -> None:
     assert sorted(first_column("What can be stated")) == sorted(NAMES)
 
 
@@ -42,7 +42,7 @@ def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
 
 
 def row(tolerance: str) -> str:
-    """What the table has of the teapot at this tolerance."""
+    """The table's row of the teapot at this tolerance."""
     options = MeshOptions(accuracy=Accuracy(tolerance=float(tolerance)))
     work = plan_mesh(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
     report = work.build(*work.lower()).report

@@ -1,4 +1,4 @@
-"""What surfaces take as meshes in all formats, beside what was predicted: `make memory`.
+"""Measures the memory of meshes in all formats beside the prediction: `make memory`.
 
 What Python and NumPy allocate is traced, over small meshes; what is resident is seen from a process
 of its own, over large ones. The exit status is 1 if anything took more than was predicted.
@@ -33,7 +33,7 @@ from tools.processes import peak_memory, reset_peak, resident_memory
 
 RESOLUTIONS = (1, 1), (3, 7)
 LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6)
-"""Surfaces and divisions of what is looked at in a process of its own."""
+"""Surfaces and divisions that are measured, each in a process of its own."""
 
 OWN = 16 << 20
 """Bytes that a process keeps of the first large mesh: bases, index patterns, work arrays."""
@@ -43,7 +43,7 @@ MOST_VERTICES = 300_000
 
 
 class Measured(NamedTuple):
-    """Bytes that something took, and what was predicted."""
+    """Bytes that a mesh took, and the predicted bytes."""
 
     name: str
     taken: int

@@ -36,7 +36,7 @@ from tools.processes import ROOT
 ALERTS = ROOT / "deploy" / "prometheus" / "alerts.yaml"
 
 CHANNELS = {"colors": "colours", "uvs": "uvs", "attribute": "attributes"}
-"""What documents call the channels of a format."""
+"""Names of a format's channels in documents."""
 
 
 def settings_page(text: str) -> str:
@@ -55,7 +55,7 @@ def settings_page(text: str) -> str:
 
 
 def metrics_page(text: str) -> str:
-    """The page of what is seen of the service, with the table of its metrics."""
+    """The page on observability, with the table of metrics."""
     registry = create_app(Settings()).state.observed.registry
     rows = []
     for collector in vars(registry)["_collector_to_names"]:
@@ -159,7 +159,7 @@ def _with_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]
 
 
 def _holds(fmt: Format) -> Iterable[str]:
-    """What a format has a place for, in words."""
+    """The abilities of a format, in words."""
     yield "triangles"
     yield from ["quads"] * fmt.quads + ["lines"] * fmt.overlays
     yield from (word for kind, word in CHANNELS.items() if kind in fmt.carries)
@@ -188,7 +188,7 @@ def _summary(description: str) -> str:
 
 
 def _value(field: Mapping[str, Any]) -> str | None:
-    """What stands behind the flag of an option; None for one that is said or denied."""
+    """The value that follows an option's flag, in words; None for a switch."""
     kind = field.get("type")
     if kind == "boolean":
         return None

@@ -114,7 +114,7 @@ def draw_editor(browser: Browser, address: str, scheme: Scheme, target: Path, po
 
 
 def draw_thumbnail(page: Page, target: Path) -> None:
-    """What the viewer shows, small and without its background, as WebP."""
+    """The viewer's picture, small and without its background, as WebP."""
     page.evaluate("document.body.style.background = 'none'")
     picture = b64encode(page.screenshot(omit_background=True)).decode()
     page.evaluate("document.body.style.background = ''")

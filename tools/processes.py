@@ -43,7 +43,7 @@ def peak_memory(pid: int | str = "self") -> int:
 
 
 def reset_peak(pid: int | str = "self") -> None:
-    """Lets `peak_memory` begin at what is held now (proc_pid_clear_refs(5))."""
+    """Resets `peak_memory` to the memory that is held now (proc_pid_clear_refs(5))."""
     Path(f"/proc/{pid}/clear_refs").write_text("5", encoding="ascii")
 
 

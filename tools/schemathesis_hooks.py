@@ -1,4 +1,4 @@
-"""What schemathesis cannot know of this service: files of control points, and JSON by other names.
+"""Hooks for schemathesis: files of control points, and JSON under other media types.
 
 It runs in a Python of its own, without the service and without NumPy.
 """

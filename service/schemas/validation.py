@@ -63,7 +63,12 @@ _TRANSLATED = {
         "{kind}",
         "a documented name",
     ),
-    "literal_error": ("wrong_value", "The value is none of those allowed.", "{kind}", "{expected}"),
+    "literal_error": (
+        "wrong_value",
+        "The value is not one of those allowed.",
+        "{kind}",
+        "{expected}",
+    ),
     "greater_than_equal": (*_SMALL, "at least {ge}"),
     "greater_than": (*_SMALL, "above {gt}"),
     "less_than": (*_LARGE, "below {lt:.6g}"),

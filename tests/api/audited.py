@@ -125,7 +125,7 @@ def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
 
 
 async def friendly(app: ASGIApp) -> None:
-    """What is read and imported once, in the course of ordinary work."""
+    """Reads and imports that ordinary work makes once."""
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
     body = json.dumps({"surface": {"control_net": net}}).encode()
     await ask(app, "POST", "/v1/surfaces", body, content_type="application/json")
@@ -136,7 +136,7 @@ async def friendly(app: ASGIApp) -> None:
 
 
 def main(folder: Path) -> None:
-    """Everything, and what was seen of it."""
+    """All calls, and the events that the audit hooks recorded."""
     settings = Settings(
         store=str(folder / "store"),
         allow_delete=True,

@@ -57,7 +57,7 @@ class Client:
         return self.request("POST", url, orjson.dumps(document), sent)
 
     def call(self, function: Callable[..., Awaitable[Result]], *arguments: Any) -> Result:
-        """What a coroutine function returns, on the event loop of the requests."""
+        """The result of a coroutine function, run on the event loop of the requests."""
         return self._portal.call(function, *arguments)
 
     async def _request(

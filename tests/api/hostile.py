@@ -109,13 +109,13 @@ PLACES = {
 
 
 def numbers() -> Iterator[Hostile]:
-    """What is no number, wherever a number belongs."""
+    """Values that are no numbers, in all places of numbers."""
     for pointer, make in PLACES.items():
         yield from wrong(f"{pointer}:", make, f"/surface/{pointer}", NOT_NUMBERS)
 
 
 def texts() -> Iterator[Hostile]:
-    """What is not JSON."""
+    """Bodies that are not JSON."""
     for name, body, pointer in (
         ("empty body", "", ""),
         ("blanks", " \n\t ", ""),

@@ -1,4 +1,4 @@
-"""What there is."""
+"""The lists of formats and of built-in surfaces."""
 
 import pytest
 

@@ -82,7 +82,7 @@ def test_a_fault_of_ours_may_be_read_and_tells_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def fail(_example: object) -> None:
-        raise RuntimeError("not for everybody")
+        raise RuntimeError("not for clients")
 
     monkeypatch.setattr("service.surface.examples.Example.surface", fail)
     with client_of(create_app(Settings())) as client:
@@ -91,7 +91,7 @@ def test_a_fault_of_ours_may_be_read_and_tells_nothing(
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.headers["access-control-allow-origin"] == "*"
     assert answer.headers["cache-control"] == "no-store"
-    assert "everybody" not in answer.text
+    assert "not for clients" not in answer.text
 
 
 @pytest.mark.parametrize("address", ["/v1/mesh", MESH, "/nothing"])

@@ -95,7 +95,7 @@ def test_hostile_file_is_refused(client: Client, case: HostileFile) -> None:
     for path in ("/v1/mesh", "/v1/estimate", *stored):
         answer = client.request("POST", f"{path}?{case.query}", case.build(), headers)
         if path == "/v1/estimate" and answer.status_code == 200:
-            # Estimates tell of a mesh that is too large, or of none in a format.
+            # Estimates report a mesh that is too large, or a format that cannot store it.
             assert case.code in ("too_many_vertices", "unsupported_by_format")
             continue
         assert answer.status_code == case.status
@@ -106,7 +106,7 @@ def test_hostile_file_is_refused(client: Client, case: HostileFile) -> None:
         assert ECHO not in str(without_places)
 
 
-def test_at_most_twenty_errors_are_told(client: Client) -> None:
+def test_at_most_twenty_errors_are_reported(client: Client) -> None:
     document = {"surface": {"control_net": [[["x"] * 3] * 20] * 20}}
     errors = client.post("/v1/mesh", document).json()["errors"]
     assert [error["pointer"] for error in errors] == [
@@ -114,7 +114,7 @@ def test_at_most_twenty_errors_are_told(client: Client) -> None:
     ][:MAX_ISSUES]
 
 
-def test_several_fields_are_told_at_once(client: Client) -> None:
+def test_several_fields_are_reported_at_once(client: Client) -> None:
     document = {"surface": {"control_net": [[1]], "up": "x"}, "uvs": 1, "size": 2}
     errors = client.post("/v1/mesh", document).json()["errors"]
     assert {error["pointer"]: error["code"] for error in errors} == {

@@ -1,4 +1,4 @@
-"""POST /v1/project: surfaces, groups and curves, and what is refused."""
+"""POST /v1/project: surfaces, groups and curves, and refused requests."""
 
 from typing import Any
 

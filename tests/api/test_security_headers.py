@@ -1,4 +1,4 @@
-"""What answers say to browsers about how they may be used."""
+"""Headers that restrict how browsers may use responses."""
 
 import pytest
 

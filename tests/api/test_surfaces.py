@@ -170,7 +170,7 @@ def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> 
 
 
 def test_whole_objects_that_are_no_surfaces(caplog: pytest.LogCaptureFixture) -> None:
-    """Somebody else's, under their own hashes: they are not given out, and the log says so."""
+    """Contents of other programs under their own hashes: not sent, and logged."""
     content = b"no surface\n"
     id = surface_id(content)
     app = create_app(Settings())

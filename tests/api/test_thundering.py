@@ -1,4 +1,4 @@
-"""Many clients at once at one address that nobody has asked for before."""
+"""Many clients at once at one URL whose mesh is not in the cache."""
 
 import asyncio
 import threading

@@ -121,7 +121,7 @@ async def test_requests_are_served_in_order_of_arrival() -> None:
         assert workers.seconds_waited > 0
 
 
-async def test_a_full_queue_refuses_and_says_when_to_come_again() -> None:
+async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
     async with lent(max_queue=4) as workers:
         assert workers.retry_after() == 1
         await workers.acquire(10)
@@ -142,7 +142,7 @@ async def test_a_full_queue_refuses_and_says_when_to_come_again() -> None:
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
 def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]]) -> None:
-    """Whoever is cancelled, before, while or after it is granted, leaves nothing behind."""
+    """A request that is cancelled before, while or after it gets a thread leaves nothing behind."""
 
     async def scenario() -> None:
         async with lent(threads=2) as workers:

@@ -241,7 +241,7 @@ def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
         until(service.given_back)
 
 
-def test_nothing_holds_on_to_itself(looping: Looping) -> None:
+def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
     """Python looks rarely for what does: whatever a request had is gone when it is over."""
     many = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
     before, kept = gc.isenabled(), list[object]()

@@ -67,7 +67,7 @@ def test_samples_are_the_rounded_fractions(divisions: int) -> None:
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_plans_are_cached_and_read_only(dtype: type[np.floating]) -> None:
-    """The same array again; nobody can spoil it for the others; precisions are not mixed up."""
+    """The cached array is read-only, and each precision has its own."""
     first, second = (
         (
             sampled(5, 11, dtype),

@@ -13,7 +13,7 @@ KIB = 1024
 
 
 def of(size: int, value: float = 0.0) -> Callable[[], NDArray[np.float64]]:
-    """A builder of an array of so many bytes."""
+    """A builder of an array of `size` bytes."""
     return lambda: np.full(size // 8, value)
 
 

@@ -103,7 +103,7 @@ def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
 @pytest.mark.parametrize("degree", [0, 1, 2, 5, 17, 40, 64])
 @pytest.mark.parametrize("divisions", [1, 2, 33])
 def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
-    """What is evaluated row by row, some rows at a time, is what the basis gives at once."""
+    """Evaluation in blocks of rows equals that by the whole basis."""
     rng = np.random.default_rng(degree)
     nets = rng.uniform(-1, 1, (triangle.size(degree), 4))
     truth = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions)).T @ nets

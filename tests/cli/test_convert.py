@@ -82,7 +82,7 @@ REFUSALS = [
     (["--restrict", "v=0:1,v=0:0.5"], "--restrict: A name is repeated."),
     (["--restrict", "u=1:0"], "--restrict: An interval begins before it ends."),
     (["--restrict", "w=0:1"], "--restrict: No field has this name."),
-    (["--reverse", "w"], "--reverse: The value is none of those allowed."),
+    (["--reverse", "w"], "--reverse: The value is not one of those allowed."),
     (["--split", "u=0.5", "--split", "v=0.5"], "--split: The patches of this surface"),
     (["--operations", '[{"op": "paint"}]'], "--operations: There is no such operation."),
     (

@@ -32,7 +32,7 @@ def answering(answer: bytes) -> Iterator[str]:
         thread.join()
 
 
-def test_a_service_that_is_well(
+def test_a_ready_service(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with running_service() as url:

@@ -278,7 +278,7 @@ def test_service_that_fails_or_is_none(
     assert text in capsys.readouterr().err
 
 
-def test_serve_answers_until_it_is_told_to_stop(tmp_path: Path) -> None:
+def test_serve_answers_until_a_signal(tmp_path: Path) -> None:
     with service_server(tmp_path, {}, probe="/health") as server:
         assert httpx.get(f"{server.url}/health").json()["status"] == "ready"
     assert server.process.returncode == 0

@@ -12,7 +12,7 @@ from tests.programs import program
 
 @dataclass(frozen=True)
 class Read:
-    """What Geomview made of a file: vertices as it stores them, float32, and faces.
+    """A file as Geomview read it: vertices as it stores them, float32, and faces.
 
     `colors`, red, green, blue and opacity, are None where it knows of none.
     """

@@ -1,4 +1,4 @@
-"""The Khronos glTF validator, run on Node: the judge of what is valid glTF."""
+"""Runs the Khronos glTF validator on Node."""
 
 import atexit
 import json

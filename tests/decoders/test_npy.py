@@ -135,7 +135,7 @@ def test_damaged_files_are_refused_or_what_numpy_reads_and_cost_nothing(content:
         assert found.tobytes() == expected.tobytes()
 
 
-def test_every_truncation_is_told() -> None:
+def test_every_truncation_is_refused() -> None:
     for end in range(len(FILE)):
         with pytest.raises(MalformedBody):
             decode(FILE[:end], None, MOST)

@@ -135,7 +135,7 @@ FORMS = [
 """One and the same patch, as the format lets it be written."""
 
 OURS_ALONE = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
-"""What stands in forms of which Geomview complains, or that it draws in another way."""
+"""Texts that Geomview refuses, or draws differently."""
 
 
 @pytest.mark.parametrize("text", FORMS)
@@ -219,7 +219,7 @@ REFUSED: dict[str, tuple[bytes, str, int]] = {
 
 
 @pytest.mark.parametrize(("text", "code", "line"), REFUSED.values(), ids=list(REFUSED))
-def test_what_is_wrong_is_told_with_its_line(text: bytes, code: str, line: int) -> None:
+def test_errors_name_the_line(text: bytes, code: str, line: int) -> None:
     with pytest.raises(SurfaceError) as caught:
         decode(text, None, MOST)
     issue = caught.value.issues[0]

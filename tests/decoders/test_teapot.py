@@ -1,4 +1,4 @@
-"""The text of the teapot: however it is laid out it is the same surface, or the line is told."""
+"""The teapot's text: every layout is the same surface, or the error names the line."""
 
 from contextlib import suppress
 
@@ -92,7 +92,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("text", "code", "line"), REFUSED.values(), ids=list(REFUSED))
-def test_what_is_wrong_is_told_with_its_line(text: str, code: str, line: int) -> None:
+def test_errors_name_the_line(text: str, code: str, line: int) -> None:
     with pytest.raises(SurfaceError) as caught:
         decode(text.encode(), None, MOST)
     issue = caught.value.issues[0]

@@ -1,4 +1,4 @@
-"""What lies in `deploy/`, read."""
+"""Readers of the files in `deploy/`."""
 
 import subprocess
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ def load(path: Path) -> Any:
 
 
 def run(*command: str | Path, stdin: str = "") -> str:
-    """What the command prints; a command that fails fails the test, with what it complained of."""
+    """The output of a command; its failure fails the test, with its error output."""
     done = subprocess.run(
         command, input=stdin, capture_output=True, text=True, timeout=60, check=False
     )
@@ -43,7 +43,7 @@ LIMIT = 1 << 30
 
 
 def settings_of(environment: Mapping[str, str]) -> Settings:
-    """What the service makes of these variables; one that it does not know fails the test."""
+    """The settings from these variables; an unknown variable fails the test."""
     ours = {
         name.removeprefix(PREFIX).lower(): value
         for name, value in environment.items()
@@ -54,7 +54,7 @@ def settings_of(environment: Mapping[str, str]) -> Settings:
 
 
 def check_limits(settings: Settings, limit: int, patience: int) -> None:
-    """What is under way and the process itself fit into a limit of memory, with some to spare, and
+    """Running requests and the process itself fit into a limit of memory, with some to spare, and
     the longest request and the drain into the seconds between SIGTERM and SIGKILL.
     """
     assert settings.memory_bytes + PROCESS < 0.7 * limit

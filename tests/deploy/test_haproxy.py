@@ -50,7 +50,7 @@ def test_not_ready_is_known_before_the_listener_closes() -> None:
     known = seconds("inter") + (number("fall") - 1) * seconds("fastinter")
     settings = settings_of(SERVICES["surface"]["environment"])
     assert settings.drain_delay >= 2 * known
-    assert seconds("timeout check") > DEADLINE, "it may take that long where it is well"
+    assert seconds("timeout check") > DEADLINE, "a working service may take that long"
     assert "uri /health/ready " in TEXT
 
 

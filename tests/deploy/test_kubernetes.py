@@ -28,7 +28,7 @@ overlays = pytest.mark.parametrize("overlay", OVERLAYS)
 
 @cache
 def built(overlay: str) -> dict[tuple[str, str], Manifest]:
-    """What kustomize makes of an overlay, by kind and name: valid manifests."""
+    """The manifests of an overlay, by kind and name, after validation."""
     text = run(program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
     manifests = list(yaml.safe_load_all(text))
     for each in manifests:
@@ -59,7 +59,7 @@ def container_of(overlay: str) -> Any:
 
 
 def settings_in(overlay: str) -> Settings:
-    """What the service makes of the settings of the pod."""
+    """The service's settings from the variables of the pod."""
     config = the(overlay, "ConfigMap")
     reference = {"configMapRef": {"name": config["metadata"]["name"]}}
     assert reference in container_of(overlay)["envFrom"]
@@ -105,7 +105,7 @@ def test_limits_hold_what_the_settings_allow(overlay: str) -> None:
     check_limits(settings, 1 << 30, pod_of(overlay)["terminationGracePeriodSeconds"])
     assert settings.threads > 0, "the processors of the node would be counted"
     if of_kind(overlay, "Ingress"):
-        assert settings.drain_delay >= 5, "whoever is in front must hear of it"
+        assert settings.drain_delay >= 5, "the load balancer needs time to notice"
     assert "lifecycle" not in container_of(overlay), "the service itself waits"
 
 
@@ -134,7 +134,7 @@ def test_probed_paths_are_routes(overlay: str) -> None:
 
 
 @overlays
-def test_nobody_talks_but_to_the_port_of_the_service(overlay: str) -> None:
+def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
     policies = {
         each["metadata"]["name"]: each["spec"] for each in of_kind(overlay, "NetworkPolicy")
     }
@@ -144,7 +144,7 @@ def test_nobody_talks_but_to_the_port_of_the_service(overlay: str) -> None:
     for spec in policies.values():
         assert spec["podSelector"]["matchLabels"] == labels
         for rule in spec.get("ingress", []):
-            assert rule["from"], "from everybody"
+            assert rule["from"], "from all addresses"
             assert rule["ports"] == [{"port": "http", "protocol": "TCP"}]
     out = {
         port["port"]
@@ -194,7 +194,7 @@ def test_in_production_replicas_share_a_bucket_and_one_may_go() -> None:
 def test_in_production_keys_are_a_file_that_may_change() -> None:
     (volume,) = pod_of("production")["volumes"]
     assert volume["secret"]["secretName"] == "surface-keys"
-    assert not volume["secret"].get("optional"), "without keys everybody may compute and store"
+    assert not volume["secret"].get("optional"), "without keys every client may compute and store"
     (mount,) = container_of("production")["volumeMounts"]
     assert mount["readOnly"]
     assert "subPath" not in mount, "what is mounted so never changes"

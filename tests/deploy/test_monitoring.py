@@ -91,7 +91,7 @@ QUIET: dict[str, dict[str, str]] = {
     },
     # Without a quota nothing is nearly full; without requests nothing is slow or missed.
     "idle": {f"surface_store_quota_bytes{{{SERVICE}}}": "0x200"},
-    # A restart now and then, and probes that are told no, are what they are.
+    # A restart now and then, and refused probes, need no alert.
     "rolling": {
         f"surface_ready{{{SERVICE}}}": "1x50 0 0 1x150",
         f'{TOOK}_count{{{SERVICE},route="/health/ready",status="5xx"}}': "0+60x200",

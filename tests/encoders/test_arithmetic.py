@@ -1,4 +1,4 @@
-"""What rounding depends on is told apart."""
+"""Processors and libraries with other rounding have other names."""
 
 import os
 import platform
@@ -16,14 +16,14 @@ PROGRAM = "from service.encoders.arithmetic import arithmetic; print(arithmetic(
 
 
 def told(core: str) -> str:
-    """What a process says whose BLAS computes as for such a processor."""
+    """The name in a process whose BLAS computes as for another processor."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": core}
     return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
 
 
 def test_another_processor_is_another_arithmetic() -> None:
     if not any(library["internal_api"] == "openblas" for library in threadpool_info()):
-        pytest.skip("no OpenBLAS, which can be told to compute as for another processor")
+        pytest.skip("only OpenBLAS can compute as for another processor")
     one, other = OLD_CORES[platform.machine()]
     assert told(one) == told(one)
     assert told(one) != told(other)

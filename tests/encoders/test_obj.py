@@ -21,7 +21,7 @@ def numbers(found: list[list[str]], kind: str) -> np.ndarray:
 
 
 def corners(found: list[list[str]]) -> list[list[tuple[int, ...]]]:
-    """Zero-based numbers of each corner of each face, as many as there are."""
+    """Zero-based indices of each corner of each face."""
     return [
         [tuple(int(n) - 1 for n in word.split("/") if n) for word in words]
         for key, *words in found

@@ -1,4 +1,4 @@
-"""What formats say of how near a mesh is to its surface."""
+"""Deviation bounds in the reports and comments of formats."""
 
 import io
 import json
@@ -35,7 +35,7 @@ def reports(mesh: Mesh) -> list[dict[str, Any]]:
     return [document["report"], asset["extras"]["report"]]
 
 
-def test_bounds_are_told_of_the_whole_and_of_every_part_that_has_one() -> None:
+def test_reports_have_bounds_of_the_whole_and_of_each_part_with_one() -> None:
     mesh = silo()
     assert len(mesh.parts) > 1
     for report in reports(certified(mesh)):

@@ -58,7 +58,7 @@ def sample(net: list[list[Point]], i: int, j: int) -> Point:
 
 
 def program(net: list[list[Point]]) -> Iterator[str]:
-    """What it prints, line by line."""
+    """The lines of its output."""
     points = [[sample(net, i, j) for j in range(SAMPLES[1])] for i in range(SAMPLES[0])]
     corners = (0, 0), (0, 1), (1, 1), (1, 0)
     yield "LIST"

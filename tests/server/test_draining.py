@@ -1,4 +1,4 @@
-"""How the service ends: signals, what is under way, exit codes."""
+"""The end of the service: signals, running requests, exit codes."""
 
 import asyncio
 import signal
@@ -81,7 +81,7 @@ def test_until_its_delay_is_over_all_is_answered_and_every_answer_is_the_last() 
         server._ends_at = 0.0  # the delay is over
 
 
-def test_what_is_under_way_is_answered_after_the_listener_has_gone() -> None:
+def test_running_requests_are_answered_after_the_listener_is_closed() -> None:
     slow, answers = Slow(), []
     with answering(slow, Settings(drain_timeout=LONG), None) as (server, url):
         asking = threading.Thread(target=lambda: answers.append(httpx.get(f"{url}/slow")))

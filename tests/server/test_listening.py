@@ -1,4 +1,4 @@
-"""What the process asks of the system, and what its supervisor hears."""
+"""Limits that the process asks of the system, and messages to its supervisor."""
 
 import resource
 import socket
@@ -11,7 +11,7 @@ from service.server.run import notify, raise_file_limit
 from service.settings.values import Settings
 
 
-def test_a_supervisor_that_asked_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_supervisor_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = str(tmp_path / "notify")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
         sock.bind(path)
@@ -21,7 +21,7 @@ def test_a_supervisor_that_asked_is_told(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_a_supervisor_that_is_away_is_no_reason_to_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NOTIFY_SOCKET", "@surface-service-test-nobody")
+    monkeypatch.setenv("NOTIFY_SOCKET", "@surface-service-test-closed")
     notify("READY=1")
 
 

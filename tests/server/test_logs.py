@@ -58,7 +58,7 @@ def test_text_cannot_be_forged() -> None:
     assert all(line.startswith("    ") and line.isprintable() for line in below)
 
 
-def test_records_tell_of_the_request_that_is_under_way() -> None:
+def test_records_name_the_running_request() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "it", None, None)
     assert "request_id" not in json.loads(Records("json").format(record))
     token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
@@ -107,7 +107,7 @@ def test_what_is_logged_before_the_log_is_there_has_its_form() -> None:
     assert json.loads(line)["message"].startswith("SURFACE_NOTHING is not a setting of")
 
 
-def test_the_process_ends_though_nobody_reads_its_log() -> None:
+def test_the_process_ends_though_its_log_is_not_read() -> None:
     program = """
 from service.server.logs import start_logs
 from service.settings.values import Settings
@@ -148,7 +148,7 @@ def test_lines_come_whole_and_in_order() -> None:
     assert log.dropped == 0
 
 
-def test_a_pipe_that_nobody_reads_blocks_nobody() -> None:
+def test_a_full_pipe_blocks_no_request() -> None:
     with pipe() as (read, write):
         log = Lines(write, waiting=100)
         line = "x" * 1000 + "\n"

@@ -1,4 +1,4 @@
-"""What is read of requests, and what is refused before the application sees it."""
+"""Requests that the server reads, and those that it refuses before the application sees them."""
 
 import asyncio
 import gc
@@ -56,7 +56,7 @@ async def deaf(_scope: Scope, _receive: Receive, send: Send) -> None:
 
 
 class Later:
-    """Answers when it is told to."""
+    """Answers when the test lets it."""
 
     def __init__(self) -> None:
         self.may = asyncio.Event()
@@ -246,7 +246,7 @@ async def test_a_waiting_request_whose_body_cannot_be_read_is_not_begun() -> Non
     assert len(later.received) == 1
 
 
-async def test_the_application_is_told_that_a_body_breaks_off() -> None:
+async def test_the_application_sees_that_a_body_breaks_off() -> None:
     echo = Echo()
     client = Server(echo).connect()
     await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
@@ -257,7 +257,7 @@ async def test_the_application_is_told_that_a_body_breaks_off() -> None:
     assert client.problem["code"] == "malformed_request"
 
 
-async def test_all_requests_of_a_client_are_told_that_it_has_gone() -> None:
+async def test_all_requests_of_a_client_see_that_it_has_gone() -> None:
     later = Later()
     client = Server(later).connect()
     await client.send(GET % 1 + GET % 2)

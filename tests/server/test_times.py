@@ -122,7 +122,7 @@ def test_a_client_that_does_not_read_loses_its_connection() -> None:
     with running_service(Settings(send_timeout=0.1)) as url, connected(url) as stalled:
         stalled.sendall(GET.replace(b"/", b"/v1/surfaces/saddle/mesh.stl?resolution=600", 1))
         assert stalled.recv(15, socket.MSG_WAITALL) == b"HTTP/1.1 200 OK"
-        # Whoever sends to a connection that has gone is told so, sooner or later.
+        # Sending to a closed connection fails, sooner or later.
         with pytest.raises(OSError, match=r"reset|pipe"):
             send_for_ever(stalled)
 

@@ -117,7 +117,7 @@ def test_service_outlives_its_store() -> None:
             address = stored.headers["location"]
             given = httpx.get(f"{service}{address}").json()["surface"]
             assert given["control_net"] == PATCH["surface"]["control_net"]
-    with account(url), running_service(settings) as service:  # nobody listens at `url` any more
+    with account(url), running_service(settings) as service:  # no server listens at `url` any more
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (200, "unavailable")
         assert httpx.get(f"{service}/v1/surfaces/saddle/mesh.glb").status_code == 200

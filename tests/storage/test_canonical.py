@@ -76,7 +76,7 @@ MORE: dict[str, Json] = {
         ],
     },
 }
-"""What no other test has: mostly defaults, and numbers with many digits."""
+"""Surfaces that no other test has: mostly defaults, and numbers with many digits."""
 
 ALL = {**SURFACES, **MORE}
 
@@ -292,7 +292,7 @@ def test_a_content_ends_where_it_ends() -> None:
 @settings(max_examples=200)
 @given(st.sampled_from([*ALL]), st.data())
 def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
-    """Never a fault that nobody foresaw; that the hash is wrong is seen by the store."""
+    """Every other content is refused; the store checks the hash."""
     content = bytearray(canonical_content(surface(ALL[name])))
     end = content.index(b"\n")
     for _ in range(data.draw(st.integers(1, 3))):

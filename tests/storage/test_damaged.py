@@ -1,4 +1,4 @@
-"""Objects that are not what was stored are never given out, and storing them again mends them."""
+"""Damaged objects are never sent; storing them again repairs them."""
 
 import asyncio
 import logging
@@ -57,7 +57,7 @@ async def test_damaged_object(
 
 @settings(max_examples=50)
 @given(st.binary(min_size=1, max_size=64), st.binary(max_size=64))
-def test_nothing_else_is_ever_given_out(content: bytes, instead: bytes) -> None:
+def test_other_contents_are_never_sent(content: bytes, instead: bytes) -> None:
     async def work(store: SurfaceStore) -> None:
         await damage(store, content, instead)
         try:

@@ -1,4 +1,4 @@
-"""What only a folder has: files, permissions, a disk."""
+"""Properties that only a folder has: files, permissions, a disk."""
 
 import os
 import stat

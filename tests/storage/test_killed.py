@@ -25,13 +25,13 @@ def storing(folder: Path) -> subprocess.Popen[str]:
         env=environment,
         stdout=subprocess.PIPE,
         text=True,
-        # It waits before it is far ahead of whoever reads: there is always something to kill.
+        # It waits before it is far ahead of the reader: there is always a write to kill.
         pipesize=4096,
     )
 
 
 def stored(folder: Path) -> set[str]:
-    """What is visible in a folder; all of it is whole."""
+    """The visible objects of a folder, all of which must be complete."""
     visible = files(folder / "surfaces")
     for path in visible:
         assert path == file_of(folder, path.read_bytes()), "an object that is not its name"

@@ -1,4 +1,4 @@
-"""What a store was asked to do, by kind and end."""
+"""Counts of a store's operations, by kind and outcome."""
 
 import hashlib
 from pathlib import Path

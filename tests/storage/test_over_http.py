@@ -1,4 +1,4 @@
-"""What somebody sees whose surface is damaged, or has no room."""
+"""Responses for a damaged surface, and for a full store."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ PATCH = {"surface": {"control_net": NET}}
 MOVED = {"surface": {"control_net": [NET[0], [[1, 0, 1], [1, 1, 0.5]]]}}
 
 
-def test_a_damaged_surface_is_not_given_out_until_it_is_stored_again(
+def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     with client_of(create_app(Settings(store=str(tmp_path)))) as client:

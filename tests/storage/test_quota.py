@@ -147,7 +147,7 @@ async def test_what_is_stored_during_a_count_counts() -> None:
     place.bytes = 10
     counting = asyncio.create_task(usage.recount())
     await asyncio.sleep(0)
-    await asyncio.sleep(0)  # the listing is under way
+    await asyncio.sleep(0)  # the listing runs
     await take(usage, 60)
     await counting
     with pytest.raises(StoreFull):

@@ -1,4 +1,4 @@
-"""What a store promises, in memory and in a folder."""
+"""The properties of a store, in memory and in a folder."""
 
 import asyncio
 from pathlib import Path

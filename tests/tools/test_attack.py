@@ -1,4 +1,4 @@
-"""What the attack table says of an answer, and of none."""
+"""Rows of the attack table, with and without a response."""
 
 import asyncio
 from collections import Counter

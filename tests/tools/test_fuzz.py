@@ -30,7 +30,7 @@ def test_a_refusal_is_no_finding() -> None:
     judged(refusing, b"")
 
 
-def test_other_exceptions_and_what_is_too_dear_are_findings() -> None:
+def test_other_exceptions_and_too_much_work_are_findings() -> None:
     def failing(content: bytes) -> None:
         content.decode("ascii")
 

@@ -1,4 +1,4 @@
-"""What is generated is that of the code."""
+"""Generated pages agree with the code."""
 
 from pathlib import Path
 

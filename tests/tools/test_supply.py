@@ -1,4 +1,4 @@
-"""What of others comes along: listed, allowed, looked after."""
+"""Other projects' software in the image is listed, allowed and checked."""
 
 import json
 import re
@@ -44,7 +44,7 @@ def test_what_is_needed_is_what_needs_it_and_no_tool_of_ours() -> None:
     assert not found.keys() & {"pytest", "ruff", "scipy", "playwright"}
 
 
-def test_unclear_licence_must_be_read_by_somebody() -> None:
+def test_an_unclear_licence_must_be_read_first() -> None:
     with pytest.raises(Unread, match="'BSD License'"):
         stated("x", Classifier="License :: OSI Approved :: BSD License")
     with pytest.raises(Unread, match="says ''"):

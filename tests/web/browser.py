@@ -17,7 +17,7 @@ from tests.live import serve
 
 FOLDER = Path(__file__).parent
 
-# Software WebGL, since nobody has a graphics card for us; no calls home; and no host but this one.
+# Software WebGL, for machines without a graphics card; no calls home; and no host but this one.
 CHROMIUM_FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--no-sandbox",
@@ -64,7 +64,7 @@ class QuietHandler(SimpleHTTPRequestHandler):
     """Files of a folder."""
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nobody wants to read every request."""
+        """Writes no log line for each request."""
 
 
 def serve_folder(folder: Path) -> AbstractContextManager[str]:
@@ -88,7 +88,7 @@ class Stage:
         self.page.evaluate("url => window.show(url)", model)
 
     def picture(self) -> NDArray[np.int64]:
-        """What the page looks like, every eighth pixel or so: 96 × 64 of them, of red, green, blue.
+        """The page's picture, about every eighth pixel: 96 × 64 of them, of red, green, blue.
 
         The picture is read in a page of its own: this one may forbid it.
         """
@@ -105,12 +105,12 @@ class Stage:
         self.page.evaluate("window.viewer.drawEdges()")
 
     def meshes(self) -> list[dict[str, Any]]:
-        """What three.js holds of every mesh; positions and normals as they stand in the world."""
+        """Every mesh in three.js; positions and normals in world coordinates."""
         found: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
         return found
 
     def lines(self) -> list[dict[str, Any]]:
-        """What three.js holds of all that is lines."""
+        """All lines in three.js."""
         found: list[dict[str, Any]] = self.page.evaluate("window.viewer.lines()")
         return found
 

@@ -53,7 +53,7 @@ def page_of(library: str) -> str:
 
 
 def client(library: str, model: str) -> str:
-    """The same of another model: its URL, which may be one of `data:`."""
+    """Loads another model by its URL, which may be one of `data:`."""
     page, replaced = MODEL.subn(lambda _: model, page_of(library))
     assert replaced == 1
     return page

@@ -28,7 +28,7 @@ def project_of(folder: Path, *sources: Path) -> Path:
 
 
 def complaints(project: Path) -> str:
-    """What the compiler has against a project, told by its `tsconfig.json`; empty if nothing."""
+    """The compiler's errors in the project of a `tsconfig.json`; empty if there are none."""
     compiler = node_package("typescript") / "bin" / "tsc"
     command = [program("node"), str(compiler), "--project", str(project)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

@@ -40,7 +40,7 @@ def editor(server: str, browser: Browser) -> Iterator[Stage]:
 
 @pytest.fixture
 def stage(viewer: Stage) -> Iterator[Stage]:
-    """The same page for one test, in which its console must stay silent."""
+    """The shared page for one test, in which its console must stay silent."""
     viewer.complaints.clear()
     yield viewer
     assert viewer.complaints == []

@@ -1,4 +1,4 @@
-"""What tests do with the editor, as a person would: choose a point, drag it, read the numbers."""
+"""Actions of a person in the editor: choose a point, drag it, read the numbers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +10,7 @@ from service.api.routes.pages import STATIC, THREE
 from tests.web.browser import WITHOUT_PIXELS, Stage
 
 READY = 'html[data-state="ready"]'
-"""No request is under way, and the last one was answered with a mesh."""
+"""No request is running, and the last one was answered with a mesh."""
 
 SADDLE = "/?surface=saddle&resolution=6"
 START = {"look": "shaded", "accuracy": "resolution"}

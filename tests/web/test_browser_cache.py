@@ -1,4 +1,4 @@
-"""What a browser keeps of a stored surface's mesh: seen at the server, which counts requests."""
+"""A browser's cache of a stored surface's mesh: the server counts the requests."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -71,7 +71,9 @@ def stage(
         stage.page.close()
 
 
-def test_a_second_load_asks_nobody(watched: Watched, links: dict[str, str], stage: Stage) -> None:
+def test_a_second_load_sends_no_request(
+    watched: Watched, links: dict[str, str], stage: Stage
+) -> None:
     watched.seen.clear()
     stage.page.goto(stage.page.url)
     (mesh,) = held(stage)
@@ -85,7 +87,7 @@ def test_a_second_load_asks_nobody(watched: Watched, links: dict[str, str], stag
     assert sizes == [[0, len(content)]]
 
 
-def test_a_load_past_the_cache_is_told_that_nothing_has_changed(
+def test_a_load_past_the_cache_gets_304(
     watched: Watched, links: dict[str, str], stage: Stage
 ) -> None:
     """The browser itself adds the condition, and hands its own copy to the page."""
@@ -101,9 +103,7 @@ def test_a_load_past_the_cache_is_told_that_nothing_has_changed(
     assert (status, size) == (200, len(httpx.get(links["glb"]).content))
 
 
-def test_a_reload_is_told_that_nothing_has_changed(
-    watched: Watched, links: dict[str, str], browser: Browser
-) -> None:
+def test_a_reload_gets_304(watched: Watched, links: dict[str, str], browser: Browser) -> None:
     """As by the button of the browser, of a mesh that is open in it."""
     page = browser.new_page()
     watched.seen.clear()
@@ -117,7 +117,7 @@ def test_a_reload_is_told_that_nothing_has_changed(
 def test_what_was_visited_can_be_fetched_by_a_page_of_another_origin(
     watched: Watched, links: dict[str, str], browser: Browser
 ) -> None:
-    """What a visit has left in the cache is good for a script: it says who may read it."""
+    """A script may read a file that a visit has cached: its headers allow it."""
     with site({"/": "<title>A page</title><link rel=icon href='data:,'>"}) as origin:
         page = browser.new_page()
         watched.seen.clear()

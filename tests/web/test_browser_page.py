@@ -103,7 +103,7 @@ def test_a_refusal_is_read_from_the_error_of_three(opened: Any) -> None:
     stage = opened(f'{EMPTY}{IMPORTS[0]}<script type="module">{code}</script>')
     stage.page.wait_for_function("document.body.textContent.includes(':')")
     assert stage.page.inner_text("body").startswith("resolution: ")
-    # The browser itself tells of every answer that is an error; nothing else is said.
+    # The browser itself logs every error response; there must be no other line.
     assert [re.findall(r"status of (\d+)", text) for text in stage.complaints] == [["422"]]
 
 
@@ -129,8 +129,8 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Any, tmp_path: Path)
 
 
 def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> None:
-    """Where all is switched on; but for files, which openapi-typescript takes for texts unless it
-    is told.
+    """With everything switched on, and without files, whose types openapi-typescript takes for
+    texts.
     """
     (command,) = (block for block in blocks("sh") if block.startswith("npx "))
     maker = node_package("openapi-typescript") / "bin" / "cli.js"

@@ -50,7 +50,7 @@ def computed(server: str, stored: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a library holds of the mesh, its picture, and what it complained of."""
+    """The mesh as a library read it, its picture, and the library's warnings."""
 
     mesh: dict[str, Any]
     picture: NDArray[np.int64]

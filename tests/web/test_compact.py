@@ -51,7 +51,7 @@ Shown = dict[str, tuple[Any, bytes]]
 
 @pytest.fixture(scope="module", params=["three", "babylon"])
 def shown(request: pytest.FixtureRequest, server: str, browser: Browser) -> Shown:
-    """What a library holds of the surface in every form, and its picture of it: all on one page."""
+    """The surface in every form as a library read it, and pictures: all on one page."""
     pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
     frames = "".join(f'<iframe name="{name}" src="{name}"></iframe>' for name in FORMS)
     found: Shown = {}

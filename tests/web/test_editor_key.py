@@ -1,4 +1,4 @@
-"""The editor where the service needs a key: it asks for one, sends it, and tells it nobody."""
+"""The editor where the service needs a key: it asks for one, sends it, and stores it nowhere."""
 
 import json
 from collections.abc import Iterator
@@ -48,7 +48,7 @@ def enter(page: Page, key: str) -> None:
     page.press("#access-key", "Enter")
 
 
-def test_the_key_is_asked_for_sent_and_told_nobody(
+def test_the_key_is_asked_for_sent_and_not_stored(
     opened: tuple[Stage, list[Request]], tmp_path: Path
 ) -> None:
     stage, requests = opened
@@ -57,7 +57,7 @@ def test_the_key_is_asked_for_sent_and_told_nobody(
     assert "have a key" in page.inner_text("#access-why")
     assert page.evaluate("document.activeElement.id") == "access-key"
     assert violations(page) == []
-    # What is no key is not even sent; a wrong one is told of.
+    # A text that is no key is not even sent; a wrong key is reported.
     before = len(requests)
     enter(page, "password")
     assert page.is_visible("#access")
@@ -109,7 +109,7 @@ def test_the_key_is_asked_for_sent_and_told_nobody(
     assert told == []
 
 
-def test_without_keys_nobody_is_asked(editor: Stage) -> None:
+def test_without_keys_the_editor_does_not_ask(editor: Stage) -> None:
     page = editor.page
     assert page.is_hidden("#access")
     assert page.is_hidden("#api-key")

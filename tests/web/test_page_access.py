@@ -42,7 +42,7 @@ def page(editor: Stage) -> Iterator[Page]:
 
 
 def violations(page: Page) -> list[tuple[str, str, list[Any]]]:
-    """What axe finds on the page as it stands: rule, impact and places."""
+    """Findings of axe on the page: rule, impact and places."""
     if not page.evaluate("'axe' in window"):
         page.evaluate((node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
     found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")

@@ -1,5 +1,5 @@
-"""What is taken along from the editor: a link that opens the same surface elsewhere, a snippet, a
-command; and that the editor asks nobody but the service."""
+"""Sharing from the editor: a link that opens the same surface elsewhere, a snippet, a
+command; and that the editor sends requests to the service only."""
 
 import shlex
 from collections.abc import Iterator
@@ -50,7 +50,7 @@ def picture_of_mesh(stage: Stage) -> NDArray[np.int64]:
 
 
 def copied(page: Page, button: str) -> str:
-    """What a button has copied, or shows to be copied."""
+    """The text that a button has copied, or shows to be copied."""
     page.locator("#copied").evaluate("place => place.replaceChildren()")
     page.click(f"#{button}")
     page.wait_for_selector("#copied:not(:empty)")

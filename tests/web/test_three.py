@@ -1,4 +1,4 @@
-"""What three.js makes of a GLB in headless Chromium: shading, curvatures, groups, wires."""
+"""A GLB in three.js in headless Chromium: shading, curvatures, groups, wires."""
 
 import numpy as np
 import pytest

@@ -66,7 +66,7 @@ FIRST, BESIDE, LAST = (BODIES, (*HEADS, *CONNECTIONS), (*WORK, WORST))
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the client that behaves saw of one of its requests."""
+    """Result of one request of the well-behaved client."""
 
     time: float
     kind: str
@@ -76,7 +76,7 @@ class Seen:
 
 @dataclass(slots=True)
 class Row:
-    """What one attack did."""
+    """Result of one attack."""
 
     attack: Attack
     answers: Counter[str]
@@ -86,7 +86,7 @@ class Row:
     seen: list[Seen] = field(default_factory=list)
 
     def wrong(self) -> list[str]:
-        """What should not have been."""
+        """Faults of the service that the attack showed."""
         found = self.attack.wrong(self.answers)
         found += [f"client: {what}" for what in sorted({s.what for s in self.seen} - {"ok"})]
         if self.resident > MOST_RESIDENT:
@@ -147,7 +147,7 @@ async def attacked(
 
 @contextmanager
 def client(port: int) -> Iterator[list[Seen]]:
-    """What a client that behaves sees at a port: a list that is full once the block ends."""
+    """Results of a well-behaved client at a port: a list that is complete after the block."""
     command = [sys.executable, "-m", "tools.attack.client", str(port)]
     seen: list[Seen] = []
     with tempfile.TemporaryFile("w+") as told:
@@ -165,7 +165,7 @@ def client(port: int) -> Iterator[list[Seen]]:
 
 
 def left_over(service: Server, files: int) -> list[str]:
-    """What is still there some seconds after the last attack, and should not be."""
+    """Leftovers some seconds after the last attack."""
     problems: list[str] = []
     for _ in range(60):
         time.sleep(0.5)
@@ -185,7 +185,7 @@ LEASES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_byte
 
 
 def leases(service: Server) -> list[str]:
-    """What the service's own numbers say is still held."""
+    """Memory and threads that the service's metrics still report as held."""
     answer = httpx.get(f"{service.url}/metrics")
     if answer.status_code != 200:
         return ["no /metrics"]
@@ -216,7 +216,7 @@ def main(chosen: list[str]) -> bool:
                 rows += asyncio.run(attacked(service, proxy.port, meant(PROXIED)))
             assign(rows, seen)
         with client(service.port) as seen:
-            os.nice(10)  # whoever attacks gets what is left of the processors
+            os.nice(10)  # the attacks get only idle processor time
             files, begin = service.open_files(), time.monotonic()
             rest = {"lasting": meant(LASTING), "beside": meant(BESIDE), "last": meant(LAST)}
             direct = asyncio.run(attacked(service, service.port, meant(FIRST), **rest))

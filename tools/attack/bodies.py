@@ -98,7 +98,7 @@ async def nothing_finite(port: int) -> Counter[str]:
 
 
 def _as_foreseen(got: str, status: int) -> str:
-    # Some are longer than what is read; tests without a server cannot see that from a header.
+    # Some are longer than the service reads; tests without a server cannot see that from a header.
     as_it_is = got.startswith(str(status)) or got in (
         "413 body_too_large",
         "422 result_too_large",

@@ -1,6 +1,6 @@
 """A client that behaves: small requests at a steady pace, each timed and its bytes compared.
 
-It is a process of its own, so that whoever attacks does not slow it down, and tells what it saw on
+It is a process of its own, so that the attacks do not slow it down, and tells what it saw on
 its standard output: a line a request, `time kind seconds what`, where `what` is `ok` or what was
 wrong.
 """

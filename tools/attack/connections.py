@@ -86,7 +86,7 @@ async def gone_in_answer(port: int) -> Counter[str]:
 
 
 async def gone_in_queue(port: int) -> Counter[str]:
-    """Work for seconds, of which nobody wants the answer any more."""
+    """Work for seconds, whose client has gone."""
     return await _gone(port, LARGE_ANSWER, 0.05, 100)
 
 
@@ -113,7 +113,7 @@ async def _gone(port: int, sent: bytes, after: float, times: int, reads: int = 0
 
 
 async def half_closed(port: int) -> Counter[str]:
-    """What is answered at once is answered though nothing more can come; nobody waits for more."""
+    """Half-closed connections: the service answers complete requests and waits for no more."""
     answers: Counter[str] = Counter()
     whole = post("/v1/mesh?format=stl", grid(30, 30))
     for request in (get("/health"), whole, whole[:500], get("/health")[:20]) * 10:
@@ -131,7 +131,7 @@ async def half_closed(port: int) -> Counter[str]:
 
 
 async def slow_readers(port: int) -> Counter[str]:
-    """Large answers, of which nobody takes more than a little: after a while they hang up."""
+    """Large responses to clients that read only a little, and later hang up."""
     asked = [_reads_slowly(port, LARGE_ANSWER) for _ in range(16)]
     hit = get("/v1/surfaces/tea-service/mesh.json?resolution=24")
     asked += [_reads_slowly(port, hit) for _ in range(64)]
@@ -160,7 +160,7 @@ async def _reads_slowly(port: int, request: bytes) -> str:
 
 
 async def _narrow(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-    """A connection whose system takes little that nobody reads."""
+    """A connection with a small receive buffer, which the client does not read."""
     own = socket.socket()
     own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     own.setblocking(False)

@@ -1,4 +1,4 @@
-"""Attacks by the head of a request, and by what is no HTTP."""
+"""Attacks by the head of a request, and by bytes that are not HTTP."""
 
 import asyncio
 from collections import Counter

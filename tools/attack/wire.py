@@ -177,7 +177,7 @@ class Attack:
 
 
 BUSY = r"429 busy|503 out_of_time"
-"""What a service that has enough to do may always say."""
+"""Statuses that a busy service may always answer."""
 
 DONE = rf"200|422 (result_too_large|invalid_request|unsupported_by_format)|{BUSY}"
-"""What becomes of work."""
+"""Statuses of work that the service accepts or refuses."""

@@ -1,4 +1,4 @@
-"""Attacks by work: as much of it as is allowed, and much of it that is of no use to anybody."""
+"""Attacks by work: up to the limits, and mostly useless."""
 
 import asyncio
 import json
@@ -17,7 +17,7 @@ from tools.attack.wire import BUSY, DONE, Attack, Pieces, connected, get, post, 
 
 @cache
 def grid(rows: int, columns: int) -> bytes:
-    """A request for a B-spline of so many control points."""
+    """A request for a B-spline of `count` control points."""
     net = [[[i, j, (i * j) % 7 / 7] for j in range(columns)] for i in range(rows)]
     surface = {"type": "bspline", "degree": 3, "control_net": net}
     return json.dumps({"surface": surface, "resolution": 1}).encode()
@@ -25,7 +25,7 @@ def grid(rows: int, columns: int) -> bytes:
 
 @cache
 def points(count: int) -> bytes:
-    """A request of so many control points, of which a few make a patch."""
+    """A request with `count` control points, of which a few make a patch."""
     vertices = [[k % 7 / 7, k % 11 / 11, k] for k in range(count)]
     surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
     return json.dumps({"surface": surface, "resolution": 1}).encode()

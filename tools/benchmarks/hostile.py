@@ -1,4 +1,4 @@
-"""What a hostile body costs: time and memory until the refusal is whole.
+"""Measures hostile bodies: time and memory until the refusal is complete.
 
 Each body of the table is posted to an application in a process of its own, in the pieces in which
 a server would hand it over. Memory is the peak of that process above what it held before, the bytes

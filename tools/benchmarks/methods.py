@@ -1,4 +1,4 @@
-"""What the methods of evaluation cost and what they lose: the tables of docs/methods.md.
+"""Measures time and error of the methods of evaluation: the tables of docs/methods.md.
 
 Cost is CPU time against `matrix`, positions and normals, in turns. Loss is the largest error of a
 position, in parts of the extent of the net, against exact arithmetic at a few samples of each row
@@ -34,7 +34,7 @@ def wild(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatc
 
 
 def works() -> list[tuple[str, Patches, int]]:
-    """What is timed: a title, patches, divisions."""
+    """A measured case: a title, patches, divisions."""
     teapot = example_batch("utah-teapot")
     cubic = np.random.default_rng(3).uniform(-1, 1, (1, 10, 3))
     return [

@@ -69,7 +69,7 @@ HEADER = (
 
 
 def works() -> dict[str, list[Surface]]:
-    """What is meshed, in groups."""
+    """The meshed models, in groups."""
     rng = np.random.default_rng(15)
     ridges = (FAMILIES["sine ridges"].surface(seed) for seed in range(6))
     spikes = (FAMILIES["spikes"].surface(seed) for seed in range(6))
@@ -96,7 +96,7 @@ def example(name: str) -> Surface:
 
 
 def small_faces() -> PatchModel:
-    """What machine parts consist of: planes, quarters of cylinders, and fillets, of many sizes.
+    """Surfaces of machine parts: planes, quarters of cylinders, and fillets, of many sizes.
 
     Fillets are quarters of rings about a quarter of a turn. They lie on a lattice, turned anyhow.
     """
@@ -230,7 +230,7 @@ def uniform(model: PatchModel, tolerance: float) -> int:
 
 
 def measured(surface: Surface, relative: float, occ: Occ) -> Line:
-    """Both meshers in turns, and what is true of their meshes."""
+    """Times of both meshers in turns, and the properties of their meshes."""
     model = surface if isinstance(surface, PatchModel) else surface.lower()
     points = np.concatenate([batch.points.reshape(-1, 3) for batch in model.batches])
     tolerance = relative * float(np.linalg.norm(np.ptp(points, axis=0)))

@@ -1,4 +1,4 @@
-"""What an hour of plain work makes of it: typed lists, NumPy, no seams, no poles, no bound."""
+"""A plain mesher, an hour's work: typed lists, NumPy, no seams, no poles, no bound."""
 
 import json
 import struct

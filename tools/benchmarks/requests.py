@@ -74,7 +74,7 @@ class Work(NamedTuple):
 
 
 def works(service: Server) -> list[Work]:
-    """What is asked for; the heights of the nets are the same in every run."""
+    """The measured requests; the heights of the nets are the same in every run."""
     chance = random.Random(3)
 
     def net(side: int) -> list[list[list[float]]]:

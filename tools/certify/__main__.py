@@ -103,7 +103,7 @@ def main(arguments: list[str]) -> int:
     """Judges all, prints all."""
     share = float(arguments[0]) if arguments else 1.0
     names = arguments[1:]
-    # Some of every family first, so that whoever ends it early has seen something of all.
+    # Some of every family first, so that a run that is stopped early has judged some of all.
     tasks: list[Task] = sorted([*joints(share, names), *cases(share, names)], key=_seed)
     found: list[Finding] = []
     start = time.monotonic()

@@ -44,7 +44,7 @@ def judge_group(seed: int, relative: float) -> Joint:
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    # The box about the control points is larger than the one about samples, but not by so much.
+    # The box about the control points is larger than the one about samples, but less than this.
     joint.tolerance = relative * 4 * size
     check_deviation(joint, sheets, mesh, "member", 2000)
     rate = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height

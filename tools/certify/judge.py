@@ -51,7 +51,7 @@ class Case:
 
 @dataclass
 class Verdict(Finding):
-    """What was found of the mesh of a case."""
+    """The findings about the mesh of a case."""
 
     case: Case
     mesh_bound: float = 0.0

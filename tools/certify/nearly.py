@@ -46,7 +46,7 @@ class Case:
 
 @dataclass
 class Near(Finding):
-    """What was found of one of them."""
+    """The findings about one case."""
 
     moved: float = 0.0
     closed: bool = False
@@ -100,7 +100,7 @@ def pieces(seed: int) -> Case:
 def _intervals(
     rng: np.random.Generator, surface: BsplineSurface, axis: int, count: int
 ) -> list[tuple[float, float]]:
-    """The domain along an axis in so many pieces."""
+    """The domain along an axis in `count` pieces."""
     knots, degree = surface.knot_vectors[axis], surface.degree[axis]
     low, high = float(knots[degree]), float(knots[-1 - degree])
     inner = low + (high - low) * (np.arange(1, count) + rng.uniform(-0.3, 0.3, count - 1)) / count
@@ -109,7 +109,7 @@ def _intervals(
 
 
 def _rewritten(rng: np.random.Generator, piece: BsplineSurface) -> BsplineSurface:
-    """The same points in other numbers: knots by SciPy, the rest by conversions."""
+    """Equal points by other numbers: knots by SciPy, the rest by conversions."""
     rows = np.ones((*piece.control_net.shape[:2], 4))
     if piece.weights is not None:
         rows[..., 3] = piece.weights * rng.uniform(0.5, 2)

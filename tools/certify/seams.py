@@ -39,7 +39,7 @@ class Ready(SurfaceKind):
 
 @dataclass
 class Joint(Finding):
-    """What was found of one model: its seams, and its boundary edges."""
+    """The findings about one model: its seams, and its boundary edges."""
 
     seams: int = 0
     boundary: int = 0

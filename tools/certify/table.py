@@ -1,4 +1,4 @@
-"""What is found of each mesh, and tables of it."""
+"""Findings about each mesh, and tables of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from statistics import median
 
 @dataclass(kw_only=True)
 class Finding:
-    """What was found of one mesh; `wrong` says what must not be."""
+    """The findings about one mesh; `wrong` lists the faults."""
 
     kind: str
     seed: int
@@ -19,7 +19,7 @@ class Finding:
     wrong: list[str] = field(default_factory=list)
 
     def complaints(self) -> list[str]:
-        """What is wrong with the mesh, and which it is."""
+        """The mesh's name and its faults."""
         return [f"WRONG: {self}: {text}" for text in self.wrong]
 
 

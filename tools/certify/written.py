@@ -99,7 +99,7 @@ def _glb(content: bytes) -> Written:
 
 
 def _primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What has triangles at a node."""
+    """The primitives with triangles at a node."""
     if "mesh" not in node:
         return []
     primitives = gltf.document["meshes"][node["mesh"]]["primitives"]

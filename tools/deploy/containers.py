@@ -19,7 +19,7 @@ DEBIAN = "bookworm"
 """Its Python is 3.11, its Node 18: enough to run our build."""
 
 ROOTS = {"python": "python3-minimal,python3-venv", "node": "nodejs,npm"}
-"""What the Debian roots have that stand in for the official images, beside Debian's least."""
+"""Packages of the Debian roots that replace the official images, beside Debian's minimum."""
 
 
 class Failed(Exception):
@@ -27,7 +27,7 @@ class Failed(Exception):
 
 
 def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> str:
-    """What a command prints.
+    """The output of a command.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> 
 
 
 def missing() -> str:
-    """What this machine lacks, in words."""
+    """Programs that this machine lacks, in words."""
     lacking = [name for name in PROGRAMS if not shutil.which(name)]
     if lacking:
         return f"not installed: {', '.join(lacking)} (Debian's packages of these names)"
@@ -64,11 +64,11 @@ class Engine:
         self._podman = ("podman", *self._storage, *options)
 
     def buildah(self, *arguments: str | Path) -> str:
-        """What buildah prints."""
+        """The output of buildah."""
         return run("buildah", *self._storage, *arguments)
 
     def podman(self, *arguments: str | Path, timeout: float = 120) -> str:
-        """What podman prints; containers are run by runc, which knows both kinds of cgroups."""
+        """The output of podman; runc runs the containers, as it supports both kinds of cgroups."""
         # Where memory runs out, a file that says so is left in the folder that this runs in.
         return run(*self._podman, *arguments, timeout=timeout, cwd=self.folder)
 
@@ -95,7 +95,7 @@ class Engine:
         )  # fmt: skip
 
     def inspect(self, image: str) -> dict[str, Any]:
-        """What is known of an image."""
+        """The description of an image."""
         found: list[dict[str, Any]] = json.loads(self.podman("image", "inspect", image))
         return found[0]
 
@@ -105,7 +105,7 @@ class Engine:
         return dict(found["State"])
 
     def logs(self, container: str) -> str:
-        """What a container has written, to wherever."""
+        """The output of a container, on both streams."""
         return run("sh", "-c", '"$@" 2>&1', "sh", *self._podman, "logs", container)
 
     def _registries(self) -> list[str]:
@@ -125,7 +125,7 @@ class Engine:
 
 
 def _pip_settings() -> str:
-    """What this machine's pip is told, as one file; variables are stronger, as they are for pip."""
+    """The settings of this machine's pip, as one file; variables take precedence, as for pip."""
     told: dict[str, str] = {}
     for line in sorted(run(sys.executable, "-m", "pip", "config", "list").splitlines()):
         place, _, value = line.partition("=")
@@ -136,6 +136,6 @@ def _pip_settings() -> str:
 
 
 def _npm_settings() -> str:
-    """What this machine's npm is told."""
+    """The settings of this machine's npm."""
     files = (run("npm", "config", "get", f"{kind}config").strip() for kind in ("global", "user"))
     return "\n".join(Path(f).read_text(encoding="utf-8") for f in files if Path(f).is_file())

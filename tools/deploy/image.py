@@ -32,7 +32,7 @@ MAX_ABOVE_BASE = 150e6
 MAX_START = 2.0
 MEMORY = 512 << 20
 MEMORY_BYTES = "250MB"
-"""What SURFACE_MEMORY_BYTES must be at most in so much memory; docs/settings.md says what it is."""
+"""The largest allowed SURFACE_MEMORY_BYTES in this memory; docs/settings.md explains it."""
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
@@ -56,7 +56,7 @@ print(json.dumps({
 
 
 WRONG: list[str] = []
-"""What was not as it should be."""
+"""The faults that were found."""
 
 
 def seen(what: str, fact: object = "", *, good: bool = True) -> None:
@@ -133,7 +133,7 @@ def start(engine: Engine) -> None:
     """From nothing to the first answer: from a cold disk, then five times more.
 
     What counts is the time of the processor, which is all that takes long: the clock shows the same
-    where nobody else keeps the processor.
+    where no other program keeps the processor.
     """
     times, work = [], []
     for number in range(6):
@@ -216,7 +216,7 @@ def large(engine: Engine, container: str) -> None:
     points = json.dumps({"surface": spline, "resolution": 1}).encode()
 
     def ask(number: int) -> int | str:
-        """A mesh that nobody else asks for, or a large body for a small one."""
+        """A mesh that no other client asks for, or a large body for a small one."""
         suffix = list(sizes)[number % len(sizes)]
         body = json.dumps({"surface": SURFACE, "resolution": sizes[suffix] - number}).encode()
         where = f"{URL}/v1/mesh?format={suffix}"

@@ -48,7 +48,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class Clients:
-    """So many clients that ask for such things, one after the other."""
+    """Several clients, each of which sends one request after the other."""
 
     number: int
     kinds: dict[str, int]
@@ -63,7 +63,7 @@ def under_load(
 ) -> Tally:
     """Has clients ask at a port of this machine for as long as `during` takes.
 
-    A request that is under way at the end is waited for.
+    It waits for requests that are running at the end.
     """
     tally = Tally()
     over = threading.Event()

@@ -139,9 +139,9 @@ def test_no_request_fails_while_instances_are_restarted(
 def test_killed_instances_lose_nothing_and_tear_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Whoever is being answered may see it break, and no one else; nobody gets half an answer.
+    """Only responses that have begun may break; no client takes half a response for a whole one.
 
-    What had not one byte of answer is asked of the other instance, by HAProxy.
+    HAProxy sends requests without any byte of response to the other instance.
     """
     traffic = Traffic()
     clients = (*CLIENTS, Clients(6, {"store": 1}), Clients(2, {"large_hit": 1}, keep=False))
@@ -219,10 +219,10 @@ def test_what_the_proxy_does_by_itself(tmp_path: Path) -> None:
         for each in instances:
             each.kill()
         assert httpx.get(target).status_code == 200
-        nobody = httpx.post(f"{proxy.url}/v1/points", json={})
-        assert (nobody.status_code, nobody.json()["code"]) == (503, "no_instance")
-        assert nobody.headers["content-type"] == "application/problem+json"
-        assert int(nobody.headers["retry-after"]) > 0
+        refused = httpx.post(f"{proxy.url}/v1/points", json={})
+        assert (refused.status_code, refused.json()["code"]) == (503, "no_instance")
+        assert refused.headers["content-type"] == "application/problem+json"
+        assert int(refused.headers["retry-after"]) > 0
 
 
 def serving(proxy: Proxy, instances: tuple[Server, Server]) -> Server:

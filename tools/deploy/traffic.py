@@ -1,4 +1,4 @@
-"""What clients ask for while instances come and go, and what the answers must be."""
+"""Requests of clients while instances come and go, and checks of the responses."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ LONG_TRIANGLES = 5_000
 
 @dataclass(frozen=True)
 class Answer:
-    """What a server answered; the body is whole, and decoded."""
+    """A response of a server, with its complete, decoded body."""
 
     status: int
     location: str | None
@@ -28,7 +28,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Request:
-    """A request, and what is known of its answer."""
+    """A request, and the properties that its response must have."""
 
     kind: str
     method: str
@@ -50,7 +50,7 @@ class Traffic:
         self._seen: dict[tuple[str, str, bytes], str] = {}
         self._stores = count(10_000)
         self.stored: dict[str, bytes] = {}
-        """What was acknowledged: ids, and the bodies that were posted."""
+        """The stored surfaces that the service confirmed: ids, and the posted bodies."""
 
     def requests(self, kinds: dict[str, int]) -> Iterator[Request]:
         """Requests without end; kinds by their weights."""
@@ -60,7 +60,7 @@ class Traffic:
             yield getattr(self, f"_{kind}")()
 
     def wrong_with(self, request: Request, answer: Answer) -> str | None:
-        """What is wrong with an answer; None if nothing is."""
+        """The fault of a response, or None."""
         if answer.status not in request.statuses:
             return f"{answer.status} {answer.body[:300]!r}"
         if request.kind == "store":
@@ -96,7 +96,7 @@ class Traffic:
         return Request("304", "GET", target, {"If-None-Match": "*"}, statuses=frozenset({304}))
 
     def _cold(self) -> Request:
-        """One of so many that it is seldom known already."""
+        """A surface that is seldom stored already."""
         name = self._random.choice(("utah-teapot", "torus", "nurbs-goblet", "trefoil-tube"))
         u, v = self._random.randrange(2, 40), self._random.randrange(2, 16)
         return Request("cold", "GET", mesh(name, f"resolution={u},{v}"))
@@ -111,19 +111,19 @@ class Traffic:
         return Request("points", "POST", "/v1/points", JSON, body)
 
     def _long_post(self) -> Request:
-        """Two seconds of a processor: the best mesh of so many triangles."""
+        """Two seconds of a processor: the best mesh within a number of triangles."""
         budget = LONG_TRIANGLES + self._random.randrange(5)
         body = posted(hills(LONG_SIDE), max_triangles=budget)
         return Request("long post", "POST", "/v1/mesh?format=glb", JSON, body)
 
     def _store(self) -> Request:
-        """Something that nobody has stored."""
+        """A surface that is not stored."""
         body = posted(patch(next(self._stores)))
         statuses = frozenset({200, 201})
         return Request("store", "POST", "/v1/surfaces", JSON, body, statuses)
 
     def _stored(self) -> Request:
-        """A mesh of what was stored before."""
+        """A mesh of a surface that was stored before."""
         if not self.stored:
             return self._small_hit()
         id = self._random.choice(list(self.stored))

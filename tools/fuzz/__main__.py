@@ -1,4 +1,4 @@
-"""Fuzzes every parser, one after the other, for so many seconds together: `make fuzz`.
+"""Fuzzes every parser, one after the other, for SECONDS together: `make fuzz`.
 
 Called with the seconds, and with the names of targets where not all are meant. Whatever is found
 is printed, and its input kept in build/fuzz/; what has been found there once is a test of its own

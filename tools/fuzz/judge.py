@@ -1,4 +1,4 @@
-"""One input through one target: what is a finding, and what is none."""
+"""Runs one input through one target, and decides whether the result is a finding."""
 
 import os
 import resource

@@ -2,7 +2,7 @@
 
 Atheris mutates, and keeps what reaches code that nothing reached before. Its exit code is 0 if
 nothing was found. Its mutations know bytes; those that stand here know words and numbers, too:
-numbers that must fit each other, as counts and what is counted, are seldom met by changing bytes; a
+numbers that must fit each other, as counts and lengths, are seldom met by changing bytes; a
 word that stands somewhere else, twice, or for another one, meets them sooner.
 """
 
@@ -33,7 +33,7 @@ VALUES = (
     b"null", b"true", b"false", b"[]", b"{}", b'""', b"[", b"]", b"{", b"}", b",", b":", b";", b"*",
     b'"', b"\\u0000", b"\xff", b"\0", b"%00", b"&", b"=", b"\r\n", b"q=0", b"W/", b"gzip", b"json",
 )  # fmt: skip
-"""What is put in the place of words."""
+"""Replacements for words."""
 
 MOST_TOKENS = 5000
 

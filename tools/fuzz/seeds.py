@@ -1,4 +1,4 @@
-"""What mutations begin with: requests that are good, and those that tests know to be bad."""
+"""Seeds of mutations: valid requests, and those that tests know to be invalid."""
 
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -74,7 +74,7 @@ def contents() -> Iterator[bytes]:
 
 
 def queries() -> Iterator[bytes]:
-    """What stands behind a question mark."""
+    """Queries of URLs."""
     yield b"resolution=16,32&faces=quads&overlays=control_net,boundary&engine=2&normals=false"
     yield b"tolerance=1e-3&angle_tolerance=.2&max_triangles=2000&two_sided=true&isocurves=4"
     yield b"type=bspline&degree=3,2&knots=clamped,periodic&up=z&name=sail&format=glb"
@@ -100,12 +100,12 @@ def headers() -> Iterator[bytes]:
 
 def keys() -> Iterator[bytes]:
     """Files of API keys."""
-    line = entry_line("somebody", "sfk_" + "0" * 64).encode()
+    line = entry_line("fuzzer", "sfk_" + "0" * 64).encode()
     yield from (line, line + b"\n# old\n\n" + line.upper(), b"a:", b":" + b"0" * 64)
 
 
 def signed() -> Iterator[bytes]:
-    """Queries of addresses that say that they are signed; nobody has signed these."""
+    """Queries with signatures that no signer made."""
     end = b"expires=1999999999&signature=" + b"A" * 43
     yield from (end, b"resolution=2&" + end, end + b"&" + end, b"%65xpires=1&signature=%41")
 

@@ -1,6 +1,6 @@
-"""What is fuzzed: each parser as the service calls it, with bytes of which nothing is known.
+"""Targets of fuzzing: each parser as the service calls it, with arbitrary bytes.
 
-A target returns, or raises a `SurfaceError`, which is a refusal that the client is told of. Any
+A target returns, or raises a `SurfaceError`, which the client gets as an error. Any
 other exception is a finding.
 """
 
@@ -48,7 +48,7 @@ from tests.server.wire import Wire
 
 KEY = "sfk_" + "0123456789abcdef" * 4
 SECRET = "0123456789abcdef" * 2
-"""What they open is only here."""
+"""The key of the fuzzed requests; no service has it."""
 
 LIMITS = DocumentLimits(max_control_points=20_000)
 SETTINGS = Settings(
@@ -113,7 +113,7 @@ def query(content: bytes) -> None:
 
 
 def content(content: bytes) -> None:
-    """What lies in the store."""
+    """The stored contents."""
     _same_again(restore_surface(content, LIMITS))
 
 
@@ -163,7 +163,7 @@ def signed(content: bytes) -> None:
         if text.isascii():
             _SIGNER.check(_PATH, text.encode(), 1_900_000_000)
     _SIGNER.check(_PATH, content, 1_900_000_000)
-    raise AssertionError("a signature was believed that nobody made")
+    raise AssertionError("the service accepted a signature that no signer made")
 
 
 class Connection(Wire):

@@ -46,7 +46,7 @@ class Case(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What the service said, and what was found."""
+    """The bound that the service reported, and the one that the judge proved."""
 
     case: Case
     triangles: int

@@ -1,12 +1,11 @@
-"""Closest points judged by looking everywhere, with none of the engine's code.
+"""Judges closest points by exhaustive search, with none of the engine's code.
 
     python -m tools.judge.closest [points] [surfaces] [family …]      (make judge-queries)
 
-So many points (1000) are asked about each of so many surfaces (8) of every family: near and far,
-on the surface, and close to it. A row tells how often a nearer point was found than the interval
-allows (`outside`), how often the point that was told is not the nearest though the interval was
-reached (`wrong`), how often it was not reached, and points a second. The exit status is 1 if
-anything is outside or wrong.
+It asks for 1000 points near each of 8 surfaces of every family: near and far, on the surface, and
+close to it. A row counts nearer points than the interval allows (`outside`), reported points that
+are not the nearest though the interval was reached (`wrong`), intervals that were not reached, and
+points a second. The exit status is 1 if any point is outside or wrong.
 """
 
 import sys
@@ -39,7 +38,7 @@ def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) 
 
 
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
-    """What is found about one surface."""
+    """The findings about one surface."""
     name, seed, count = case
     surface = FAMILIES[name].surface(seed)
     model, sheets = surface.lower(), sheets_of(surface)

@@ -1,4 +1,4 @@
-"""What is proved about: a document as homogeneous Bézier nets, and a file as triangles.
+"""The inputs of the proof: a document as homogeneous Bézier nets, and a file as triangles.
 
 Everything is exact, in fractions, until the nets are rounded once. Only public forms are read: the
 JSON of a surface, binary STL, and glTF with at most one translation.

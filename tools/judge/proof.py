@@ -46,14 +46,14 @@ FEW = 3
 """Triangles among which the nearest is looked for at first."""
 
 LOOKED_AT = 5
-"""Levels after which points of what is left are looked at, whether one is too far away."""
+"""Levels after which points of the remaining pieces are tested for a violation."""
 
 WITNESSES = 64
 
 
 @dataclass
 class Proof:
-    """What was found: pieces that were looked at, those that stay undecided, and a violation.
+    """Result of a proof: the pieces examined, those that stay undecided, and a violation.
 
     `beyond` is the distance of a point of the surface from the whole mesh, its rounding taken off,
     where that is more than the bound; the proof ends there.

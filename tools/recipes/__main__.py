@@ -25,7 +25,7 @@ GENERATED = (
     "{node} tests/web/types.js > types.d.ts && mv types.d.ts openapi/surface-service.d.ts",
     "{python} -m tools.pages",
 )
-"""What `make generated` runs."""
+"""The command that `make generated` runs."""
 
 COMMON = ("tests/test_openapi.py", "tests/tools/test_pages.py", "tests/test_house.py")
 """Tests that judge every recipe, beside its own."""
@@ -40,7 +40,7 @@ def main() -> None:
 
 
 def follow(name: str, recipe: Recipe) -> Iterable[str]:
-    """What is wrong with a recipe; prints a line for each trial."""
+    """The faults of a recipe; prints a line for each trial."""
     count = len({step.path for step in recipe.steps})
     print(f"{name}: {count} files of at most {recipe.most}", flush=True)
     if count > recipe.most:

@@ -1,6 +1,6 @@
 """The page of licences, `docs/licences.md`: what others' work is in the service, under which terms.
 
-`python -m tools.supply.licences` writes it anew, and fails where a licence is none of ours.
+`python -m tools.supply.licences` writes it anew, and fails for a licence that we do not allow.
 """
 
 import re
@@ -33,9 +33,9 @@ licence files (obstore has none). Whatever says something else one day is to be 
 INTRODUCTION = """\
 # Licences
 
-What others wrote and an installation of the service with all its extras brings along; the image has
-a part of it, the extra `meshopt` alone. `make licences` writes this page; a test compares it with
-what is installed, and refuses a licence that `tools/supply/licences.py` does not allow. The texts
+The packages of other projects that an installation of the service with all its extras contains; the
+image has only the extra `meshopt`. `make licences` writes this page; a test compares it with
+the installed packages, and refuses a licence that `tools/supply/licences.py` does not allow. The texts
 of the licences lie beside the packages, in `*.dist-info`, and beside the scripts.
 
 Compiled packages have libraries inside that this list does not name: NumPy brings OpenBLAS and
@@ -48,7 +48,7 @@ Python itself and Debian's packages come with the image's base, and have their t
 
 
 class Unread(Exception):
-    """Nobody has read under which terms a package may be passed on, or these are none of ours."""
+    """The licence of a package has not been read yet, or is not one that we allow."""
 
 
 def licence(package: Distribution) -> str:
@@ -57,7 +57,7 @@ def licence(package: Distribution) -> str:
     Raises
     ------
     Unread
-        If the package does not state one, and nobody has read what it states.
+        The package states no licence expression, and its licence has not been read.
     """
     for field in ("License-Expression", "License"):
         with suppress(InvalidLicenseExpression):
@@ -69,7 +69,7 @@ def licence(package: Distribution) -> str:
 
 
 def statement(package: Distribution) -> str:
-    """What a package says of its licence where it states no expression."""
+    """The licence fields of a package that states no expression."""
     classifiers = package.metadata.get_all("Classifier") or []
     named = [c.rpartition(" :: ")[2] for c in classifiers if c.startswith("License :: ")]
     return "; ".join(filter(None, [_first_line(package, "License"), *named]))

@@ -1,4 +1,4 @@
-"""What of others is in the image: the Python packages that are installed, the scripts of pages."""
+"""Other projects' software in the image: installed Python packages, and scripts of pages."""
 
 import json
 import tomllib
@@ -40,7 +40,7 @@ class Script:
 
 
 def needed() -> dict[str, Distribution]:
-    """What the service needs with all its extras, and what that needs in turn, by its name.
+    """The packages that the service needs with all its extras, directly or not, by name.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def needed() -> dict[str, Distribution]:
 
 
 def scripts() -> list[Script]:
-    """What pages load, as it is locked."""
+    """The npm packages that pages load, as they are locked."""
     packages = json.loads(LOCK.read_text(encoding="utf-8"))["packages"]
     locked = {name: packages[f"node_modules/{name}"] for name in BUNDLED}
     return [

@@ -22,7 +22,7 @@ ENGINE_FILE = "service/engine/mesh/report.py"
 
 
 def git(*arguments: str) -> str:
-    """What git prints; nothing where it fails."""
+    """The output of git; empty if it fails."""
     done = subprocess.run(
         ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
     )
@@ -45,7 +45,7 @@ def changelog_is_closed() -> str:
 
 
 def unreleased(changelog: str, version: str) -> str:
-    """What is wrong with a changelog that is to tell of a version, the newest one."""
+    """The faults of a changelog whose newest version must be this one."""
     sections = re.split(r"^## ", changelog, flags=re.MULTILINE)[1:]
     titles = [section.partition("\n")[0] for section in sections]
     news = [s for s in sections if s.startswith("[Unreleased]") and s.partition("\n")[2].strip()]

@@ -22,7 +22,7 @@ SPECIFICATION = "1.6"
 
 
 def python_packages(python: str) -> dict[str, Any]:
-    """What cyclonedx-py finds installed, with the service as what all the others are for."""
+    """The packages that cyclonedx-py finds installed, with the service as main component."""
     command = [
         sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible",
         "--spec-version", SPECIFICATION, "--output-format", "JSON",

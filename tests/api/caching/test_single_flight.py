@@ -28,7 +28,7 @@ class Airport(SingleFlight):
         super().__init__(self.workers)
 
     async def asked(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
-        """What one request gets, which ends as soon as it has that."""
+        """The result of one request, which then ends at once."""
         with closing(Job(self.workers)) as job:
             return await self.join(key, work, job.until_answered)
 
@@ -67,7 +67,7 @@ async def test_many_wait_and_one_works() -> None:
     assert work.calls == 2, "nothing is kept here"
 
 
-async def test_whoever_asked_first_may_go_away() -> None:
+async def test_the_first_request_may_go_away() -> None:
     flights, work = Airport(), Work()
     first, *others = await begun(work, flights, 5)
     first.cancel()
@@ -78,7 +78,7 @@ async def test_whoever_asked_first_may_go_away() -> None:
     assert work.calls == 1
 
 
-async def test_the_work_stops_when_everybody_went_away_and_begins_anew_for_whoever_comes_then() -> (
+async def test_the_work_stops_when_all_requests_have_gone_and_begins_again_for_a_later_one() -> (
     None
 ):
     flights, work, other = Airport(), Work(), Work("other")
@@ -118,7 +118,7 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     assert len(flights) == 0
 
 
-async def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_ends() -> None:
+async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_ends() -> None:
     told, let_go = threading.Event(), threading.Event()
 
     def compute() -> None:
@@ -155,7 +155,7 @@ async def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until
     assert workers.computing == 0
 
 
-async def test_a_failure_is_everybody_s_and_is_not_kept() -> None:
+async def test_all_waiting_requests_get_a_failure_which_is_not_kept() -> None:
     flights, work = Airport(), Work(ValueError("no"))
     tasks = await begun(work, flights, 10)
     work.gate.set()
@@ -166,7 +166,7 @@ async def test_a_failure_is_everybody_s_and_is_not_kept() -> None:
     assert await flights.asked("key", work) == "done"
 
 
-def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
+def test_an_abandoned_failure_is_quiet() -> None:
     complaints: list[object] = []
 
     async def scenario() -> None:

@@ -1,4 +1,4 @@
-"""What needs a key, and what is answered without one."""
+"""Calls that need a key, and the responses without one."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -133,7 +133,7 @@ def test_keys_may_stand_in_a_file(tmp_path: Path) -> None:
         (Settings(signing_keys=(SecretStr("short"),)), "^SURFACE_SIGNING_KEYS: .*too short"),
     ],
 )
-def test_settings_that_make_no_sense_stop_the_start(settings: Settings, message: str) -> None:
+def test_invalid_settings_stop_the_start(settings: Settings, message: str) -> None:
     with pytest.raises(InvalidSettings, match=message) as caught:
         create_app(settings)
     assert "0123" not in str(caught.value)
@@ -151,7 +151,7 @@ def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client
     assert refused.headers["access-control-allow-origin"] == "*"
 
 
-def test_the_name_of_the_key_is_told_to_who_stands_around() -> None:
+def test_the_request_record_has_the_name_of_the_key() -> None:
     app = create_app(SETTINGS)
     seen: list[Scope] = []
     inner = app.front

@@ -82,7 +82,7 @@ def test_it_is_looked_at_once_a_second(file: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("text", ["alice:", BOB + "\n" + BOB, "x" * (MAX_BYTES + 1)])
-def test_a_broken_file_keeps_what_was_known_and_is_told_of_once(
+def test_a_broken_file_keeps_the_known_keys_and_is_logged_once(
     text: str, file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
@@ -108,7 +108,7 @@ def test_a_file_that_goes_and_comes_back(file: Path, caplog: pytest.LogCaptureFi
     assert names(known()) == ["bob"]
 
 
-def test_an_empty_file_lets_nobody_in(file: Path) -> None:
+def test_an_empty_file_lets_no_client_in(file: Path) -> None:
     write(file, "")
     assert KnownKeys((), str(file))() == ()
 

@@ -14,12 +14,12 @@ KNOWN = parse_entries(
 )
 
 
-def test_a_key_is_256_bits_that_nobody_else_has() -> None:
+def test_a_key_is_256_random_bits() -> None:
     assert re.fullmatch("sfk_[0-9a-f]{64}", NEW)
     assert len({new_key() for _ in range(100)}) == 100
 
 
-def test_the_service_is_told_a_hash_and_never_the_key() -> None:
+def test_the_service_gets_a_hash_and_never_the_key() -> None:
     line = entry_line("alice", NEW)
     assert line.startswith("alice:")
     assert NEW.removeprefix(keys.PREFIX) not in line
@@ -62,7 +62,7 @@ def test_all_keys_are_compared_wherever_the_right_one_stands(
 @pytest.mark.parametrize(
     "line", ["alice", "alice:", "alice:00", ":" + "0" * 64, "a b:" + "0" * 64, "alice:" + "g" * 64]
 )
-def test_wrong_entries_are_told_by_their_number_and_not_repeated(line: str) -> None:
+def test_invalid_entries_are_named_by_their_number_and_not_repeated(line: str) -> None:
     with pytest.raises(InvalidKeys, match="key 2 ") as caught:
         parse_entries([entry_line("bob", NEW), line])
     assert "alice" not in str(caught.value)
@@ -101,7 +101,7 @@ def test_keys_come_as_bearer_tokens(header: bytes | None, key: bytes | None) -> 
     assert bearer(header) == key
 
 
-def test_the_command_prints_a_key_and_what_the_service_is_told() -> None:
+def test_the_command_prints_a_key_and_its_line_for_the_service() -> None:
     printed = run_python("-m", "service", "key", "alice").stdout
     (_, key), (_, line) = (each.split() for each in printed.splitlines())
     assert owner(key.encode(), parse_entries([line])) == "alice"

@@ -1,4 +1,4 @@
-"""Private reads: keys and signed addresses, the cache behind them, and what caches are told."""
+"""Private reads: keys and signed URLs, the cache behind them, and headers for caches."""
 
 import time
 from collections.abc import Iterator
@@ -47,7 +47,7 @@ def stored(client: Client) -> dict[str, Any]:
     "path", [MESH, "/v1/surfaces/saddle", "/v1/surfaces/none", "/v1/surfaces/a/b/c", "/v1/none"]
 )
 def test_reads_need_a_key_or_a_signature(client: Client, path: str) -> None:
-    """Whether there is anything is told to nobody else."""
+    """Without a key, a client cannot learn whether a surface exists."""
     for method in ("GET", "HEAD"):
         answer = client.request(method, path)
         assert answer.status_code == 401

@@ -1,4 +1,4 @@
-"""Whom proxies are believed about, and that nobody else is."""
+"""Headers of trusted proxies are believed, those of all others are not."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -63,7 +63,7 @@ def test_the_client_is_the_last_address_that_a_trusted_proxy_saw(
 
 
 @pytest.mark.parametrize("peer", [CLIENT, "11.0.0.1", "::ffff:203.0.113.7", "testclient", "::1"])
-def test_nobody_else_is_believed(peer: str) -> None:
+def test_others_are_not_believed(peer: str) -> None:
     found = introduced("198.51.100.9", peer=(peer, 1), proto=["https"])
     assert found == (peer, "http")
 
@@ -131,7 +131,7 @@ def test_forged_addresses_do_not_escape_a_rate() -> None:
             assert again.status_code == 429
 
 
-def test_browsers_are_told_to_stay_with_https_where_a_proxy_says_that_they_use_it() -> None:
+def test_responses_have_strict_transport_security_where_a_proxy_reports_https() -> None:
     secure = {"X-Forwarded-Proto": "https"}
     with client_of(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
         for path in ("/v1/formats", "/docs", "/nothing"):

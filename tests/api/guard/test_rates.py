@@ -46,7 +46,7 @@ def test_a_minutes_requests_may_come_at_once_and_then_one_each_share() -> None:
     st.lists(st.sampled_from([0.0, 0.01, 0.5, 1.0, 7.0, 61.0]), min_size=1, max_size=150),
 )
 def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: list[float]) -> None:
-    """And whoever waits as long as was said is let in."""
+    """A caller that waits for the reported time is let in."""
     clock = Clock()
     counted = Rates(limit, clock)
     passed: list[float] = []
@@ -98,7 +98,7 @@ def told(answer: httpx.Response) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def test_every_answer_tells_of_it_and_the_last_one_when_to_come_back() -> None:
+def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> None:
     with client_of(create_app(Settings(rate_limit=4))) as client:
         first = client.get(MESH)
         assert told(first) == (3, 15)

@@ -128,7 +128,7 @@ def test_what_is_not_quite_a_signed_address(change: object) -> None:
     refused(change(SIGNER.signed(PATH, "", END)))
 
 
-def test_moments_are_digits_even_if_somebody_signed_others() -> None:
+def test_times_are_digits_even_if_others_are_signed() -> None:
     for moment in ("-1", "1e9", "٢", "", "9" * 13, " 2000000000"):
         pairs = [("expires", moment)]
         signature = signatures._signature(NEW.encode(), PATH, pairs)

@@ -1,4 +1,4 @@
-"""Whether the service is well: what it says of itself, and what makes it not ready."""
+"""Health and readiness: the responses, and the causes of being unready."""
 
 import asyncio
 import shutil
@@ -22,7 +22,7 @@ from tests.api.client import Client, client_of
 pytestmark = pytest.mark.anyio
 
 
-def test_a_service_that_is_well(client: Client) -> None:
+def test_a_ready_service(client: Client) -> None:
     told = {"status": "ready", "version": __version__, "engine": ENGINE}
     assert client.get("/health").json() == told
     assert client.get("/health/live").json() == {"status": "live"}
@@ -70,7 +70,7 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (answer.status_code, answer.json()["computing"]) == (503, "unavailable")
 
 
-async def test_it_computes_once_in_a_while_whoever_asks() -> None:
+async def test_it_computes_once_in_5_s_for_all_callers() -> None:
     done: list[int] = []
 
     def work() -> bool:
@@ -97,7 +97,7 @@ async def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.Mo
     go_on.set()
 
 
-async def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
+async def test_a_busy_engine_is_ready_until_it_is_silent_for_long(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(health, "INTERVAL", -1.0)

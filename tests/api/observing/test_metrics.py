@@ -42,7 +42,7 @@ def test_requests_are_counted_by_route_method_and_status(own: Client) -> None:
     assert sample(own, "surface_http_requests_in_flight") == 1  # this one
 
 
-def test_hits_misses_bytes_and_what_was_made(own: Client) -> None:
+def test_hits_misses_bytes_and_meshes(own: Client) -> None:
     answers = [own.raw(MESH) for _ in range(3)]
     assert sample(own, "surface_cache_hits_total") == 2
     assert sample(own, "surface_cache_misses_total") == 1

@@ -1,4 +1,4 @@
-"""What stands around every request: ids on answers, lines of the log, and what they never say."""
+"""The middleware around every request: ids on responses, log lines, and what they never say."""
 
 import asyncio
 import json
@@ -24,7 +24,7 @@ TURNED = {"surface": {"control_net": NET}, "operations": [{"op": "elevate", "deg
 
 
 class Logged:
-    """A client, and what was logged of its requests."""
+    """A client, and the log lines of its requests."""
 
     def __init__(self, client: Client, lines: list[str]) -> None:
         self.client, self.lines = client, lines
@@ -51,7 +51,7 @@ def asked(
     begins: bool = False,
     tracing: Callable[[ASGIApp], ASGIApp] = lambda app: app,
 ) -> tuple[list[Message], list[str], RequestCounters]:
-    """What an application that answers 204, or fails, sends with the middleware around it."""
+    """Messages of an application that answers 204, or fails, behind the middleware."""
     sent: list[Message] = []
     lines: list[str] = []
     counters = RequestCounters()
@@ -125,7 +125,7 @@ def test_a_line_tells_what_happened_and_no_more(logged: Logged) -> None:
     assert "hush" not in "".join(logged.lines)
 
 
-def test_hits_and_misses_are_told_apart(logged: Logged) -> None:
+def test_hits_and_misses_are_distinguished(logged: Logged) -> None:
     for expected in ("miss", "hit", "hit"):
         answer = logged.client.raw(MESH)
         line = logged.last()
@@ -178,7 +178,7 @@ def test_levels(
 
 
 @pytest.mark.parametrize("path", ["/health/live", "/health/ready", "/metrics"])
-def test_what_machines_ask_is_told_for_debugging_only(path: str) -> None:
+def test_requests_of_monitoring_are_logged_for_debugging_only(path: str) -> None:
     lines: list[str] = []
     for level, count in (("info", 0), ("debug", 1)):
         app = create_app(Settings.model_validate({"log_level": level}), lines.append)

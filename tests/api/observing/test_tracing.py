@@ -191,7 +191,7 @@ class Stuck(SpanProcessor):
         self.released.wait()
 
 
-def test_where_nobody_takes_them_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_collector_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tracing_module, "SHUTDOWN_TIMEOUT", 0.05)
     # Not the exporter itself: its thread would go on trying, and drawing random numbers, in other
     # tests' time.

@@ -39,7 +39,7 @@ class Gltf:
         return np.ascontiguousarray(rows).view(kind)
 
     def values(self, accessor: int) -> NDArray[Any]:
-        """The same as what they stand for: of normalized ones, fractions (3.6.2.2)."""
+        """The values of an accessor; integers that are normalized become fractions (3.6.2.2)."""
         stored = self.array(accessor)
         if not self.document["accessors"][accessor].get("normalized"):
             return stored

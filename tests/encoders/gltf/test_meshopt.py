@@ -98,7 +98,7 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
 
 @each_form
 def test_noise_is_not_made_longer(options: EncodeOptions) -> None:
-    """What does not compress is stored as it is."""
+    """Views that do not compress are stored unchanged."""
     rng = np.random.default_rng(6)
     mesh = single(carrying(sheet(40)))
     noise = rng.integers(0, 2**31 - 2**24, (len(mesh.positions), 16), np.int32).view(np.float32)
