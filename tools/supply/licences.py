@@ -35,8 +35,8 @@ INTRODUCTION = """\
 
 The packages of other projects that an installation of the service with all its extras contains; the
 image has only the extra `meshopt`. `make licences` writes this page; a test compares it with
-the installed packages, and refuses a licence that `tools/supply/licences.py` does not allow. The texts
-of the licences lie beside the packages, in `*.dist-info`, and beside the scripts.
+the installed packages, and refuses a licence that `tools/supply/licences.py` does not allow. The
+texts of the licences lie beside the packages, in `*.dist-info`, and beside the scripts.
 
 Compiled packages have libraries inside that this list does not name: NumPy brings OpenBLAS and
 LAPACK (BSD) and the run-time libraries of GCC (GPL-3.0 with GCC's exception, and LGPL-2.1 for
