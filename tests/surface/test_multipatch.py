@@ -55,10 +55,12 @@ def test_nets_without_indices_close_as_patches_with_them(name: str, options: Mes
 
 @pytest.mark.parametrize("options", OPTIONS)
 def test_splines_that_close_as_one(options: MeshOptions) -> None:
-    """A ring of splines cut at knots, in any order, transposed, raised: one surface without gap."""
+    """A ring of splines cut at knots, in any order, transposed, raised, some or all: no gap."""
     ring = find("bspline-ring").surface()
     pieces = pieces_of(convert(ring, [Split(u=3.0, v=2.0)]))
-    for some in (pieces, pieces[::-1]):
+    raised = convert(pieces[1], [Elevate((4, 5))])
+    assert isinstance(raised, BsplineSurface)
+    for some in (pieces, pieces[::-1], (pieces[0], raised, *pieces[2:])):
         multipatch = MultipatchSurface(some, "z", "ring")
         for surface in (
             multipatch,
