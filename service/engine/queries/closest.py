@@ -41,8 +41,8 @@ where their cells take much memory."""
 PAIRS = 1 << 14
 """Pairs of a point and a cell that are looked at at a time."""
 
-MOST_PAIRS = 1000
-"""Cells of one point that are open at a time: its budget."""
+MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
+"""Cells of one point that are open at a time: its budget; and of all points together."""
 
 STEPS = 8
 """Of Newton's method, before a cell is halved instead."""
@@ -79,19 +79,21 @@ class ClosestSearch:
         first, size = 0, CHUNK
         while first < len(points):
             checkpoint()
-            some = _Chunk(self, points[first : first + size]).search()
-            if self.cells.is_full and size > FEWEST:
+            chunk = _Chunk(self, points[first : first + size], can_split=size > FEWEST)
+            found = chunk.search()
+            if size > FEWEST and (chunk.is_crowded or self.cells.is_full):
                 size //= 4  # the cells of fewer points find room
             else:
-                yield some
-                first += size
+                yield found
+                first, size = first + size, min(2 * size, CHUNK)
             self.cells.forget_much()
 
 
 class _Chunk:
     """The search for the closest points to some points."""
 
-    def __init__(self, search: ClosestSearch, points: FloatArray) -> None:
+    def __init__(self, search: ClosestSearch, points: FloatArray, *, can_split: bool) -> None:
+        self.can_split, self.is_crowded = can_split, False
         self.cells, self.patches = search.cells, search.patches
         self.enough = ENOUGH * search.tolerance
         self.x = np.ascontiguousarray(points.T)
@@ -148,6 +150,9 @@ class _Chunk:
         if stop.any():
             self.nearest.end_cells(point[stop], cell[stop], low[stop])
             point, cell = point[~stop], cell[~stop]
+        if len(point) > MOST_OPEN and self.can_split:
+            self.is_crowded = True
+            point, cell = point[:0], cell[:0]
         if not len(point):
             return point, cell
         children, parents = self.cells.children(cell)
