@@ -38,6 +38,9 @@ def missing_distances(layout: Layout, options: MeshOptions, positions: RealArray
     positions : ndarray, shape (N, 3)
     """
     # Unwelded, nothing but sides that are one point has the same place twice.
+    folds = layout.folds and options.weld
+    if not (folds or any(loses(shape, options.faces) for shape, _ in layout.shapes)):
+        return np.zeros(len(layout.base))
     place = layout.places if options.weld else _pinched(layout)
     found = [
         (
@@ -54,6 +57,16 @@ def missing_distances(layout: Layout, options: MeshOptions, positions: RealArray
     there = np.unique(corners[written])
     np.maximum.at(further, owner[missing], _distances(corners[missing], there, positions))
     return further
+
+
+def loses(shape: AnyShape, kind: Faces) -> bool:
+    """Whether sides that are one point leave something out of a patch of this shape."""
+
+    def build() -> Bools:
+        place = merged_samples(shape)[np.newaxis]
+        return missing_triangles(*rim_triangles(shape, place, kind))
+
+    return bool(PLANS.array(("loses", shape, kind), build).any())
 
 
 def _pinched(layout: Layout) -> Ints:

@@ -5,22 +5,16 @@ from itertools import product
 import numpy as np
 import pytest
 
-from service.engine.bounds.degenerate_faces import missing_triangles, rim_triangles
+from service.engine.bounds.degenerate_faces import loses
 from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import FINE, Layout
-from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape, merged_samples
+from service.engine.mesh.patterns import Shape, TriangleShape
 from service.engine.options import Faces
 from tests.engine.bounds.test_mesh_deviation import check
 from tests.engine.meshing import mesh_of
 from tests.strategies import Array, model_of
 
 COLLAPSED = list(product((False, True), repeat=4))
-
-
-def _loses(shape: AnyShape, faces: Faces) -> bool:
-    """Whether sides that are one point leave something out of a patch of this shape."""
-    rim = rim_triangles(shape, merged_samples(shape)[np.newaxis].astype(np.intp), faces)
-    return bool(missing_triangles(*rim).any())
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
@@ -32,14 +26,14 @@ def test_fine_patches_with_poles_lose_nothing(
         for more in product((0, 3), repeat=4):
             own = zip((rv, rv, ru, ru), more, collapsed, strict=True)
             a, b, c, d = (n if one else n + m for n, m, one in own)
-            assert not _loses(Shape((ru, rv), (a, b, c, d), collapsed), faces)
-        assert not _loses(TriangleShape(ru, (*collapsed[:3], True)), faces)
+            assert not loses(Shape((ru, rv), (a, b, c, d), collapsed), faces)
+        assert not loses(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
 
 def test_a_single_division_between_two_poles_loses_the_line_between_them() -> None:
     shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
-    assert _loses(shape, "triangles")
-    assert not _loses(Shape((4, 2), (2, 2, 4, 4), (False, False, True, True)), "triangles")
+    assert loses(shape, "triangles")
+    assert not loses(Shape((4, 2), (2, 2, 4, 4), (False, False, True, True)), "triangles")
 
 
 def folded(height: float) -> Array:
