@@ -3,9 +3,12 @@
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerances import goal_of
+from service.engine.gridded import gridded
 from service.engine.joining.join import Allow, allow_any, join
+from service.engine.joining.members import join_group
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
+from service.engine.scenes.apart import told_apart
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import overlays_of, tessellate
@@ -62,13 +65,25 @@ def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
 
 
 def build_scene(
-    model: GroupModel, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
+    model: GroupModel,
+    options: MeshOptions,
+    *,
+    single: bool = False,
+    quantized: bool = False,
+    allow: Allow = allow_any,
 ) -> Scene:
-    """The group with every different model meshed once."""
+    """The group with every different model meshed once, members that meet along edges apart.
+
+    `quantized` puts positions on the grids of the models.
+    """
     if options.accuracy is not None:
         storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
         made = meshing(model, options, storage, nodes=True).made(goal, MOST)
         if isinstance(made, Scene):
             return made
-    meshes = tuple(_alone(m, options, single, allow) for m in model.models)
-    return arranged(model, meshes)
+    joined = join_group(model, options, allow)
+    meshes = tuple(_alone(m, options, single, allow) for m in joined.group.models)
+    scene = arranged(joined.group, meshes)
+    on = gridded(scene, joined.group, options) if quantized else scene
+    assert isinstance(on, Scene)
+    return told_apart(on, joined)

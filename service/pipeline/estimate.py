@@ -19,7 +19,8 @@ from service.engine.adaptive.tolerances import (
 from service.engine.curvatures.care import surely_affordable
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.gridded import grid_error
-from service.engine.joining.join import join, join_each
+from service.engine.joining.join import join
+from service.engine.joining.members import join_group
 from service.engine.mesh.counts import Counts, count
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
@@ -137,7 +138,7 @@ class EstimateWork:
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
         model = surface.lower()
         if isinstance(model, GroupModel):
-            model = join_each(model, options.weld_tolerance)
+            model = join_group(model, options).group
         elif isinstance(model, PatchModel):
             model, _ = join(model, options.weld_tolerance)
         if options.curvatures:

@@ -131,11 +131,12 @@ class MeshWork:
         """The mesh, or the scene where the format has nodes."""
         if options.accuracy is not None:
             return AdaptiveMesher(self, model, options).build(options.accuracy)
-        mesh: Mesh | Scene
         if isinstance(model, GroupModel) and self.fmt.encode_scene is not None:
-            mesh = build_scene(model, options, single=self.fmt.single, allow=self.check_cut)
-        else:
-            mesh = build_mesh(model, options, self.fmt, self.check_cut)
+            single, quantized = self.fmt.single, self.encode.quantize
+            return build_scene(
+                model, options, single=single, quantized=quantized, allow=self.check_cut
+            )
+        mesh = build_mesh(model, options, self.fmt, self.check_cut)
         return gridded(mesh, model, options) if self.encode.quantize else mesh
 
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:

@@ -30,10 +30,12 @@ from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from service.engine.gridded import grid_steps
-from service.engine.joining.join import join, join_each
+from service.engine.joining.join import join
+from service.engine.joining.members import JoinedGroup, join_group
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
+from service.engine.scenes.apart import told_apart
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.wires.draw import only_lines, with_wires
 from service.surface.lowered import GroupModel, PatchModel
@@ -119,7 +121,7 @@ class GroupMeshing:
 
     Parameters
     ----------
-    group : GroupModel
+    joined : JoinedGroup
         Of patches alone.
     options : MeshOptions
     storage : Storage
@@ -131,7 +133,7 @@ class GroupMeshing:
 
     def __init__(
         self,
-        group: GroupModel,
+        joined: JoinedGroup,
         options: MeshOptions,
         storage: Storage,
         *,
@@ -139,7 +141,8 @@ class GroupMeshing:
         quantized: bool,
     ) -> None:
         seen = options.accuracy is not None and options.accuracy.camera is not None
-        self._group = each_alone(group) if seen else group
+        self._joined = joined
+        self._group = each_alone(joined.group) if seen else joined.group
         self._storage, self._nodes = storage, nodes
         own = storage if nodes else Storage()
         models = self._group.models
@@ -167,7 +170,7 @@ class GroupMeshing:
             mesh = model.made(own, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
-        scene = arranged(group, tuple(meshes))
+        scene = told_apart(arranged(group, tuple(meshes)), self._joined)
         if self._nodes:
             return scene
         return in_single(flattened(scene), origin) if flat else flattened(scene)
@@ -183,8 +186,8 @@ def meshing(
 ) -> Meshing | GroupMeshing:
     """What makes meshes of a model, for a format with or without nodes, on grids or not."""
     if isinstance(model, GroupModel):
-        model = join_each(model, options.weld_tolerance)
-        return GroupMeshing(model, options, storage, nodes=nodes, quantized=quantized)
+        joined = join_group(model, options)
+        return GroupMeshing(joined, options, storage, nodes=nodes, quantized=quantized)
     model, _ = join(model, options.weld_tolerance)
     step = grid_steps(model, options)[0] if quantized else 0.0
     return Meshing(model, options, replace(storage, step=step))

@@ -7,6 +7,7 @@ roundings than the first. Connectivity compares points bit for bit
 - near points on the borders of patches form groups (`near_points`);
 - sides whose points are of the same groups, in one direction or the other, are one edge, and get
   the points of that side whose net comes first in dictionary order;
+- sides that are one curve in several degrees get the net of the lowest, raised (`raised_edges`);
 - corners, and sides that are one group, get the first point of their group in that order.
 
 So positions depend on the nets that meet and not on their order; where all are equal already,
@@ -18,7 +19,6 @@ changes by a factor between e^−2h and e^2h, and S − M = Σ b_i (P_i − M), 
 at most (e^2h − 1) D / 2 with D the diagonal.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from math import expm1
 
@@ -26,8 +26,10 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.joining.near_points import near_groups, run_starts
+from service.engine.joining.raised_edges import equal_raised
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
+    EdgePattern,
     border_points,
     border_weights,
     find_pattern,
@@ -35,7 +37,6 @@ from service.engine.mesh.edge_patterns import (
 )
 from service.engine.mesh.edges import directed
 from service.stopping import checkpoint
-from service.surface.batches import Patches
 from service.surface.lowered import PatchModel
 
 ROUNDED_UP = 1 + 2.0**-40
@@ -55,11 +56,14 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     border = np.concatenate(runs)
     group = near_groups(border, tolerance * model.diagonal)
     checkpoint()
-    points = _equal_nets(model.batches, border, group)
+    pattern = find_pattern(model.batches, group)
+    points = _equal_nets(pattern, border, group)
     weights, changed = None, 0.0
     if any(batch.weights is not None for batch in model.batches):
         weights = np.concatenate([border_weights(batch) for batch in model.batches])
         weights, changed = _equal_weights(weights, group, tolerance)
+    if not pattern.is_certain:
+        equal_raised(pattern, points, weights, tolerance * model.diagonal)
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
     moved = (moved + expm1(2 * changed) * model.diagonal / 2) * ROUNDED_UP
     if not moved:
@@ -72,9 +76,8 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     return replace(model, batches=tuple(batches), moved=model.moved + moved)
 
 
-def _equal_nets(batches: Sequence[Patches], border: FloatArray, group: Ints) -> FloatArray:
+def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:
     """Border points (B, 3), those of one edge, corner or pole equal; `group` (B,) tells which."""
-    pattern = find_pattern(batches, group)
     points = border.copy()
     least = np.lexsort((border[:, 2], border[:, 1], border[:, 0], group))
     least = least[run_starts(group[least])]

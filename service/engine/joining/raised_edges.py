@@ -1,0 +1,57 @@
+"""Edges that are one curve in several degrees up to rounding: made one that raising shows.
+
+`service.engine.mesh.degree_matching` joins edges whose nets are equal once they are raised to one
+degree, up to the rounding of the raising. Nets of other systems differ by more: the side of higher
+degree gets the net of the lower one, raised.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.polynomials import elevate
+from service.engine.clustering import leaders
+from service.engine.mesh.degree_matching import candidates
+from service.engine.mesh.edge_patterns import EdgePattern
+from service.surface.sides import BEGINS, ENDS
+
+
+def equal_raised(
+    pattern: EdgePattern, points: FloatArray, weights: FloatArray | None, reach: float
+) -> None:
+    """Writes raised nets over border points (B, 3) that they differ from by at most `reach`.
+
+    `weights` (B,) are those of the points, if any are rational. Corners must be equal already.
+    """
+    known = pattern.connectivity
+    _, side = np.unique(known.edge, return_index=True)
+    # Sides are directed as their edges: an edge begins where its first side does.
+    against = known.backward.ravel()[side]
+    ends = [known.corner[:, which].ravel()[side] for which in (BEGINS, ENDS)]
+    begin, end = np.where(against, ends[1], ends[0]), np.where(against, ends[0], ends[1])
+    degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
+    first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
+    pair, edges, highest = candidates(~known.collapsed.ravel()[side], degree, begin, end)
+    open_ = begin[edges] != end[edges]
+    pair, edges, highest = pair[open_], edges[open_], highest[open_]
+    for common in np.unique(highest).tolist():
+        here = np.flatnonzero(highest == common)
+        here = here[np.lexsort((edges[here], pair[here]))]
+        nets = np.empty((len(here), common + 1, 3))
+        back = begin[edges[here]] > end[edges[here]]
+        for k, rows in enumerate(pattern.edges):
+            mine = np.flatnonzero(degree[edges[here]] == rows.shape[1] - 1)
+            if len(mine):
+                own = rows[edges[here[mine]] - first[k]].T
+                loads = None if weights is None else weights[own]
+                nets[mine] = elevate((points[own], loads), common)[0].swapaxes(0, 1)
+        nets[back] = nets[back, ::-1]
+        _, lead, number = np.unique(pair[here], return_index=True, return_inverse=True)
+        far = reach * (common + 1) ** 0.5
+        leader = leaders(lead[number.reshape(-1)], nets.reshape(len(here), -1), far)
+        for row in np.flatnonzero(degree[edges[here[leader]]] < degree[edges[here]]).tolist():
+            if degree[edges[here[row]]] < common:
+                continue
+            net = nets[leader[row]] if not back[row] else nets[leader[row], ::-1]
+            which = int(np.searchsorted(first, edges[here[row]], side="right")) - 1
+            sides, owner = pattern.sides[which]
+            points[sides[owner == edges[here[row]] - first[which], 1:-1]] = net[1:-1]

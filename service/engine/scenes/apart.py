@@ -1,0 +1,83 @@
+"""The mesh of joined members told apart again: a node for each member, in its own name and colour.
+
+Positions on a common edge stay the same in all of them; the report is that of the whole.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import IndexArray, Ints
+from service.engine.joining.members import Cluster, JoinedGroup
+from service.engine.mesh.mesh import Mesh
+from service.engine.scenes.scene import Scene
+from service.surface.lowered import PlacedModel
+
+
+def told_apart(scene: Scene, joined: JoinedGroup) -> Scene:
+    """The scene of all members that were given, made of the scene of joined ones."""
+    if not joined.clusters:
+        return scene
+    meshes = list(scene.meshes)
+    found: dict[int, PlacedModel] = {}
+    for cluster in joined.clusters:
+        mesh = scene.meshes[scene.nodes[joined.at[cluster.members[0]]].model]
+        for k, number in enumerate(cluster.members):
+            given = joined.given[number]
+            found[number] = PlacedModel(given.name, len(meshes), given.color)
+            meshes.append(_piece(mesh, cluster, k, given.name))
+    nodes = [found.get(k) or scene.nodes[at] for k, at in enumerate(joined.at)]
+    used = sorted({node.model for node in nodes})
+    place = {old: new for new, old in enumerate(used)}
+    return replace(
+        scene,
+        nodes=tuple(replace(node, model=place[node.model]) for node in nodes),
+        meshes=tuple(meshes[old] for old in used),
+    )
+
+
+def _piece(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
+    """The vertices and faces of one member."""
+    parts = mesh.parts[cluster.ends[k] : cluster.ends[k + 1]]
+    triangles = mesh.triangles[parts[0].triangles[0] : parts[-1].triangles[1]]
+    quads = mesh.quads[parts[0].quads[0] : parts[-1].quads[1]]
+    rows = np.unique(np.concatenate([triangles.ravel(), quads.ravel()])).astype(np.intp)
+    number = np.zeros(len(mesh.positions), dtype=np.uint32)
+    number[rows] = np.arange(len(rows))
+    uvs = None if mesh.uvs is None else mesh.uvs[rows]
+    if uvs is not None and cluster.swapped[k]:
+        uvs = uvs[:, ::-1]
+    prefix = f"{name}/" if len(parts) > 1 else ""
+    start = parts[0].triangles[0], parts[0].quads[0]
+    return replace(
+        mesh,
+        name=name,
+        positions=mesh.positions[rows],
+        normals=None if mesh.normals is None else mesh.normals[rows],
+        uvs=uvs,
+        colors=None if mesh.colors is None else mesh.colors[rows],
+        attributes=tuple((title, values[rows]) for title, values in mesh.attributes),
+        triangles=number[triangles],
+        quads=number[quads],
+        parts=tuple(
+            replace(
+                part,
+                name=part.name.removeprefix(prefix),
+                triangles=(part.triangles[0] - start[0], part.triangles[1] - start[0]),
+                quads=(part.quads[0] - start[1], part.quads[1] - start[1]),
+            )
+            for part in parts
+        ),
+        grids=(),
+        welds=_welds(mesh.welds, rows),
+        overlays=(),
+    )
+
+
+def _welds(welds: IndexArray | None, rows: Ints) -> IndexArray | None:
+    """The first vertex at each position, among some."""
+    if welds is None:
+        return None
+    _, first, back = np.unique(welds[rows], return_index=True, return_inverse=True)
+    found = first[back.reshape(-1)].astype(np.uint32)
+    return None if (found == np.arange(len(found))).all() else found

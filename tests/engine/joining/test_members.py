@@ -1,0 +1,116 @@
+"""Members of a group that share an edge: closed in every format, and nodes of their own."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.build import build, build_scene
+from service.engine.options import MeshOptions
+from service.surface.bspline import BsplineSurface
+from service.surface.group import GroupSurface, Member
+from service.surface.multipatch import MultipatchSurface
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
+from tests.oracles.topology import topology, welded_by_position
+from tools.certify.nearly import NEARLY, RESOLUTION
+
+OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=1e-2)}]
+
+
+def placed_pieces(seed: int) -> tuple[GroupSurface, bool]:
+    """The pieces of a body, each in coordinates of its own and placed where it was."""
+    case, rng = NEARLY["borders"][1](seed), np.random.default_rng(seed)
+    assert isinstance(case.surface, MultipatchSurface)
+    members = []
+    for k, piece in enumerate(case.surface.surfaces):
+        assert isinstance(piece, BsplineSurface)
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0] * rng.uniform(0.5, 2)
+        matrix[:3, 3] = rng.normal(size=3) * 100 * (seed % 4)
+        back = np.linalg.inv(matrix)
+        net = piece.control_net @ back[:3, :3].T + back[:3, 3]
+        color = (1.0, 0.5, 0.2) if k % 2 else None
+        members.append(Member(replace(piece, control_net=net), f"piece {k}", color, matrix))
+    return GroupSurface(tuple(members)), bool(case.is_closed)
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=["resolution", "tolerance"])
+@pytest.mark.parametrize("seed", range(8))
+def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> None:
+    """Mirrored ones among them: as one mesh and as nodes, the same bits on both sides."""
+    group, is_closed = placed_pieces(seed)
+    names = [member.name for member in group.members]
+    mesh = build(group.lower(), MeshOptions(**options))
+    assert mesh.report.watertight == is_closed
+    assert [(part.name, part.color and part.color[:3]) for part in mesh.parts] == [
+        (member.name, member.color) for member in group.members
+    ]
+    # Some pieces are inside out: only their edges tell.
+    shape = topology(welded_by_position(mesh.positions, mesh.triangles))
+    assert (shape.boundary == 0, shape.non_manifold) == (is_closed, 0)
+    sheets: list[Sheet] = [
+        PlacedSheet(sheet, member.matrix)
+        for member in group.members
+        for sheet in sheets_of(member.surface)
+        if member.matrix is not None
+    ]
+    found = surface_to_mesh(sheets, mesh.positions[mesh.triangles].astype(float), 100)
+    assert mesh.report.deviation_bound is not None
+    assert found.distance <= mesh.report.deviation_bound + found.noise
+    scene = build_scene(group.lower(), MeshOptions(**options), single=True)
+    assert [node.name for node in scene.nodes] == names
+    rows = np.concatenate([each.positions + each.origin for each in scene.meshes])
+    starts = np.cumsum([0, *(len(each.positions) for each in scene.meshes)])
+    triangles = [each.triangles + start for each, start in zip(scene.meshes, starts, strict=False)]
+    assert all(node.matrix is None for node in scene.nodes)
+    shape = topology(welded_by_position(rows, np.concatenate(triangles)))
+    assert (shape.boundary == 0) == is_closed
+
+
+def hull() -> GroupSurface:
+    """Half a hull and its mirror image: one keel."""
+    net = np.random.default_rng(4).uniform(0, 0.3, (6, 5, 3))
+    net += np.stack(
+        [*np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij"), np.zeros((6, 5))], 2
+    )
+    net[:, 0, 1] = 0
+    half = BsplineSurface(net, (3, 2))
+    return GroupSurface(
+        (Member(half, "port"), Member(half, "starboard", matrix=np.diag([1.0, -1, 1, 1])))
+    )
+
+
+def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
+    """Joined at the keel, with the uvs, the normals and the positions that each had alone."""
+    joined = build_scene(hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True))
+    apart = build(hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True, weld_tolerance=0.0))
+    assert joined.report.boundary_edges < apart.report.boundary_edges
+    mesh = joined.meshes[joined.nodes[1].model]
+    assert mesh.normals is not None
+    assert mesh.uvs is not None
+    assert apart.normals is not None
+    assert apart.uvs is not None
+    half = len(apart.positions) // 2
+    mine, others = (
+        np.concatenate(rows, axis=1)
+        for rows in ((mesh.positions, mesh.uvs), (apart.positions[half:], apart.uvs[half:]))
+    )
+    for wanted, normal in zip(others, apart.normals[half:], strict=True):
+        apart_by = np.abs(mine - wanted).max(axis=1)
+        assert apart_by.min() < 1e-12
+        if wanted[1]:  # at the keel the normals of both halves are averaged, if they are near
+            np.testing.assert_allclose(mesh.normals[apart_by.argmin()], normal, atol=1e-9)
+
+
+def test_members_that_do_not_meet_are_stored_once() -> None:
+    group = hull()
+    apart = replace(
+        group, members=(group.members[0], replace(group.members[0], matrix=np.diag([1.0, 1, 2, 1])))
+    )
+    far = np.eye(4)
+    far[1, 3] = -20
+    for members in (apart.members[:1], (group.members[0], replace(group.members[0], matrix=far))):
+        assert len(build_scene(replace(group, members=members).lower(), MeshOptions()).meshes) == 1
