@@ -86,4 +86,4 @@ def build_scene(
     scene = arranged(joined.group, meshes)
     on = gridded(scene, joined.group, options) if quantized else scene
     assert isinstance(on, Scene)
-    return told_apart(on, joined)
+    return told_apart(on, joined, is_welded=options.weld)

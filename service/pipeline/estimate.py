@@ -136,9 +136,10 @@ class EstimateWork:
         At a small part of its cost: shared edges are found, and nothing is evaluated.
         """
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
-        model = surface.lower()
+        model, is_joined = surface.lower(), False
         if isinstance(model, GroupModel):
-            model = join_group(model, options).group
+            joined = join_group(model, options)
+            model, is_joined = joined.group, bool(joined.clusters)
         elif isinstance(model, PatchModel):
             model, _ = join(model, options.weld_tolerance)
         if options.curvatures:
@@ -147,6 +148,9 @@ class EstimateWork:
         bounds = count_models(model, options)
         whole = mesh_size(surface.size(), options, self.formats[0], bounds[1])
         expected = self._predict(model, whole)
+        if is_joined:
+            # Members that meet have vertices of their own there.
+            expected = _Prediction(*bounds, exact=False, certain=expected.certain)
         sizes: list[tuple[str, int, bool]] = []
         memory: list[tuple[str, int]] = []
         refused: dict[Issue, list[str]] = {}

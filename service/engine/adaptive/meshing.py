@@ -141,7 +141,7 @@ class GroupMeshing:
         quantized: bool,
     ) -> None:
         seen = options.accuracy is not None and options.accuracy.camera is not None
-        self._joined = joined
+        self._joined, self._is_welded = joined, options.weld
         self._group = each_alone(joined.group) if seen else joined.group
         self._storage, self._nodes = storage, nodes
         own = storage if nodes else Storage()
@@ -170,7 +170,8 @@ class GroupMeshing:
             mesh = model.made(own, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
-        scene = told_apart(arranged(group, tuple(meshes)), self._joined)
+        scene = arranged(group, tuple(meshes))
+        scene = told_apart(scene, self._joined, is_welded=self._is_welded)
         if self._nodes:
             return scene
         return in_single(flattened(scene), origin) if flat else flattened(scene)

@@ -85,7 +85,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         lines = ~seams.collapsed
         np.minimum.at(low, seams.edge[lines], np.broadcast_to(owner[:, None], lines.shape)[lines])
         np.maximum.at(high, seams.edge[lines], np.broadcast_to(owner[:, None], lines.shape)[lines])
-        if not (low < high).any():
+        if not ((low < high) & (seams.users == 2)).any():
             continue
         allow(joint)
         parts = [len(_parts_of(group, n)) for n in numbers]
@@ -139,7 +139,13 @@ def _neighbours(
     `ends` are these ends (N, 3) of every model.
     """
     points, owner = [], []
+    seen: set[tuple[int, bytes]] = set()
     for number, member in enumerate(group.members):
+        # Copies in one place lie upon each other: they do not meet.
+        place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
+        if place in seen:
+            continue
+        seen.add(place)
         model = group.models[member.model]
         if not isinstance(model, PatchModel) or (_mirrors(member) and not _is_tensor(model)):
             continue

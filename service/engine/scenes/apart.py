@@ -14,8 +14,11 @@ from service.engine.scenes.scene import Scene
 from service.surface.lowered import PlacedModel
 
 
-def told_apart(scene: Scene, joined: JoinedGroup) -> Scene:
-    """The scene of all members that were given, made of the scene of joined ones."""
+def told_apart(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> Scene:
+    """The scene of all members that were given, made of the scene of joined ones.
+
+    `is_welded` tells whether patches share the vertices of their edges.
+    """
     if not joined.clusters:
         return scene
     meshes = list(scene.meshes)
@@ -31,6 +34,7 @@ def told_apart(scene: Scene, joined: JoinedGroup) -> Scene:
     place = {old: new for new, old in enumerate(used)}
     return replace(
         scene,
+        joined=tuple(cluster.members for cluster in joined.clusters) if is_welded else (),
         nodes=tuple(replace(node, model=place[node.model]) for node in nodes),
         meshes=tuple(meshes[old] for old in used),
     )

@@ -3,11 +3,13 @@
 Formats that know nodes write the scene as it is; the others get it flattened to one mesh.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.bases.distinct import distinct_rows
 from service.engine.curvatures.ranges import in_single as rounded
 from service.engine.extent import extent, local_origin
 from service.engine.mesh.mesh import Mesh, MeshPart
@@ -35,6 +37,8 @@ class Scene:
         Each in its own coordinates, before it is placed.
     report : MeshReport
         Of all copies, each counted; its bounds are those of the placed vertices.
+    joined : tuple of tuples of int
+        Nodes whose meshes have the same positions where they meet: there these are one.
     """
 
     name: str
@@ -42,6 +46,7 @@ class Scene:
     nodes: tuple[PlacedModel, ...]
     meshes: tuple[Mesh, ...]
     report: MeshReport
+    joined: tuple[tuple[int, ...], ...] = ()
 
 
 def arranged(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
@@ -56,7 +61,24 @@ def flattened(scene: Scene) -> Mesh:
     A part is named after its member; where a surface has several, by both names.
     """
     copies = [_copy(scene.meshes[node.model], node) for node in scene.nodes]
-    return replace(merged(copies, scene.name), up=scene.up, report=scene.report)
+    mesh = merged(copies, scene.name)
+    if scene.joined:
+        mesh = replace(mesh, welds=_joined_welds(mesh, copies, scene.joined))
+    return replace(mesh, up=scene.up, report=scene.report)
+
+
+def _joined_welds(
+    mesh: Mesh, copies: Sequence[Mesh], joined: tuple[tuple[int, ...], ...]
+) -> IndexArray:
+    """The first vertex at each position, of nodes that are joined in any of them."""
+    count = len(mesh.positions)
+    welds = np.arange(count, dtype=np.uint32) if mesh.welds is None else mesh.welds.copy()
+    first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
+    for nodes in joined:
+        rows = np.concatenate([np.arange(first[n], first[n + 1]) for n in nodes])
+        leader, number = distinct_rows(mesh.positions[rows].astype(np.float64) + 0.0)
+        welds[rows] = rows[leader[number]]
+    return welds
 
 
 def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:

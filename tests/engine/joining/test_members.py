@@ -50,6 +50,7 @@ def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> No
     ]
     # Some pieces are inside out: only their edges tell.
     shape = topology(welded_by_position(mesh.positions, mesh.triangles))
+    assert mesh.report.vertices == shape.vertices
     assert (shape.boundary == 0, shape.non_manifold) == (is_closed, 0)
     sheets: list[Sheet] = [
         PlacedSheet(sheet, member.matrix)
