@@ -106,10 +106,11 @@ class PatchSurface(SurfaceKind):
     @property
     def degree(self) -> tuple[int, int]:
         """Highest degree (p, q) of any grid; (1, 1) if there is none."""
-        shapes = [grids.shape for _, grids in self._by_degree]
-        return max((p for _, p, _ in shapes), default=2) - 1, max(
-            (q for _, _, q in shapes), default=2
-        ) - 1
+        if isinstance(self.patches, np.ndarray):
+            _, rows, columns = self.patches.shape
+            return rows - 1, columns - 1
+        p, q = np.max([grid.shape for grid in self.patches], axis=0).tolist()
+        return p - 1, q - 1
 
     @property
     def triangle_degree(self) -> int:
@@ -119,7 +120,9 @@ class PatchSurface(SurfaceKind):
     @property
     def indices(self) -> int:
         """Indices of all patches."""
-        return sum(grids.size for _, grids in self._by_degree) + self.triangles.size
+        if isinstance(self.patches, np.ndarray):
+            return self.patches.size + self.triangles.size
+        return sum(grid.size for grid in self.patches) + self.triangles.size
 
     def size(self) -> SurfaceSize:
         """The grids and the triangles, their points taken from the list of vertices."""
@@ -172,7 +175,7 @@ class PatchSurface(SurfaceKind):
             chosen = indices
             if order is not None:
                 here = order[first : first + len(members)]
-                chosen = indices[np.searchsorted(members, here)]
+                chosen = indices[here if sequence is None else np.searchsorted(members, here)]
             first += len(members)
             kind = TensorPatches if indices.ndim == 3 else TrianglePatches
             batches.append(kind(*self._gathered(chosen)))
