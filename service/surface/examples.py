@@ -56,7 +56,7 @@ def find(surface_id: str) -> Example:
         raise UnknownSurface(
             Issue(
                 "unknown_surface",
-                "No surface is known by this id.",
+                "No surface has this id.",
                 got="an unknown id",
                 needed="one of " + ", ".join(EXAMPLES),
             )
