@@ -16,6 +16,7 @@ from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.oracles import triangles
@@ -290,6 +291,8 @@ def sheets_of(surface: object) -> list[Sheet]:
             return [_spline_sheet(surface)]
         case PatchSurface():
             return _patch_sheets(surface)
+        case MultipatchSurface():
+            return [sheet for own in surface.surfaces for sheet in sheets_of(own)]
         case PatchModel():
             return _model_sheets(surface)
     raise TypeError(type(surface).__name__)
