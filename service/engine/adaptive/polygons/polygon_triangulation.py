@@ -32,7 +32,7 @@ SHAPE = 0.02
 WORST = 1e9
 """What a triangle costs that has no area."""
 
-SOME = 1 << 15
+SOME = 1 << 13
 """Triangles that are compared at a time, unless a single polygon has more."""
 
 NEXT = [1, 2, 0]
@@ -103,7 +103,8 @@ def cut(
             for (_, rows), own in zip(batch, corners, strict=True)
         ]
         every = np.concatenate([own.reshape(3, -1) for own in corners], axis=1)
-        costs = _costs(x[every], y[every], points[:, every], form[:, np.concatenate(owner)])
+        own_form = form[3:].take(np.concatenate(owner), axis=1)
+        costs = _costs(x[every], y[every], points.take(every, axis=1), own_form)
         first = 0
         for (n, rows), own in zip(batch, corners, strict=True):
             mine = costs[first : first + own[0].size].reshape(own.shape[1:])
@@ -187,10 +188,11 @@ def _costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -
     x, y : ndarray of float64, shape (3, K)
     points : ndarray of float64, shape (3, 3, K)
         Coordinates first.
-    form : ndarray of float64, shape (7, K)
+    form : ndarray of float64, shape (4, K)
+        The last rows of `Verdict.form`.
     """
     dx, dy = x[NEXT] - x, y[NEXT] - y
-    ratio = highest((form[3] * dx + 2.0 * form[4] * dy) * dx + form[5] * dy * dy) / form[6]
+    ratio = highest((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
     ratio *= ratio
     steps = (points[:, NEXT] - points).swapaxes(0, 1)
     squares = dots(steps, steps)
