@@ -84,7 +84,7 @@ REFUSED: list[tuple[list[str], int, str]] = [
     (["net.npy", "--type", "tube"], 1, "--type: "),
     (["net.npy", "--type", "bspline", "--degree", "99"], 1, "--degree: "),
     (["net.npy", "--type", "bspline", "--knots", "none"], 1, "--knots: "),
-    (["net.npy", "--knots", "clamped"], 1, "--knots: There is no field"),
+    (["net.npy", "--knots", "clamped"], 1, "--knots: No field has this name"),
     (["net.npy", "--up", "x"], 1, "--up: "),
     (["net.npy", "--input-format", "oogl"], 1, "The service reads OOGL as text"),
     (["net.npy", "--input-format", "json"], 1, "The text is not"),

@@ -69,6 +69,7 @@ export function pointsOf(surface: SurfaceDefinition): number {
   switch (surface.type) {
     case 'group': return surface.members.length;
     case 'patches': return surface.vertices.length;
+    case 'multipatch': return surface.surfaces.length;
     case 'tube': case 'ribbon': return surface.curve.control_points.length;
     default: return surface.control_net.flat().length;
   }
