@@ -40,7 +40,7 @@ STATION = 240
 WRITTEN, TEXT = 64, 6 << 20
 """Bytes for each vertex while it is written, beside the file; and of a piece of text on its way."""
 
-CERTIFIED, CELLS = 576, 16 << 20
+CERTIFIED, CELLS = 416, 16 << 20
 """Bytes for each triangle of a mesh by tolerance while it is proved, and at least."""
 
 SHARE = 3

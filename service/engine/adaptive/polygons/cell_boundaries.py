@@ -139,20 +139,25 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     corner, number, segment, touching = _lift(rim, cells, flattened, (places, vertex))
     face = np.concatenate([cells.face, cells.face, cells.face, cells.face, rim.side // 4])
     u, v = np.concatenate([places[0].ravel(), rim.u]), np.concatenate([places[1].ravel(), rim.v])
+    del places
     # Whole numbers that tell lines of all faces apart, and then small ones, in the same order.
     low_u, low_v = rim.low
     lines_u, rank_u = _ranked(low_u[face] + u)
     lines_v, rank_v = _ranked(low_v[face] + v)
     many_u, many_v = len(lines_u), len(lines_v)
-    key = rank_u * many_v + rank_v
-    first, sample = distinct(key)
-    by_u = key[first]
+    # Of arrays with four entries a leaf as few as possible are there at once.
+    first, sample = distinct(rank_u * many_v + rank_v)
+    face, u, v = face[first], u[first], v[first]
+    rank_u, rank_v = rank_u[first], rank_v[first]
+    by_u, by_v = rank_u * many_v + rank_v, rank_v * many_u + rank_u
     own = np.full(len(first), -1)
     known = np.concatenate([vertex.ravel(), border.vertex])
     own[sample[known >= 0]] = known[known >= 0]
+    del known, vertex, rank_u, rank_v
     fresh = (own < 0).nonzero()[0]
     own[fresh] = len(border.points) + np.arange(len(fresh))
-    by_v = rank_v[first] * many_u + rank_u[first]
+    lifted, entry = sample[corner * count + number], sample[4 * count :].copy()
+    del sample
     order = by_v.argsort()
     by_v = by_v[order]
     begin_u, end_u = lines_u.searchsorted(low_u[cells.face] + cells.box[:2])
@@ -169,15 +174,14 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     plain = start[1:] - start[:-1] == 4
     plain[number] = False
     # Corners of neighbouring leaves may be one.
-    pairs = segment * len(first) + sample[corner * count + number]
+    pairs = segment * len(first) + lifted
     pairs = pairs[distinct(pairs)[0]]
     segment, lift = pairs // len(first), pairs % len(first)
-    entry = sample[4 * count :]
     ends, s = np.array([segment, segment + 1]), rim.side[segment] % 4
     return Outline(
-        face[first],
-        u[first],
-        v[first],
+        face,
+        u,
+        v,
         own,
         len(border.points) + len(fresh),
         start,
