@@ -17,6 +17,7 @@ from starlette.responses import Response
 from service.api.answers import HEADERS, json_response
 from service.api.links import route_path
 from service.api.observing.record import record_of
+from service.cancellation import OutOfTime
 from service.errors import (
     Busy,
     DamagedObject,
@@ -33,7 +34,6 @@ from service.errors import (
     first_part,
 )
 from service.schemas.surface_query import FIELDS
-from service.stopping import OutOfTime
 
 MEDIA_TYPE = "application/problem+json"
 

@@ -25,11 +25,11 @@ from starlette.types import Receive
 
 from service.api.caching.cache import AnswerCache
 from service.api.observing.record import Timing
+from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
 from service.errors import Busy, Issue, TooLarge
 from service.pipeline.cost import Cost
 from service.settings.runtime import trim_heap
 from service.settings.values import Settings
-from service.stopping import OutOfTime, Stop, Stopped, stopped_by
 
 INLINE_SECONDS = 0.0075
 """Cost up to which work runs on the event loop: changing threads, which take turns of 5 ms, would
@@ -187,7 +187,7 @@ class Job:
 
     def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
         self.workers = workers
-        self.stop = Stop()
+        self.cancellation = Cancellation()
         self.until_answered: Callbacks = []
         self.until_end: Callbacks = []
         """Called when the response is ready; when it has been sent or the client has gone."""
@@ -272,7 +272,7 @@ class Job:
 
     def close(self) -> None:
         """Ends the job, and cancels its work in threads."""
-        self.stop.tell()
+        self.cancellation.cancel()
         while callbacks := self.until_end or self.until_answered:
             callbacks.pop()()
         self._is_over = True
@@ -290,7 +290,7 @@ class Job:
             return
         if self._deadline == math.inf:
             self._deadline = current_time() + self.workers.request_timeout
-            self.stop.deadline = time.monotonic() + self.workers.request_timeout
+            self.cancellation.deadline = time.monotonic() + self.workers.request_timeout
         is_gone = False
 
         async def watch() -> None:
@@ -304,7 +304,7 @@ class Job:
             watching = asyncio.create_task(watch())
             try:
                 yield
-            except Stopped:
+            except Cancelled:
                 raise ClientDisconnect from None
             finally:
                 self._receive = receive
@@ -315,7 +315,8 @@ class Job:
     async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
         """Returns `call()`, run in a thread; `release` is called when the thread has ended."""
         run = to_thread.run_sync(_run_catching, call, limiter=self.workers.limiter)
-        with stopped_by(self.stop):  # the task inherits this context and hands it to the thread
+        # The task inherits this context and hands it to the thread.
+        with cancelled_by(self.cancellation):
             task = asyncio.create_task(run)
         self._running.add(task)
 

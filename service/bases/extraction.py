@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from service.bases.affine_combination import Lowered, combine_run
 from service.bases.arrays import FloatArray, Ints
 from service.bases.blossoms import operators
 from service.bases.cache import MESH_PLANS
-from service.bases.chunks import chunks
-from service.bases.combine import Lowered, combine_run
 from service.bases.knots import spans
+from service.bases.row_batches import chunks
 
 CHUNK_BYTES = 4 << 20
 """Operators, or gathered points, of the spans that are treated at a time."""

@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray
-from service.bases.combine import combine
 
 Net: TypeAlias = tuple[FloatArray, FloatArray | None]
 """Points (n+1, …, d) and weights (n+1, …) or None."""

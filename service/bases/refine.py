@@ -18,7 +18,7 @@ and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree elevation of B-spl
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 
 CHUNK = 1024
 """Control points at a time: their shares stay in the cache."""

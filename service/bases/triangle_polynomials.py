@@ -9,9 +9,9 @@ from math import comb
 
 import numpy as np
 
+from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import elevation
-from service.bases.combine import combine
 from service.bases.polynomials import Net
 from service.bases.triangle import degree_of, row_starts
 

@@ -30,7 +30,7 @@ from math import hypot
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.encoders.colors import with_opacity
 from service.encoders.content import absolute, counted_faces, drawn
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm

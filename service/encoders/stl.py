@@ -12,7 +12,7 @@ import struct
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh import Mesh

@@ -12,8 +12,8 @@ import orjson
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.bases.chunks import chunks
-from service.stopping import checkpoint
+from service.bases.row_batches import chunks
+from service.cancellation import checkpoint
 
 FLOAT64_CHARS = 24
 """Most characters of a float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""

@@ -3,11 +3,11 @@
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerances import goal_of
-from service.engine.gridded import gridded
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
+from service.engine.quantize import gridded
 from service.engine.scenes.apart import told_apart
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.sweeps.sweep import sweep

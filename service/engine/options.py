@@ -66,7 +66,8 @@ class MeshOptions:
         How near the mesh must be to the surface; if there is one, `resolution` is not read.
     curvatures : bool
         Whether vertices carry Gaussian and mean curvature, as attributes. What placements in a
-        group do to them must have been told to the models (`service.engine.curvatures.stretches`).
+        group do to them must have been told to the models
+        (`service.engine.curvatures.placement_scale`).
     """
 
     resolution: tuple[int, int] = (16, 16)

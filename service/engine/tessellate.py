@@ -12,6 +12,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
+from service.cancellation import checkpoint
 from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, largest
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
@@ -31,7 +32,6 @@ from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import merge_samples
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
-from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 

@@ -16,13 +16,13 @@ from service.engine.adaptive.tolerances import (
     goals_of_models,
     without,
 )
-from service.engine.curvatures.care import surely_affordable
-from service.engine.curvatures.stretches import with_stretches
-from service.engine.gridded import grid_error
+from service.engine.curvatures.limit_curvature import surely_affordable
+from service.engine.curvatures.placement_scale import with_stretches
 from service.engine.joining.join import join
 from service.engine.joining.members import join_group
 from service.engine.mesh.counts import Counts, count
 from service.engine.options import MeshOptions
+from service.engine.quantize import grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
 from service.pipeline.cost import EFFORT, Cost, adaptive_triangles, estimate_cost, mesh_size

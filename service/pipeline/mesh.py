@@ -5,18 +5,19 @@ from functools import lru_cache
 
 import numpy as np
 
+from service.cancellation import checkpoint
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.pieces import Content
 from service.engine.bounds.mesh_deviation import largest
 from service.engine.build import build, build_scene, lines_of
-from service.engine.curvatures.stretches import with_stretches
-from service.engine.gridded import gridded
+from service.engine.curvatures.placement_scale import with_stretches
 from service.engine.joining.join import Allow, allow_any
 from service.engine.mesh.counts import Counts
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.report import MeshReport
 from service.engine.models import carrying
 from service.engine.options import MeshOptions
+from service.engine.quantize import gridded
 from service.engine.scenes.scene import Scene, about_zero
 from service.engine.tessellate import predicted_size
 from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check_content
@@ -32,7 +33,6 @@ from service.pipeline.checks import (
 from service.pipeline.cost import Cost, adaptive_cost, least_vertices, mesh_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.options import MeshOptionFields
-from service.stopping import checkpoint
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from pydantic import Field, ValidationInfo, model_validator
 
 from service.bases.arrays import FloatArray
+from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
 from service.schemas.fields import Name, Omittable, StrictModel, UpField, optional
 from service.schemas.validation import invalid, limits_of
-from service.stopping import checkpoint
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
 
 if TYPE_CHECKING:

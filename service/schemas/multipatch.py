@@ -5,11 +5,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, Tag, ValidationInfo, model_validator
 
+from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas import bezier, bspline, triangle
 from service.schemas.fields import NameField, StrictModel, UpField, one_of_kinds
 from service.schemas.group import check_total
-from service.stopping import checkpoint
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 
 _UNKNOWN = Issue("unknown_type", "No such surface is part of a multipatch.")

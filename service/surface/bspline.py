@@ -6,9 +6,9 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
-from service.bases.chunks import chunks
 from service.bases.extraction import plan_extraction
 from service.bases.restriction import restricted
+from service.bases.row_batches import chunks
 from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_up, checked_points, checked_weights

@@ -114,7 +114,7 @@ class GroupSurface(SurfaceKind):
             )
         for index, member in enumerate(self.members):
             _check_place(member, self.up, index)
-        surfaces, numbers = distinct(self.members)
+        surfaces, numbers = unique_values(self.members)
         object.__setattr__(self, "_different", (surfaces, numbers))
         sizes = group_sizes(
             [surface.size() for surface in surfaces],
@@ -181,7 +181,7 @@ def content_key(value: Any) -> Hashable:
     return value  # type: ignore[no-any-return]
 
 
-def distinct(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
+def unique_values(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
     """The surfaces that are different models, and the number among them of each member's."""
     found: dict[Hashable, int] = {}
     surfaces: list[Surface] = []

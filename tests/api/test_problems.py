@@ -11,9 +11,9 @@ import pytest
 
 from service.api.app import create_app
 from service.api.problems import PROBLEMS, problem_of
+from service.cancellation import OutOfTime
 from service.errors import DamagedObject, Issue, StoreFailed, StoreFull, SurfaceError
 from service.settings.values import Settings
-from service.stopping import OutOfTime
 from tests.api.client import Client, client_of
 
 JSON = {"Content-Type": "application/json"}

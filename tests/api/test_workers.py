@@ -19,11 +19,11 @@ from service.api import workers as module
 from service.api.caching.cache import AnswerCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.workers import INLINE_SECONDS, ROUND_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
+from service.cancellation import OutOfTime, checkpoint
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
 from service.settings.runtime import trim_heap
 from service.settings.values import Settings
-from service.stopping import OutOfTime, checkpoint
 
 pytestmark = pytest.mark.anyio
 CAPACITY = 1 << 24

@@ -13,10 +13,10 @@ from urllib.parse import urlsplit
 import pytest
 
 from service.api.workers import Workers
+from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
-from service.stopping import checkpoint
 from tests.live import running_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from service.bases.combine import combine
+from service.bases.affine_combination import combine
 from service.bases.polynomials import Net, elevate, restrict, split
 from tests.oracles.exact import Vector, curve_point
 

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.bases.combine import combine
+from service.bases.affine_combination import combine
 from service.bases.knots import breaks, domain
 from service.bases.refine import blossoms, raised_knots
 from tests.oracles.splines import fractions, spline_point

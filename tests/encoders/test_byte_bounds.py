@@ -16,9 +16,9 @@ from service.encoders.oogl import byte_bound
 from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
-from service.engine.gridded import snapped
 from service.engine.mesh.closure import Closure
 from service.engine.mesh.mesh import Mesh
+from service.engine.quantize import snapped
 from service.errors import UnsupportedByFormat
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel

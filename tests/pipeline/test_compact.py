@@ -12,8 +12,8 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.gridded import grid_error
 from service.engine.options import MeshOptions
+from service.engine.quantize import grid_error
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.estimate import plan_estimate
 from service.pipeline.mesh import plan_mesh, plan_sizes, render

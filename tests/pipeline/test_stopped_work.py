@@ -2,12 +2,12 @@
 
 import pytest
 
+from service.cancellation import Cancellation, Cancelled, cancelled_by
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import MeshWork, plan_mesh
-from service.stopping import Stop, Stopped, stopped_by
 from service.surface.examples import find
 
 KINDS = {
@@ -25,7 +25,7 @@ KINDS = {
 }
 
 
-class Counted(Stop):
+class Counted(Cancellation):
     """Stops at the checkpoint of a number, and counts them."""
 
     def __init__(self, last: float = float("inf")) -> None:
@@ -36,7 +36,7 @@ class Counted(Stop):
     def check(self) -> None:
         self.seen += 1
         if self.seen > self._last:
-            self.tell()
+            self.cancel()
         super().check()
 
 
@@ -49,12 +49,12 @@ def planned(kind: str) -> MeshWork:
 def test_work_stops_wherever_it_is_and_comes_out_the_same_afterwards(kind: str) -> None:
     expected = planned(kind).run().content
     whole = Counted()
-    with stopped_by(whole):
+    with cancelled_by(whole):
         assert planned(kind).run().content == expected
     assert whole.seen >= 3
     for last in sorted({whole.seen * part // 7 for part in range(7)}):
         stop = Counted(last)
-        with stopped_by(stop), pytest.raises(Stopped):
+        with cancelled_by(stop), pytest.raises(Cancelled):
             planned(kind).run()
         assert stop.seen == last + 1, "it went on after it was told"
     assert planned(kind).run().content == expected

@@ -11,7 +11,7 @@ from service.encoders.curves.format import in_space
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
-from service.engine.curvatures.stretches import with_stretches
+from service.engine.curvatures.placement_scale import with_stretches
 from service.pipeline.curve import plan_curve
 from service.pipeline.mesh import render
 from service.schemas.curves import CurveRequest

@@ -8,9 +8,9 @@ import trimesh
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.gridded import gridded
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.engine.quantize import gridded
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel

@@ -21,6 +21,7 @@ from service.api.problems import MEDIA_TYPE, Place, Problem, problem_document, p
 from service.api.routes.meshes_by_url import check_engine
 from service.api.stored import content_id
 from service.api.workers import MAX_RETRY_AFTER
+from service.cancellation import OutOfTime
 from service.decoders import teapot
 from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
@@ -36,7 +37,6 @@ from service.schemas.query import mesh_query
 from service.schemas.request import MeshRequest
 from service.schemas.validation import parse_request
 from service.settings.values import Settings
-from service.stopping import OutOfTime
 from service.storage.failures import disk_full
 from service.storage.quota import quota_exceeded
 from service.surface.convert.nets import Allowed

@@ -9,7 +9,7 @@ import base64
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
 
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed

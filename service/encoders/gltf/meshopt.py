@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 
 from service.bases.arrays import Bytes, IndexArray, Ints
+from service.cancellation import checkpoint
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed, View, described, padded
-from service.stopping import checkpoint
 
 EXTENSION = "EXT_meshopt_compression"
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import derived
+from service.cancellation import checkpoint
 from service.encoders.colors import translucent
 from service.encoders.content import drawn, refuse_quads
 from service.encoders.format import EncodeOptions
@@ -21,7 +22,6 @@ from service.encoders.gltf.columns import Column, Columns, plain_columns, single
 from service.encoders.gltf.materials import LINE_MATERIAL, surface_material
 from service.encoders.gltf.quantized import grid_positions, quantized_columns
 from service.engine.mesh.mesh import Mesh, MeshPart
-from service.stopping import checkpoint
 from service.surface.lowered import Color
 
 LINES, TRIANGLES = 1, 4

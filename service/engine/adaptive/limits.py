@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from math import inf
 
+from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, TooLarge
-from service.stopping import checkpoint
 
 
 @dataclass(slots=True)
@@ -19,7 +19,7 @@ class Effort:
     reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Add to the work spent; raise `TooLarge` beyond the limit, `Stopped` once cancelled.
+        """Add to the work spent; raise `TooLarge` beyond the limit, `Cancelled` once cancelled.
 
         What is refused is not done, and does not count.
         """

@@ -29,12 +29,12 @@ from service.engine.bounds.certificate_rounding import check_goal, floor
 from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
-from service.engine.gridded import grid_steps
 from service.engine.joining.join import join
 from service.engine.joining.members import JoinedGroup, join_group
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
+from service.engine.quantize import grid_steps
 from service.engine.scenes.apart import told_apart
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.wires.draw import only_lines, with_wires

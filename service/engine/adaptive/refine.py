@@ -26,7 +26,7 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells, whole
 from service.engine.adaptive.cutting.subdivision import divided

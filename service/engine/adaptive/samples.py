@@ -12,12 +12,12 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
-from service.engine.curvatures.care import Care
+from service.engine.curvatures.limit_curvature import Care
 from service.engine.curvatures.rows import as_channels, stored, stretched
 from service.engine.evaluation.scattered import by_batch
 from service.engine.evaluation.triangle_nets import barycentric_places

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.engine.adaptive.lines import goal_divisions
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import second_derivative_bounds

@@ -38,8 +38,8 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.chunks import chunks
-from service.bases.distinct import distinct
+from service.bases.row_batches import chunks
+from service.bases.unique_rows import unique_values
 from service.engine.bounds.clip import Pieces, clipped, images
 from service.engine.bounds.degree_reduction import DIRECT, box_order
 from service.engine.bounds.faces import SPAN, Faces
@@ -243,7 +243,7 @@ def _roughly(measure: _Measure) -> tuple[FloatArray, Bools] | None:
     pieces = measure.pieces
     if np.bincount(pieces.part).max(initial=0) < 2 * COVERED:
         return None
-    first, pair = distinct(pieces.part * len(measure.ground.sizes) + pieces.patch)
+    first, pair = unique_values(pieces.part * len(measure.ground.sizes) + pieces.patch)
     one, two = (pieces.corners[1:] - pieces.corners[0]).astype(np.float64)
     area = np.bincount(pair, np.abs(one[0] * two[1] - one[1] * two[0]))
     part, covered = pieces.part[first], area >= (2.0 - 1e-9) * SPAN * SPAN

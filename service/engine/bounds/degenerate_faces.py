@@ -17,10 +17,10 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import PLANS
+from service.cancellation import checkpoint
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.patterns import AnyShape, TriangleShape, faces, merged_samples
 from service.engine.options import Faces, MeshOptions
-from service.stopping import checkpoint
 
 NOTHING = (False, False, False, False)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.bases.triangle import degree_of, row_starts
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel

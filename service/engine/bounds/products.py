@@ -19,9 +19,9 @@ from functools import lru_cache
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
+from service.cancellation import checkpoint
 from service.engine.bounds.second_derivatives import blocks_along, shares
 from service.engine.scratch import Workspaces
-from service.stopping import checkpoint
 from service.surface.batches import TensorPatches
 
 LARGEST = 1 << 14

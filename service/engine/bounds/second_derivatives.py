@@ -42,9 +42,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import PLANS
-from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
 from service.bases.restriction import restrictions
+from service.bases.row_batches import chunks
 from service.engine.evaluation.triangle_nets import differences
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 

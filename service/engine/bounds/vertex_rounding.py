@@ -16,8 +16,8 @@ import numpy as np
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled
-from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
+from service.bases.row_batches import chunks
 from service.engine.evaluation.evaluate import choose
 from service.engine.mesh.connectivity import SAME_WEIGHT
 from service.engine.mesh.degree_matching import SAME_CURVE

@@ -12,8 +12,8 @@ import numpy as np
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import sampled, sampled_columns, sampled_grid
-from service.bases.chunks import runs
 from service.bases.homogeneous import homogeneous
+from service.bases.row_batches import runs
 from service.engine.curvatures.forms import Planes, measure_of
 from service.engine.evaluation.evaluate import choose
 from service.engine.evaluation.nets import PARTIALS, PatchNets

@@ -12,9 +12,9 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import samples
 from service.bases.triangle import row_starts
-from service.engine.curvatures.care import Care
 from service.engine.curvatures.forms import curvatures_of
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
+from service.engine.curvatures.limit_curvature import Care
 from service.engine.curvatures.ranges import NAMES
 from service.engine.mesh.channels import ChannelRows
 from service.engine.mesh.layout import Layout

@@ -8,8 +8,8 @@ that rounding leaves room for; smaller ones are refused.
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
+from service.bases.row_batches import chunks
 from service.engine.bounds.chords import deviations, halves, projected
 from service.engine.curves.evaluation import Samples
 from service.errors import InvalidRequest, Issue, TooLarge

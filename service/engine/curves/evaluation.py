@@ -11,7 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.engine.extent import powers_of_two
 from service.surface.curve_pieces import CurvePieces
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled_partials
+from service.cancellation import checkpoint
 from service.engine.extent import is_moved
 from service.engine.scratch import Real, Workspaces
-from service.stopping import checkpoint
 from service.surface.batches import Patches, TensorPatches
 
 CHUNK_SAMPLES = 18_432

@@ -15,10 +15,10 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import samples
+from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import neighbours
-from service.stopping import checkpoint
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 

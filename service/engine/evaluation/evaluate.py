@@ -17,10 +17,10 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.at_once import CHUNK_SAMPLES, evaluate_at_once, is_everyday
+from service.engine.evaluation.evaluation_state import Evaluation, Samples
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.under_way import Evaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real, scratch
 from service.measuring import Measured

@@ -21,7 +21,7 @@ from service.bases.bernstein import (
     sampled_interleaved,
     sampled_partials,
 )
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
 from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.scratch import Real, scratch

@@ -19,13 +19,13 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, binomials, sampled
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.bases.triangle_polynomials import tensor_net
+from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.scratch import Real
-from service.stopping import checkpoint
 
 MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}
 """Rounding grows with 3 to the power of the degree: beyond these it is 1e-3 (float32) or 1e-9

@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import samples
+from service.engine.evaluation.evaluation_state import ChunkNets, Evaluation, Samples
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.poles import write_pole_normals
-from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
 from service.engine.scratch import Real, scratch
 from service.surface.batches import TensorPatches
 

@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
+from service.cancellation import checkpoint
 from service.engine.evaluation.at_once import CHUNK_SAMPLES
-from service.engine.evaluation.triangle_nets import differences
-from service.engine.evaluation.triangle_normals import triangle_normals
-from service.engine.evaluation.under_way import (
+from service.engine.evaluation.evaluation_state import (
     ChunkNets,
     Evaluation,
     Samples,
 )
+from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.scratch import Real, scratch
-from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
 
 Product: TypeAlias = Callable[[str, FloatArray], RealArray]

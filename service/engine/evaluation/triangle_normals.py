@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from service.bases import triangle_basis
 from service.bases.arrays import Bools, FloatArray
-from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
+from service.bases.row_batches import chunks
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import barycentric_places, differences

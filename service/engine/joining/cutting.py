@@ -2,7 +2,7 @@
 
 A cut of a patch goes on through all patches of its surface in the same span, so that the pieces are
 still a grid. The borders that no cut crosses keep their bits, and so do equal borders on both sides
-of a line: cutting works number by number (`service.bases.combine`).
+of a line: cutting works number by number (`service.bases.affine_combination`).
 """
 
 from dataclasses import dataclass, replace

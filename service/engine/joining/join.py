@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
+from service.cancellation import checkpoint
 from service.engine.joining.cutting import cut, lines_of
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
 from service.engine.mesh.connect import connect, connect_apart, has_surfaces
 from service.engine.mesh.seams import Seams
-from service.stopping import checkpoint
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64

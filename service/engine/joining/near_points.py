@@ -8,7 +8,7 @@ one is none, because no point could stand for all of it.
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 
 ROUNDS = 8
 """How often points are told apart by gaps along x, y and z: few need more than one round."""
@@ -26,7 +26,7 @@ def near_groups(points: FloatArray, reach: float) -> Ints:
 
     Which points form a group does not depend on their order.
     """
-    first, number = distinct_rows(points)
+    first, number = unique_rows(points)
     group = _gap_groups(points[first], reach)
     order = np.argsort(group, kind="stable")
     starts = run_starts(group[order])

@@ -20,13 +20,13 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.cache import Cache
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
+from service.cancellation import checkpoint
 from service.engine.clustering import leaders
 from service.engine.joining.near_points import run_starts
 from service.engine.mesh.connectivity import digest
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams
-from service.stopping import checkpoint
 from service.surface.sides import BEGINS, ENDS
 
 STEPS = 12

@@ -25,6 +25,7 @@ from math import expm1
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import equal_raised
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
@@ -36,7 +37,6 @@ from service.engine.mesh.edge_patterns import (
     with_border,
 )
 from service.engine.mesh.edges import directed
-from service.stopping import checkpoint
 from service.surface.lowered import PatchModel
 
 ROUNDED_UP = 1 + 2.0**-40

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sampled
 from service.bases.bernstein import samples as parameters
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 from service.bases.triangle import row_starts
 from service.bases.triangle_basis import evaluate_triangles
 from service.engine.clustering import leaders

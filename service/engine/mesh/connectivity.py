@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.surface.batches import Patches, TrianglePatches
 
 SAME_WEIGHT = 2.0**-44
@@ -115,7 +115,7 @@ def equal_points(points: FloatArray) -> Ints:
     """
     if len(points) <= FEW_POINTS:
         return np.array(first_equals(points), np.intp)
-    leaders, number = distinct_rows(points)
+    leaders, number = unique_rows(points)
     return leaders[number]
 
 

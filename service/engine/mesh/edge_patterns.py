@@ -17,7 +17,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.mesh.connectivity import Connectivity, EqualPoints, triangular_patches
 from service.engine.mesh.degree_matching import candidates
 from service.engine.mesh.edges import EdgeCurves, directed
@@ -182,7 +182,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
 
 def first_of(rows: FloatArray) -> tuple[Ints, Ints]:
     """First place of every distinct row, ascending; and the number of each row among them."""
-    first, number = distinct_rows(rows)
+    first, number = unique_rows(rows)
     order = np.argsort(first)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.cache import MESH_PLANS
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.creases import Averages
 from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape
@@ -239,7 +239,7 @@ class Layout(SampleRuns):
             ],
             axis=1,
         )
-        first, number = distinct_rows(rows.astype(np.float64))
+        first, number = unique_rows(rows.astype(np.float64))
         found: list[tuple[AnyShape, Ints]] = []
         for k in np.argsort(first, kind="stable").tolist():
             triangular, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()

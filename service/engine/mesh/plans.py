@@ -11,6 +11,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import MESH_PLANS
+from service.cancellation import checkpoint
 from service.engine.mesh.borders import borders
 from service.engine.mesh.connectivity import digest
 from service.engine.mesh.creases import Averages, Sharing
@@ -25,7 +26,6 @@ from service.engine.mesh.weld import (
     without_unused,
 )
 from service.engine.options import Faces, MeshOptions
-from service.stopping import checkpoint
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
+from service.cancellation import checkpoint
 from service.engine.clustering import leaders
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
 from service.engine.mesh.degree_matching import lowest
 from service.engine.mesh.edges import EdgeCurves
-from service.stopping import checkpoint
 from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS
 
@@ -81,7 +81,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
             order = np.lexsort(weights.T)
             place, turned = place[order], turned[order]
             points, weights = points[order], weights[order]
-        distinct, number = distinct_rows(points.reshape(len(points), -1))
+        distinct, number = unique_rows(points.reshape(len(points), -1))
         if weights is not None:
             leader = leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
@@ -94,7 +94,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         found += len(distinct)
     checkpoint()
     corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
-    distinct, number = distinct_rows(corners)
+    distinct, number = unique_rows(corners)
     collapsed = np.concatenate([batch.collapsed for batch in batches])
     corner = number.reshape(-1, 4)
     if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:

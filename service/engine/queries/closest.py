@@ -18,7 +18,8 @@ from dataclasses import fields
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
+from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
@@ -32,7 +33,6 @@ from service.engine.queries.nearest import ClosestPoints, Nearest
 from service.engine.queries.nets import QueryNets
 from service.engine.queries.newton import measure
 from service.engine.queries.patch_tree import PatchTree
-from service.stopping import checkpoint
 
 CHUNK, FEWEST = 4096, 16
 """Points that are looked at together: what is computed of them stays in a processor's cache. Fewer

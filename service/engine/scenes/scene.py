@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.curvatures.ranges import in_single as rounded
 from service.engine.extent import extent, local_origin
 from service.engine.mesh.mesh import Mesh, MeshPart
@@ -76,7 +76,7 @@ def _joined_welds(
     first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
     for nodes in joined:
         rows = np.concatenate([np.arange(first[n], first[n + 1]) for n in nodes])
-        leader, number = distinct_rows(mesh.positions[rows].astype(np.float64) + 0.0)
+        leader, number = unique_rows(mesh.positions[rows].astype(np.float64) + 0.0)
         welds[rows] = rows[leader[number]]
     return welds
 

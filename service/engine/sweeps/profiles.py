@@ -21,12 +21,12 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.options import Faces
 from service.engine.sweeps.frames import frames
 from service.engine.sweeps.paths import Paths
 from service.engine.sweeps.rows import Rows, Swept, joined
 from service.engine.vectors import cross
-from service.stopping import checkpoint
 
 NO_SIDE = 1e-9
 """Sine of the angle between curve and facing below which no crossbar is at right angles to both."""

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
+from service.cancellation import checkpoint
 from service.engine.options import Faces
-from service.stopping import checkpoint
 
 
 @dataclass(frozen=True, eq=False)

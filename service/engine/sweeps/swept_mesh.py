@@ -3,6 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.cancellation import checkpoint
 from service.engine.extent import extent, local_origin
 from service.engine.mesh.borders import count_borders
 from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
@@ -10,7 +11,6 @@ from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import Welding, weld
 from service.engine.options import MeshOptions
 from service.engine.sweeps.rows import Swept
-from service.stopping import checkpoint
 from service.surface.checks import Up
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.clustering import leaders
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
@@ -116,7 +116,7 @@ def _joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) ->
     """For each end of each curve, 2 k and 2 k + 1, the end that it goes on at; −1 if it ends."""
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
-    _, number = distinct_rows(np.concatenate([ends, corners]) + 0.0)
+    _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)
     at_corner = np.zeros(number.max() + 1, dtype=bool)
     at_corner[number[len(ends) :]] = True
     number = number[: len(ends)]

@@ -8,8 +8,8 @@ import numpy as np
 
 from service.bases import polynomials, triangle, triangle_polynomials
 from service.bases.arrays import FloatArray
-from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
+from service.bases.unique_rows import unique_rows
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import (
@@ -136,7 +136,7 @@ def _check_seams(nets: Sequence[FloatArray]) -> None:
 def _check_sides(along_v: FloatArray, along_u: FloatArray) -> None:
     """Refuses sides (N, n+1, 3) along v of which one is a side along u."""
     sides = np.concatenate([along_v, along_v[:, ::-1], along_u])
-    _, number = distinct_rows(sides.reshape(len(sides), -1))
+    _, number = unique_rows(sides.reshape(len(sides), -1))
     # A side that is one point has no length to part along.
     number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
     known, met = number[: 2 * len(along_v)], number[2 * len(along_v) :]

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
 from service.bases.triangle import degree_of, side_rows
+from service.bases.unique_rows import unique_rows
 from service.surface.sides import side_of
 
 SAME_WEIGHT = 2.0**-44
@@ -93,7 +93,7 @@ def _agree(sides: list[_Side]) -> None:
 
 def _first(rows: FloatArray) -> Ints:
     """For each side the first one with the same points."""
-    first, number = distinct_rows(rows.reshape(len(rows), -1))
+    first, number = unique_rows(rows.reshape(len(rows), -1))
     found: Ints = first[number]
     return found
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
+from service.bases.unique_rows import unique_rows
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up
 from service.surface.convert.nets import Change, changed
@@ -82,7 +82,7 @@ def shared(
     batches = [batch for batch in (grids, triangles) if batch is not None]
     columns = [np.concatenate(same) for same in zip(*(b.columns for b in batches), strict=True)]
     rows = np.concatenate(columns, axis=1) + 0.0  # −0 and 0 are one number
-    first, number = distinct_rows(rows)
+    first, number = unique_rows(rows)
     order = np.argsort(first)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))

@@ -8,8 +8,8 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases import polynomials
+from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
-from service.bases.combine import combine
 from service.bases.extraction import SAME_SHARE
 from service.bases.polynomials import Net
 from service.bases.refine import blossoms, raised_knots

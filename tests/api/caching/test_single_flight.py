@@ -13,9 +13,9 @@ import pytest
 from service.api.caching.cache import AnswerCache
 from service.api.caching.single_flight import SingleFlight
 from service.api.workers import Job, Workers
+from service.cancellation import Cancelled, checkpoint
 from service.pipeline.cost import Cost
 from service.settings.values import Settings
-from service.stopping import Stopped, checkpoint
 
 pytestmark = pytest.mark.anyio
 
@@ -126,7 +126,7 @@ async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_en
             while True:
                 time.sleep(0.001)
                 checkpoint()
-        except Stopped:
+        except Cancelled:
             told.set()
             assert let_go.wait(10)
             raise

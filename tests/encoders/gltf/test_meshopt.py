@@ -12,9 +12,9 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
-from service.engine.gridded import snapped
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.engine.quantize import snapped
 from service.surface.examples import find
 from tests.clients.gltf_validator import issues
 from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf

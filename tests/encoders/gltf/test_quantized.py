@@ -8,9 +8,9 @@ import pytest
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.gridded import snapped
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.engine.quantize import snapped
 from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member

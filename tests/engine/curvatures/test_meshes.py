@@ -5,7 +5,7 @@ import pytest
 
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build
-from service.engine.curvatures import care
+from service.engine.curvatures import limit_curvature
 from service.engine.curvatures.ranges import NAMES
 from service.engine.curvatures.rows import layout_curvatures, parameters_of
 from service.engine.mesh.connect import connect
@@ -241,7 +241,7 @@ def test_what_float32_cannot_hold_is_its_largest_number(size: float) -> None:
 
 def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     model = quadrics.sphere().lower()
-    monkeypatch.setattr(care, "MOST", care.each(model.batches[0]) * 8 * 7)
+    monkeypatch.setattr(limit_curvature, "MOST", limit_curvature.each(model.batches[0]) * 8 * 7)
     assert len(curved(meshed(model, (6, 6)))[0]) > 0
     with pytest.raises(TooLarge) as refused:
         meshed(model, (7, 7))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 
 from service.engine.evaluation.evaluate import Formulation, choose, evaluate
-from service.engine.evaluation.under_way import Samples
+from service.engine.evaluation.evaluation_state import Samples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
 from tests.oracles import exact

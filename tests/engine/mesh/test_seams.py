@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
@@ -49,7 +49,7 @@ def test_the_teapots_edges_are_the_known_ones() -> None:
 def test_equal_rows_have_equal_numbers(seed: int) -> None:
     """And the first row of every number is the first one there is."""
     rows = np.random.default_rng(seed).integers(0, 3, (40, 3)).astype(float)
-    first, number = distinct_rows(rows)
+    first, number = unique_rows(rows)
     np.testing.assert_array_equal(rows[first][number], rows)
     assert len(first) == len(np.unique(rows, axis=0))
     for k, row in enumerate(first.tolist()):

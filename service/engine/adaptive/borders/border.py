@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct
+from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.division import divide
 from service.engine.adaptive.borders.side_normals import SideNormals
@@ -69,7 +69,7 @@ def divide_border(
     # Corners come first, as many as are vertices, then what lies between them.
     knots = division.corner >= 0
     met = np.concatenate([division.corner[knots], poles])
-    first, number = distinct(met)
+    first, number = unique_values(met)
     used = met[first]
     vertex = np.empty(len(division.at), dtype=np.intp)
     vertex[knots] = number[: len(met) - len(poles)]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.distinct import distinct, distinct_rows
+from service.bases.unique_rows import unique_rows, unique_values
 from service.engine.bounds.faces import Faces
 from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS, ENDS
@@ -105,7 +105,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         forth, back = along[rows], against[rows[:, ::-1]]
         turned = _precedes(back, forth)
         codes = np.where(turned[:, None], back, forth)
-        first, number = distinct_rows(codes.astype(np.float64))
+        first, number = unique_rows(codes.astype(np.float64))
         # All sides along one chain are whole, or none is.
         whole = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
         whole &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
@@ -179,7 +179,7 @@ def _precedes(rows: Ints, others: Ints) -> Bools:
 def _singles(steps: _Steps, single: Bools) -> _Found:
     """Edges as chains of their own, in their own direction."""
     rows = single.nonzero()[0]
-    first, place = distinct(steps.edge[rows])
+    first, place = unique_values(steps.edge[rows])
     leaders, turned = rows[first], steps.backward[rows]
     return _Found(
         leaders[:, None], turned[first], steps.side[rows], steps.span[rows], place, turned

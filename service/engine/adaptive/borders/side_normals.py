@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.evaluation.scattered import scattered_normals
 from service.engine.mesh.seams import Seams
 from service.surface.batches import Patches
@@ -120,7 +120,7 @@ def _different_edges(seams: Sequence[Seams]) -> list[Ints]:
             weights = np.ones(group.points.shape[:2]) if group.weights is None else group.weights
             points = group.points.reshape(len(weights), 3 * size)
             rows.append(np.concatenate([points, weights], axis=1))
-        first, found = distinct_rows(np.concatenate(rows))
+        first, found = unique_rows(np.concatenate(rows))
         ends = np.cumsum([0, *map(len, rows)])
         for k, (number, group) in enumerate(groups):
             number[group.ids] = known + found[ends[k] : ends[k + 1]]

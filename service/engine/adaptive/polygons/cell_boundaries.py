@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.distinct import distinct
+from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells
 from service.engine.adaptive.limits import too_deep
@@ -146,7 +146,7 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     lines_v, rank_v = _ranked(low_v[face] + v)
     many_u, many_v = len(lines_u), len(lines_v)
     # Of arrays with four entries a leaf as few as possible are there at once.
-    first, sample = distinct(rank_u * many_v + rank_v)
+    first, sample = unique_values(rank_u * many_v + rank_v)
     face, u, v = face[first], u[first], v[first]
     rank_u, rank_v = rank_u[first], rank_v[first]
     by_u, by_v = rank_u * many_v + rank_v, rank_v * many_u + rank_u
@@ -175,7 +175,7 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     plain[number] = False
     # Corners of neighbouring leaves may be one.
     pairs = segment * len(first) + lifted
-    pairs = pairs[distinct(pairs)[0]]
+    pairs = pairs[unique_values(pairs)[0]]
     segment, lift = pairs // len(first), pairs % len(first)
     ends, s = np.array([segment, segment + 1]), rim.side[segment] % 4
     return Outline(
@@ -199,7 +199,7 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
 
 def _ranked(values: Ints) -> tuple[Ints, Ints]:
     """Distinct values, rising, and which of them each is."""
-    first, number = distinct(values)
+    first, number = unique_values(values)
     return values[first], number
 
 

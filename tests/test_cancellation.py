@@ -5,7 +5,7 @@ import time
 import pytest
 from anyio import to_thread
 
-from service.stopping import OutOfTime, Stop, Stopped, checkpoint, stopped_by
+from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by, checkpoint
 
 
 def test_without_a_stop_work_goes_on() -> None:
@@ -13,40 +13,40 @@ def test_without_a_stop_work_goes_on() -> None:
 
 
 def test_work_goes_on_until_it_is_cancelled() -> None:
-    stop = Stop()
-    with stopped_by(stop):
+    cancellation = Cancellation()
+    with cancelled_by(cancellation):
         checkpoint()
-        stop.tell()
-        with pytest.raises(Stopped):
+        cancellation.cancel()
+        with pytest.raises(Cancelled):
             checkpoint()
     checkpoint()
 
 
 def test_work_ends_when_its_time_is_over() -> None:
-    with stopped_by(Stop(time.monotonic() + 60)):
+    with cancelled_by(Cancellation(time.monotonic() + 60)):
         checkpoint()
-    with stopped_by(Stop(time.monotonic() - 1)), pytest.raises(OutOfTime):
+    with cancelled_by(Cancellation(time.monotonic() - 1)), pytest.raises(OutOfTime):
         checkpoint()
 
 
 def test_being_told_comes_before_time() -> None:
-    stop = Stop(deadline=0.0)
-    stop.tell()
-    with pytest.raises(Stopped):
-        stop.check()
+    cancellation = Cancellation(deadline=0.0)
+    cancellation.cancel()
+    with pytest.raises(Cancelled):
+        cancellation.check()
 
 
 @pytest.mark.anyio
 async def test_threads_inherit_who_may_stop_them_and_others_do_not() -> None:
-    told, other = Stop(), Stop()
-    told.tell()
+    told, other = Cancellation(), Cancellation()
+    told.cancel()
     found = []
-    for stop in (told, other):
+    for cancellation in (told, other):
         try:
-            with stopped_by(stop):
+            with cancelled_by(cancellation):
                 await to_thread.run_sync(checkpoint)
             found.append("done")
-        except Stopped:
+        except Cancelled:
             found.append("stopped")
     await to_thread.run_sync(checkpoint)
     assert found == ["stopped", "done"]

@@ -5,8 +5,8 @@ import pytest
 
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build, build_scene
+from service.engine.curvatures.placement_scale import with_stretches
 from service.engine.curvatures.ranges import NAMES
-from service.engine.curvatures.stretches import with_stretches
 from service.engine.models import as_patches
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import placed_points

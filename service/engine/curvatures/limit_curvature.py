@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
 from service.engine.points.answer import SERIES, near_poles
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.chunks import runs
+from service.bases.row_batches import runs
 from service.engine.evaluation.at_once import (
     CHUNK_SAMPLES,
     ORDINARY,

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.distinct import distinct_rows
+from service.bases.unique_rows import unique_rows
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.bounds.mesh_deviation import largest
 from service.engine.extent import extent
@@ -145,7 +145,7 @@ def _neighbours(group: GroupModel) -> Iterator[list[int]]:
     for there in places.values():
         rows = [(number, _corners(group.models[number])) for number in sorted(there)]
         owner = np.concatenate([np.full(len(corners), number) for number, corners in rows])
-        _, corner = distinct_rows(np.concatenate([corners for _, corners in rows]))
+        _, corner = unique_rows(np.concatenate([corners for _, corners in rows]))
         order = np.lexsort((owner, corner))
         same = corner[order[1:]] == corner[order[:-1]]
         pairs = np.stack([owner[order[:-1]], owner[order[1:]]], axis=1)[same]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from service.stopping import checkpoint
+from service.cancellation import checkpoint
 
 
 def runs(count: int, step: int) -> Iterator[tuple[int, int]]:

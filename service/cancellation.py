@@ -1,8 +1,9 @@
 """Cancels work whose client has gone away, or whose time is over.
 
-The caller that starts work in a thread puts a `Stop` into the context, which threads inherit. Long
-work calls `checkpoint()` about every 100 ms; a step on large arrays takes up to half a second
-(`make bench`). Without a `Stop` in the context, as on the command line, `checkpoint` does nothing.
+The caller that starts work in a thread puts a `Cancellation` into the context, which the thread
+inherits. Long work calls `checkpoint()` about every 100 ms; a step on large arrays takes up to half
+a second (`make bench`). Without a `Cancellation` in the context, as on the command line,
+`checkpoint` does nothing.
 """
 
 import time
@@ -14,7 +15,7 @@ from math import inf
 from service.errors import SurfaceError
 
 
-class Stopped(Exception):
+class Cancelled(Exception):
     """The work was cancelled: no request waits for its result."""
 
 
@@ -22,7 +23,7 @@ class OutOfTime(SurfaceError):
     """The work has exceeded its time."""
 
 
-class Stop:
+class Cancellation:
     """Says whether a piece of work must end.
 
     Parameters
@@ -31,36 +32,36 @@ class Stop:
         When its time is over, on the clock `time.monotonic`.
     """
 
-    __slots__ = ("_told", "deadline")
+    __slots__ = ("_is_cancelled", "deadline")
 
     def __init__(self, deadline: float = inf) -> None:
         self.deadline = deadline
-        self._told = False
+        self._is_cancelled = False
 
-    def tell(self) -> None:
+    def cancel(self) -> None:
         """Cancels the work; may be called from any thread."""
-        self._told = True
+        self._is_cancelled = True
 
     def check(self) -> None:
         """Raises if the work is cancelled or out of time.
 
         Raises
         ------
-        Stopped, OutOfTime
+        Cancelled, OutOfTime
         """
-        if self._told:
-            raise Stopped
+        if self._is_cancelled:
+            raise Cancelled
         if time.monotonic() > self.deadline:
             raise OutOfTime
 
 
-_current: ContextVar[Stop | None] = ContextVar("stop", default=None)
+_current: ContextVar[Cancellation | None] = ContextVar("cancellation", default=None)
 
 
 @contextmanager
-def stopped_by(stop: Stop) -> Iterator[None]:
-    """Lets `stop` end the `with` block, and threads that it starts."""
-    token = _current.set(stop)
+def cancelled_by(cancellation: Cancellation) -> Iterator[None]:
+    """Lets `cancellation` end the `with` block, and threads that it starts."""
+    token = _current.set(cancellation)
     try:
         yield
     finally:
@@ -72,8 +73,8 @@ def checkpoint() -> None:
 
     Raises
     ------
-    Stopped, OutOfTime
+    Cancelled, OutOfTime
     """
-    stop = _current.get()
-    if stop is not None:
-        stop.check()
+    cancellation = _current.get()
+    if cancellation is not None:
+        cancellation.check()

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.chunks import chunks
+from service.bases.row_batches import chunks
 
 
 @given(st.integers(0, 50), st.integers(1, 20), st.integers(0, 100))
