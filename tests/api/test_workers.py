@@ -18,7 +18,15 @@ from starlette.requests import ClientDisconnect
 from service.api import workers as module
 from service.api.caching.cache import AnswerCache
 from service.api.caching.cached_response import CachedResponse, Subject
-from service.api.workers import INLINE_SECONDS, ROUND_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
+from service.api.workers import (
+    ALONE_SECONDS,
+    INLINE_SECONDS,
+    ROUND_SECONDS,
+    SMALL_BODY,
+    TRIM_BYTES,
+    Job,
+    Workers,
+)
 from service.cancellation import OutOfTime, checkpoint
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
@@ -109,10 +117,10 @@ async def test_requests_are_served_in_order_of_arrival() -> None:
         order: list[str] = []
 
         async def hold(name: str, amount: int) -> None:
-            await workers.acquire(amount)
+            start = await workers.acquire(amount)
             order.append(name)
             await asyncio.sleep(0)
-            workers.release_thread()
+            workers.release_thread(start)
             workers.hold(-amount)
 
         sizes = {"first": LARGEST, "large": LARGEST, "small": 10, "last": 10}
@@ -124,7 +132,7 @@ async def test_requests_are_served_in_order_of_arrival() -> None:
 async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
     async with lent(max_queue=4) as workers:
         assert workers.retry_after() == 1
-        await workers.acquire(10)
+        start = await workers.acquire(10)
         waiting = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
         await rest()
         assert (workers.waiting, workers.retry_after()) == (4, 5)
@@ -132,11 +140,27 @@ async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
             await workers.acquire(10)
         assert workers.refused == 1
         for task in waiting:
-            workers.release_thread()
+            workers.release_thread(start)
             workers.hold(-10)
-            await task
-        workers.release_thread()
+            start = await task
+        workers.release_thread(start)
         workers.hold(-10)
+
+
+async def test_a_thread_that_begins_computes_alone_for_a_while() -> None:
+    async with lent(threads=3) as workers:
+        long = await workers.acquire(10)
+        short = asyncio.create_task(workers.acquire(10))
+        await rest()
+        assert not short.done()
+        assert await short - long >= ALONE_SECONDS
+        third = asyncio.create_task(workers.acquire(10))
+        await rest()
+        workers.release_thread(short.result())
+        assert (await third) - short.result() < ALONE_SECONDS, "the long one is not in its way"
+        for start in (long, third.result()):
+            workers.release_thread(start)
+        workers.hold(-30)
 
 
 @settings(max_examples=200, deadline=None)
@@ -148,11 +172,11 @@ def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]])
         async with lent(threads=2) as workers:
 
             async def hold(amount: int) -> None:
-                await workers.acquire(amount)
+                start = await workers.acquire(amount)
                 try:
                     await asyncio.sleep(0)
                 finally:
-                    workers.release_thread()
+                    workers.release_thread(start)
                     workers.hold(-amount)
 
             tasks = [asyncio.create_task(hold(amount)) for amount, _ in asks]
@@ -180,9 +204,9 @@ async def test_bodies_have_a_quarter_and_never_wait() -> None:
         with pytest.raises(Busy):
             third.hold_body(1)
         # The largest work still fits beside them, and small work beside that.
-        await workers.acquire(workers.max_memory)
+        start = await workers.acquire(workers.max_memory)
         assert await third.run(Work(1000, long=False), "x") == "done"
-        workers.release_thread()
+        workers.release_thread(start)
         workers.hold(-workers.max_memory)
         large.shrink_body(10)
         large.shrink_body(20)
@@ -209,13 +233,13 @@ async def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
         assert not second.done()
         assert answers.holds(read)
         assert not all(answers.holds(each) for each in unread)
-        workers.release_thread()
+        workers.release_thread(first.result())
         await rest()
         assert not second.done(), "a thread is free, memory is not"
         answers.end(read)
         await second
         assert not answers.holds(read)
-        workers.release_thread()
+        workers.release_thread(second.result())
         workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
 
 
