@@ -130,7 +130,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * The closest points of a surface or a curve
+         * The closest points of a surface or a curve, with proved distances
          * @description Looks for the closest points, and proves how near the surface can be.
          *
          *     Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no

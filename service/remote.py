@@ -87,8 +87,10 @@ def remote_curve(
     return _posted(url, fmt.media_type, "/v1/curve", document, {"format": fmt.name})
 
 
-def remote_convert(url: str, document: dict[str, Any]) -> bytes:
-    """The converted surface, computed by the service at `url`.
+def remote_answer(
+    url: str, path: str, document: dict[str, Any], params: dict[str, str] | None = None
+) -> bytes:
+    """The JSON response to a document that is posted to a path of the service at `url`.
 
     Raises
     ------
@@ -96,22 +98,7 @@ def remote_convert(url: str, document: dict[str, Any]) -> bytes:
         An error that the service reports, in the form of a local one.
     BadAddress, ServiceFailed
     """
-    return _posted(url, "application/json", "/v1/convert", document, {})
-
-
-def remote_estimate(url: str, document: dict[str, Any], params: dict[str, str]) -> bytes:
-    """The estimate, computed by the service at `url`; raises as `remote_convert` does."""
-    return _posted(url, "application/json", "/v1/estimate", document, params)
-
-
-def remote_points(url: str, document: dict[str, Any]) -> bytes:
-    """The points of a query, computed by the service at `url`; raises as `remote_convert` does."""
-    return _posted(url, "application/json", "/v1/points", document, {})
-
-
-def remote_project(url: str, document: dict[str, Any]) -> bytes:
-    """The closest points, computed by the service at `url`; raises as `remote_convert` does."""
-    return _posted(url, "application/json", "/v1/project", document, {})
+    return _posted(url, "application/json", path, document, params or {})
 
 
 def _posted(

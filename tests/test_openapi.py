@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from service.api import problems
 from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
+from service.api.models.meshes import Answer
 from service.api.openapi.document import everything
 from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
@@ -27,6 +29,7 @@ from service.errors import InvalidRequest
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.convert import OPERATIONS, ConvertRequest
+from service.schemas.fields import RequestModel
 from service.schemas.options import MeshOptionFields
 from service.schemas.points import PointsRequest
 from service.schemas.request import MeshRequest
@@ -40,7 +43,8 @@ from tests.api.client import Client, client_of
 from tests.api.hostile import HOSTILE, Hostile
 from tests.api.hostile_calls import QUERIES
 
-COMMITTED = Path(__file__).parents[1] / "openapi" / "openapi.json"
+SERVICE = Path(__file__).parents[1] / "service"
+COMMITTED = SERVICE.parent / "openapi" / "openapi.json"
 UNDOCUMENTED = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
 RATES = {"RateLimit", "RateLimit-Policy"}
 
@@ -58,6 +62,12 @@ SETTINGS = {
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
 """Ways to set a service up, each with another document."""
+COMPUTING = [
+    path
+    for path, item in DOCUMENT["paths"].items()
+    if "post" in item and path not in ("/v1/surfaces", "/v1/sign")
+]
+"""Paths of the calls that compute an answer from a body, and change nothing."""
 
 
 @pytest.fixture(scope="module")
@@ -154,6 +164,17 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
         )
 
 
+def test_every_model_has_a_route() -> None:
+    """A model that no route reads or answers is that of a route that was forgotten."""
+    names = {reference.rpartition("/")[2] for reference in references(DOCUMENT)}
+    routes = sorted(file.name for file in (SERVICE / "api" / "routes").glob("[a-z]*.py"))
+    for folder, base in (("schemas", RequestModel), ("api.models", Answer)):
+        for file in (SERVICE / folder.replace(".", "/")).glob("[a-z]*.py"):
+            for name, model in vars(import_module(f"service.{folder}.{file.stem}")).items():
+                if isinstance(model, type) and issubclass(model, base) and model is not base:
+                    assert name in names, f"{name} has no route in service/api/routes/: {routes}"
+
+
 def test_every_route_is_described() -> None:
     routes = iter_route_contexts(create_app(everything()).routes)
     paths = {context.path for context in routes if isinstance(context.original_route, APIRoute)}
@@ -224,21 +245,20 @@ def examples_of(path: str, status: str = "") -> dict[str, Any]:
     return {name: example["value"] for name, example in examples.items()}
 
 
-@pytest.mark.parametrize(
-    ("path", "request_schema", "answer_schema"),
-    [
-        ("/v1/mesh", "MeshRequest", "Mesh"),
-        ("/v1/estimate", "MeshRequest", "Estimate"),
-        ("/v1/points", "PointsRequest", "Points"),
-        ("/v1/project", "ProjectRequest", "ClosestPoints"),
-        ("/v1/convert", "ConvertRequest", "SurfaceDocument"),
-        ("/v1/curve", "CurveRequest", "Curve"),
-    ],
-)
-def test_examples_are_valid_and_answered(
-    client: Client, path: str, request_schema: str, answer_schema: str
-) -> None:
+def schema_of(body: dict[str, Any]) -> str:
+    """The component that is the schema of a body, or of an answer, as JSON."""
+    reference: str = body["content"]["application/json"]["schema"]["$ref"]
+    return reference.rpartition("/")[2]
+
+
+@pytest.mark.parametrize("path", COMPUTING)
+def test_examples_are_valid_and_answered(client: Client, path: str) -> None:
+    operation = DOCUMENT["paths"][path]["post"]
+    request_schema, answer_schema = map(
+        schema_of, (operation["requestBody"], operation["responses"]["200"])
+    )
     shown = examples_of(path, "200")
+    assert shown, f"call `show_answers` beside the route of {path} in service/api/routes/"
     requests = examples_of(path)
     for name, request in requests.items():
         assert errors(request_schema, request) == []
@@ -454,7 +474,7 @@ def test_files_are_texts_or_bytes_as_they_are_said_to_be() -> None:
 def raised() -> set[str]:
     """Every code that the service gives an issue: the strings that `Issue` is made with."""
     found: set[str] = set()
-    for file in (COMMITTED.parents[1] / "service").rglob("*.py"):
+    for file in SERVICE.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") in {"Issue", "_refusal"}:
                 code = node.args[0] if node.args else None

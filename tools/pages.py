@@ -1,9 +1,9 @@
 """Files that say what the code says: `make generated` writes them anew.
 
 These are the reference (docs/reference.md), the tables of docs/settings.md, of
-docs/observability.md and of the formats in the README, the alerts as the Prometheus Operator wants
-them, the flags of `surface mesh`, and the list of all names that clients use. What stands around a
-table is written by hand, and kept.
+docs/observability.md and of formats and calls in the README, the alerts as the Prometheus Operator
+wants them, the flags of `surface mesh`, and the list of all names that clients use. What stands
+around a table is written by hand, and kept.
 """
 
 import json
@@ -16,6 +16,7 @@ import yaml
 from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
+from service.api.body import BodyRoute
 from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.format import Format
@@ -84,9 +85,15 @@ def rules_page(_: str) -> str:
 
 
 def readme(text: str) -> str:
-    """The README with the table of all formats."""
+    """The README with the tables of all formats and of all calls that answer questions."""
     rows = [(f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_holds(f))) for f in FORMATS]
-    return _with_table(text, ("format", "suffix", "media type", "holds"), rows)
+    text = _with_table(text, ("format", "suffix", "media type", "holds"), rows)
+    calls = [
+        (f"`POST {route.path}`", route.summary or "")
+        for route in create_app(Settings()).routes
+        if isinstance(route, BodyRoute) and route.path not in ("/v1/mesh", "/v1/surfaces")
+    ]
+    return _with_table(text, ("request", "answer"), calls)
 
 
 def reference_page(_: str) -> str:

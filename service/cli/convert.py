@@ -84,7 +84,7 @@ def _run(arguments: argparse.Namespace) -> int:
     return perform(
         arguments,
         lambda: _local(document),
-        lambda remote: remote.remote_convert(arguments.url, document),
+        lambda remote: remote.remote_answer(arguments.url, "/v1/convert", document),
         lambda issue: _operation_line(issue, flags, chosen_fields(arguments)),
     )
 

@@ -50,7 +50,7 @@ def _run(arguments: argparse.Namespace) -> int:
     return perform(
         arguments,
         lambda: _local(document, formats),
-        lambda remote: remote.remote_estimate(arguments.url, document, query),
+        lambda remote: remote.remote_answer(arguments.url, "/v1/estimate", document, query),
         lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
     )
 

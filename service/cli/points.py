@@ -49,7 +49,7 @@ def _run(arguments: argparse.Namespace) -> int:
     return perform(
         arguments,
         lambda: _local(document),
-        lambda remote: remote.remote_points(arguments.url, document),
+        lambda remote: remote.remote_answer(arguments.url, "/v1/points", document),
         lambda issue: field_line(issue, flags | chosen_fields(arguments)),
     )
 

@@ -58,7 +58,7 @@ def _run(arguments: argparse.Namespace) -> int:
     return perform(
         arguments,
         lambda: _local(document | chosen),
-        lambda remote: remote.remote_project(arguments.url, document | chosen),
+        lambda remote: remote.remote_answer(arguments.url, "/v1/project", document | chosen),
         lambda issue: field_line(issue, flags | chosen_fields(arguments)),
     )
 

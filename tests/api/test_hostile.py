@@ -1,6 +1,7 @@
 """Every hostile body gets a problem that says where, and nothing of the body."""
 
 import pytest
+from orjson import dumps
 from pydantic import SecretStr
 
 from service.api.app import create_app
@@ -67,21 +68,36 @@ def test_what_is_no_surface_is_refused_by_other_calls_in_the_same_words(
     assert checked > 10
 
 
-@pytest.mark.parametrize(
-    "call", ["mesh", "estimate", "points", "convert", "curve", "surfaces", "sign"]
-)
-def test_whatever_is_posted_may_be_so_deep(call: str) -> None:
+def test_every_call_refuses_what_no_field_can_be() -> None:
+    """The calls and their fields are those of the document: new ones are tested at once."""
     key = "sfk_" + "a1" * 32
     limits = Settings(
         max_json_depth=16, api_keys=(entry_line("k", key),), signing_keys=(SecretStr("s" * 32),)
     )
     headers = JSON | {"Authorization": f"Bearer {key}"}
-    with client_of(create_app(limits)) as client:
-        for levels, is_refused in ((15, False), (16, True)):
-            body = b'{"x":' + b"[" * levels + b"]" * levels + b"}"
-            answer = client.request("POST", f"/v1/{call}", [body], headers)
-            assert answer.status_code == 422
-            assert (answer.json()["errors"][0]["code"] == "too_deep") == is_refused
+    app = create_app(limits)
+    posts = {path: item["post"] for path, item in app.openapi()["paths"].items() if "post" in item}
+    assert posts.keys() >= CALLS.keys()
+    with client_of(app) as client:
+
+        def first_error(path: str, body: bytes) -> tuple[str, str]:
+            answer = client.request("POST", path, [body], headers)
+            assert answer.status_code == 422, (path, body, answer.text)
+            error = answer.json()["errors"][0]
+            return error["code"], error["pointer"]
+
+        for path, operation in posts.items():
+            for levels, is_refused in ((15, False), (16, True)):
+                body = b'{"x":' + b"[" * levels + b"]" * levels + b"}"
+                assert (first_error(path, body)[0] == "too_deep") == is_refused
+            examples = operation["requestBody"]["content"]["application/json"]["examples"]
+            for example in examples.values():
+                value = example["value"]
+                with_field = dumps(value | {ECHO: 1})
+                assert first_error(path, with_field) == ("unknown_field", f"/{ECHO}")
+                for field in value:
+                    refused = first_error(path, dumps(value | {field: None}))
+                    assert refused == ("null_value", f"/{field}"), path
 
 
 def test_no_two_files_are_alike() -> None:

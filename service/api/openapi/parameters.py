@@ -25,27 +25,13 @@ from service.surface.knots import NAMED
 
 Json: TypeAlias = dict[str, Any]
 
-REQUESTS: dict[str, Json] = json.loads(files(__package__).joinpath("requests.json").read_bytes())
-"""Examples of bodies by operation: a summary and a value for each name."""
+REQUESTS: Mapping[str, Json] = MappingProxyType(
+    json.loads(files(__package__).joinpath("requests.json").read_bytes())
+)
+"""Examples of bodies by operation, where they are long: a summary and a value for each name.
 
-_MESHES = REQUESTS["createMesh"]
-
-
-def _of_mesh(name: str, summary: str, **changed: Any) -> Json:
-    return {"summary": summary, "value": _MESHES[name]["value"] | changed}
-
-
-REQUESTS["estimateMesh"] = {
-    "patch": _MESHES["patch"],
-    "quads": _of_mesh("patches", "Quads, which some formats cannot store"),
-    "huge": _of_mesh("patch", "More vertices than the service allows", resolution=60_000),
-    "tolerance": _of_mesh("tolerance", "By tolerance: upper bounds"),
-    "tube": _of_mesh("tube", "A tube: an upper bound of its vertices"),
-}
-REQUESTS["storeSurface"] = {
-    name: _MESHES[name] | {"value": {"surface": _MESHES[name]["value"]["surface"]}}
-    for name in ("patch", "rational", "nurbs", "group")
-}
+Short ones stand beside their routes.
+"""
 
 _HASH = {"type": "string", "pattern": "^[0-9a-f]{64}$"}
 
@@ -136,25 +122,25 @@ def _style(name: str) -> Json:
     return {"style": "form", "explode": False} if is_list else {}
 
 
-def json_body(operation: str, *parameters: Json) -> Json:
+def json_body(examples: Json, *parameters: Json) -> Json:
     """A JSON body with its examples, and parameters, as `openapi_extra` takes them."""
-    body = {"content": {"application/json": {"examples": REQUESTS[operation]}}}
+    body = {"content": {"application/json": {"examples": examples}}}
     return {"requestBody": body, "parameters": list(parameters)}
 
 
-def surface_body(operation: str, *parameters: Json, has_options: bool = True) -> Json:
+def surface_body(examples: Json, *parameters: Json, has_options: bool = True) -> Json:
     """A surface as JSON, or as a file with its fields in the query, as `openapi_extra` takes it.
 
     Parameters
     ----------
-    operation : str
-        Id of the operation, which the examples are listed under.
+    examples : dict
+        Examples of bodies: a summary and a value for each name.
     parameters : dict
         More query parameters.
     has_options : bool
         Whether the query may also have the options of a mesh.
     """
-    extra = json_body(operation)
+    extra = json_body(examples)
     extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in DECODERS}
     beside = [_beside_a_file(option) for option in option_parameters()] if has_options else []
     # `engine` is a parameter too, but only of meshes by URL.

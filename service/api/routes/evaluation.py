@@ -6,10 +6,11 @@ from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
 from service.api.models.points import Curve, Points
 from service.api.models.surfaces import SurfaceDocument
-from service.api.openapi.parameters import format_parameter, json_body
+from service.api.openapi.examples import show_answers
+from service.api.openapi.parameters import REQUESTS, Json, format_parameter, json_body
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
 from service.api.services import ContextDep
-from service.encoders.curves.registry import CURVE_FORMATS
+from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
 from service.pipeline.points import plan_points
@@ -25,6 +26,36 @@ class CurveRoute(BodyRoute):
     formats = CURVE_FORMATS
 
 
+_POINTS, _CONVERSIONS, _CURVES = (
+    REQUESTS[operation] for operation in ("queryPoints", "convertSurface", "createCurve")
+)
+
+
+def _only(examples: Json, name: str) -> Json:
+    return {name: examples[name]}
+
+
+show_answers(
+    "queryPoints",
+    _only(_POINTS, "patch"),
+    PointsRequest,
+    lambda wanted: plan_points(wanted.to_surface(), wanted.to_query()).run(),
+)
+show_answers(
+    "convertSurface",
+    _CONVERSIONS,
+    ConvertRequest,
+    lambda wanted: plan_conversion(wanted.to_surface(), wanted.to_operations(), Allowed()).run(),
+)
+show_answers(
+    "createCurve",
+    _only(_CURVES, "quarter"),
+    CurveRequest,
+    lambda wanted: plan_curve(
+        wanted.to_curve(), wanted.curve_options(), CURVES_BY_NAME["json"]
+    ).run(),
+)
+
 points = APIRouter(route_class=BodyRoute)
 conversions = APIRouter(route_class=BodyRoute)
 curves = APIRouter(route_class=CurveRoute)
@@ -38,7 +69,7 @@ curves = APIRouter(route_class=CurveRoute)
     response_model=Points,
     response_description="The points.",
     responses={200: answer(), **POST_ERRORS},
-    openapi_extra=json_body("queryPoints"),
+    openapi_extra=json_body(_POINTS),
 )
 async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     """Evaluates the surface at the given parameters, in float64, and answers in columns.
@@ -60,7 +91,7 @@ async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     response_model=SurfaceDocument,
     response_description="The surface.",
     responses={200: answer(), **POST_ERRORS},
-    openapi_extra=json_body("convertSurface"),
+    openapi_extra=json_body(_CONVERSIONS),
 )
 async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Response:
     """Applies the operations in their order and answers the converted surface.
@@ -88,7 +119,7 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
         406: error("NotAcceptable"),
         **POST_ERRORS,
     },
-    openapi_extra=json_body("createCurve", format_parameter(CURVE_FORMATS)),
+    openapi_extra=json_body(_CURVES, format_parameter(CURVE_FORMATS)),
 )
 async def create_curve(wanted: CurveRequest, context: ContextDep) -> Response:
     """Samples the curve.

@@ -1,22 +1,71 @@
 """Routes for meshes of posted surfaces, and for estimates of such meshes."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from fastapi import APIRouter, Response
 
 from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
 from service.api.models.meshes import Estimate, Mesh
-from service.api.openapi.parameters import format_parameter, surface_body
+from service.api.openapi.examples import show_answers
+from service.api.openapi.parameters import REQUESTS, Json, format_parameter, surface_body
 from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, answer, error
 from service.api.services import ContextDep
 from service.decoders.registry import DECODERS
 from service.encoders.format import Format
-from service.encoders.registry import FORMATS
+from service.encoders.registry import BY_NAME, FORMATS
 from service.encoders.text import json_text
 from service.pipeline.estimate import estimate_object, plan_estimate
-from service.pipeline.mesh import encode_options, plan_mesh
+from service.pipeline.mesh import encode_options, plan_mesh, render
 from service.schemas.request import MeshRequest
+
+_SQUARE = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
+_RAMP: Json = {
+    "type": "patches",
+    "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 1], [2, 1, 1]],
+    "patches": [[[0, 1], [2, 3]], [[2, 3], [4, 5]]],
+    "name": "ramp",
+}
+_SMALL_MESHES: Json = {
+    "MeshOfPatch": {
+        "summary": "A patch: row k of the normals belongs to row k of the vertices",
+        "value": {"surface": _SQUARE, "resolution": 1},
+    },
+    "MeshWithCrease": {
+        "summary": "Two patches that meet at an angle: `attribute_faces` name the normals",
+        "value": {"surface": _RAMP, "faces": "quads", "resolution": 1},
+    },
+}
+_MESHES = REQUESTS["createMesh"]
+
+
+def _of_mesh(name: str, summary: str, **changed: Any) -> Json:
+    return {"summary": summary, "value": _MESHES[name]["value"] | changed}
+
+
+_ESTIMATES: Json = {
+    "patch": _MESHES["patch"],
+    "quads": _of_mesh("patches", "Quads, which some formats cannot store"),
+    "huge": _of_mesh("patch", "More vertices than the service allows", resolution=60_000),
+    "tolerance": _of_mesh("tolerance", "By tolerance: upper bounds"),
+    "tube": _of_mesh("tube", "A tube: an upper bound of its vertices"),
+}
+
+
+def _estimate(wanted: MeshRequest) -> bytes:
+    options, encode = wanted.mesh_options(), encode_options(wanted)
+    return json_text(estimate_object(plan_estimate(wanted.to_surface(), options, encode).run()))
+
+
+for operation in ("createMesh", "getSurfaceMesh"):
+    show_answers(
+        operation,
+        _SMALL_MESHES,
+        MeshRequest,
+        lambda wanted: render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"]),
+    )
+show_answers("estimateMesh", _ESTIMATES, MeshRequest, _estimate)
 
 
 class MeshRoute(BodyRoute):
@@ -44,7 +93,7 @@ estimates = APIRouter(route_class=EstimateRoute)
     response_model=Mesh,
     response_description="The mesh.",
     responses={200: answer(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
-    openapi_extra=surface_body("createMesh", format_parameter(FORMATS)),
+    openapi_extra=surface_body(_MESHES, format_parameter(FORMATS)),
 )
 async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     """Evaluates the surface and answers its mesh.
@@ -70,7 +119,7 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     response_description="The estimate.",
     responses={200: answer(), **POST_ERRORS},
     openapi_extra=surface_body(
-        "estimateMesh",
+        _ESTIMATES,
         format_parameter(FORMATS, "The format to estimate for; without it, all formats."),
     ),
 )

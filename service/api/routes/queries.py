@@ -5,7 +5,8 @@ from fastapi import APIRouter, Response
 from service.api.answers import bytes_response
 from service.api.body import BodyRoute
 from service.api.models.project import ClosestPoints
-from service.api.openapi.parameters import json_body
+from service.api.openapi.examples import show_answers
+from service.api.openapi.parameters import Json, json_body
 from service.api.openapi.responses import POST_ERRORS, answer
 from service.api.services import ContextDep
 from service.pipeline.project import plan_project
@@ -13,16 +14,42 @@ from service.schemas.project import ProjectRequest
 
 queries = APIRouter(route_class=BodyRoute)
 
+_CLOSEST: Json = {
+    "surface": {
+        "summary": "A point above a patch, and one beside it",
+        "value": {
+            "surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]},
+            "points": [[0.5, 0.5, 2], [2, 0.5, 0.5]],
+        },
+    },
+    "curve": {
+        "summary": "The point of a quarter of a circle that is nearest to a point",
+        "value": {
+            "curve": {
+                "control_points": [[1, 0], [1, 1], [0, 1]],
+                "weights": [1, 0.7071067811865476, 1],
+            },
+            "points": [[2, 2]],
+        },
+    },
+}
+show_answers(
+    "projectPoints",
+    _CLOSEST,
+    ProjectRequest,
+    lambda wanted: plan_project(wanted.to_shape(), wanted.to_query()).run(),
+)
+
 
 @queries.post(
     "/v1/project",
     operation_id="projectPoints",
     tags=["queries"],
-    summary="The closest points of a surface or a curve",
+    summary="The closest points of a surface or a curve, with proved distances",
     response_model=ClosestPoints,
     response_description="The closest points.",
     responses={200: answer(), **POST_ERRORS},
-    openapi_extra=json_body("projectPoints"),
+    openapi_extra=json_body(_CLOSEST),
 )
 async def project_points(wanted: ProjectRequest, context: ContextDep) -> Response:
     """Looks for the closest points, and proves how near the surface can be.

@@ -4,17 +4,21 @@ import time
 from functools import cache
 from typing import Any
 
+import orjson
 from fastapi import APIRouter, HTTPException, Request, Response
 
 from service.api.answers import HEADERS, bytes_response, json_response
 from service.api.body import BodyRoute
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, listed
-from service.api.guard.signatures import signed_address
+from service.api.guard.signatures import MIN_SECRET, Signer, signed_address
 from service.api.links import mesh_links, mesh_path, surface_address
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, refuse_parameters
+from service.api.openapi.examples import show_answers
 from service.api.openapi.parameters import (
     IF_NONE_MATCH,
+    REQUESTS,
+    Json,
     StoredId,
     SurfaceId,
     json_body,
@@ -55,6 +59,30 @@ signing = APIRouter(route_class=BodyRoute)
 deleting = APIRouter()
 
 
+_MESHES = REQUESTS["createMesh"]
+_SURFACES: Json = {
+    name: _MESHES[name] | {"value": {"surface": _MESHES[name]["value"]["surface"]}}
+    for name in ("patch", "rational", "nurbs", "group")
+}
+_NOW = 1_799_996_400
+"""An hour before the expiry in the examples of signed URLs."""
+
+
+def _store_example(wanted: SurfaceRequest) -> bytes:
+    id, _ = plan_content(wanted.to_surface()).run()
+    links = {"self": surface_address("", id), "mesh": mesh_links("", id)}
+    return orjson.dumps({"id": id, "links": links})
+
+
+def _sign_example(wanted: SignRequest) -> bytes:
+    """A URL signed with a fixed public secret, so that the example never changes."""
+    url, expires = signed_address(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
+    return orjson.dumps({"url": url, "expires": expires})
+
+
+show_answers("storeSurface", _SURFACES, SurfaceRequest, _store_example)
+show_answers("signAddress", REQUESTS["signAddress"], SignRequest, _sign_example)
+
 _STORED = answer(
     TIMED | LOCATION, links=links("$response.body#/id", "Definition", "Mesh", "Removal")
 )
@@ -74,7 +102,7 @@ _STORED = answer(
         503: error("Unavailable"),
         507: error("StoreFull"),
     },
-    openapi_extra=surface_body("storeSurface", has_options=False),
+    openapi_extra=surface_body(_SURFACES, has_options=False),
 )
 async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response:
     """Stores the surface under the SHA-256 of its content, which becomes its id.
@@ -231,7 +259,7 @@ def _degree(model: Model) -> list[int]:
     response_model=SignedAddress,
     response_description="The URL.",
     responses={200: answer({}), **POST_ERRORS},
-    openapi_extra=json_body("signAddress"),
+    openapi_extra=json_body(REQUESTS["signAddress"]),
 )
 async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
     """Makes a URL that any client may read without a key until it expires.
