@@ -10,9 +10,12 @@ makes an interval wider, and then the cell is halved again.
 The interval of a point begins with the least lower bound of all its pairs that were not proved to
 be farther, and ends with the distance of the point that was found. Its work has a budget: a pair
 that is left when it is used up is part of the interval, as it is.
+
+Most points need 20 to 70 pairs to be looked at closely; near the centre of a sphere one needs
+25,000. So the points of a request share a number of pairs (`MOST_CLOSE`, `shares`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
 import numpy as np
@@ -33,6 +36,7 @@ from service.engine.queries.nearest import ClosestPoints, Nearest
 from service.engine.queries.nets import QueryNets
 from service.engine.queries.newton import measure
 from service.engine.queries.patch_tree import PatchTree
+from service.engine.queries.shares import Share
 
 CHUNK, FEWEST = 4096, 16
 """Points that are looked at together: what is computed of them stays in a processor's cache. Fewer
@@ -44,6 +48,10 @@ PAIRS = 1 << 14
 MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
 """Cells of one point that are open at a time: its budget; and of all points together."""
 
+MOST_CLOSE = 12_000_000
+"""Pairs that are looked at closely for all points of a request. One takes 1 to 2.5 µs, so that the
+answer comes within half a minute."""
+
 STEPS = 8
 """Of Newton's method, before a cell is halved instead."""
 
@@ -52,6 +60,9 @@ ENOUGH = 1 / 2
 
 EXACT = 2.0**-40
 """How far from the minimum, in the coordinates of the nets, Newton's method ends."""
+
+
+NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
 
 class ClosestSearch:
@@ -71,46 +82,56 @@ class ClosestSearch:
 
     def find(self, points: FloatArray) -> ClosestPoints:
         """Closest points to `points` (m, 3), in the coordinates of the nets."""
-        found = list(self._chunks(points))
+        found = list(self._chunks(points, MOST_CLOSE))
         names = [field.name for field in fields(ClosestPoints)]
         return ClosestPoints(*(np.concatenate([getattr(f, name) for f in found]) for name in names))
 
-    def _chunks(self, points: FloatArray) -> Iterator[ClosestPoints]:
+    def _chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
+        """Closest points by chunks, which share `pairs` pairs to be looked at closely."""
         first, size = 0, CHUNK
         while first < len(points):
             checkpoint()
-            chunk = _Chunk(self, points[first : first + size], can_split=size > FEWEST)
+            some = points[first : first + size]
+            share = pairs * len(some) // (len(points) - first)
+            chunk = _Chunk(self, some, share, can_split=size > FEWEST)
             found = chunk.search()
+            pairs -= int(chunk.share.spent.sum())
             if size > FEWEST and (chunk.is_crowded or self.cells.is_full):
                 size //= 4  # the cells of fewer points find room
             else:
                 yield found
-                first, size = first + size, min(2 * size, CHUNK)
+                first = first + size
+                if 2 * chunk.most_open <= MOST_OPEN:
+                    size = min(2 * size, CHUNK)
             self.cells.forget_much()
 
 
 class _Chunk:
     """The search for the closest points to some points."""
 
-    def __init__(self, search: ClosestSearch, points: FloatArray, *, can_split: bool) -> None:
-        self.can_split, self.is_crowded = can_split, False
+    def __init__(
+        self, search: ClosestSearch, points: FloatArray, share: int, *, can_split: bool
+    ) -> None:
+        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
+        self.share = Share(share, len(points))
         self.cells, self.patches = search.cells, search.patches
         self.enough = ENOUGH * search.tolerance
         self.x = np.ascontiguousarray(points.T)
         self.nearest = Nearest(self.cells, self.x, search.tolerance)
         self.settled: list[tuple[Ints, Ints, CellBounds]] = []
+        self.waiting = NO_PAIRS
 
     def search(self) -> ClosestPoints:
         """All levels, until no pair is left."""
         point, cell = self.patches.candidates(self.x)
         while len(point):
-            point, cell = self.step(point, cell)
-            if sum(len(pairs[0]) for pairs in self.settled) >= len(point):
+            next_pairs = [self.step(point, cell)]
+            if sum(len(pairs[0]) for pairs in self.settled) >= len(next_pairs[0][0]):
                 # Minima are worth finding now: most open cells are farther.
-                more = self.polish()
-                point, cell = (np.concatenate(two) for two in zip((point, cell), more, strict=True))
-                order = np.argsort(point, kind="stable")
-                point, cell = point[order], cell[order]
+                next_pairs.append(self.polish())
+            next_pairs.append(self.waiting)
+            self.waiting = NO_PAIRS
+            point, cell = _joined(next_pairs)
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
@@ -120,9 +141,20 @@ class _Chunk:
             model = self.cells.models[:5].take(cell[rows], axis=1)
             low[rows], upper = sphere_bounds(model, self.x.take(point[rows], axis=1))
             self.nearest.add_centers(point[rows], cell[rows], upper)
-        near = np.flatnonzero(low <= self.nearest.limit(point))
+        near = self.affordable(np.flatnonzero(low <= self.nearest.limit(point)), point, cell, low)
         left = [self.look(point[some], cell[some], low[some]) for some in _parts(near)]
         return self.halve(*(np.concatenate(each) for each in zip(*left, strict=True)))
+
+    def affordable(self, near: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
+        """Of the pairs `near` those of points that go on; the others wait, or end."""
+        goes, ends = self.share.allot(np.bincount(point[near], minlength=self.x.shape[1]))
+        if goes.all():
+            return near
+        rows = near[ends[point[near]]]
+        self.nearest.end_cells(point[rows], cell[rows], low[rows])
+        rows = near[~(goes | ends)[point[near]]]
+        self.waiting = point[rows], cell[rows]
+        return near[goes[point[near]]]
 
     def look(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints, FloatArray]:
         """Looks closely at pairs: those that stay open, and squares of their lower bounds."""
@@ -150,6 +182,7 @@ class _Chunk:
         if stop.any():
             self.nearest.end_cells(point[stop], cell[stop], low[stop])
             point, cell = point[~stop], cell[~stop]
+        self.most_open = max(self.most_open, len(point))
         if len(point) > MOST_OPEN and self.can_split:
             self.is_crowded = True
             point, cell = point[:0], cell[:0]
@@ -161,7 +194,7 @@ class _Chunk:
     def polish(self) -> tuple[Ints, Ints]:
         """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
         if not self.settled:
-            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+            return NO_PAIRS
         point = np.concatenate([point for point, _, _ in self.settled])
         cell = np.concatenate([cell for _, cell, _ in self.settled])
         bounds = CellBounds.joined([bounds for _, _, bounds in self.settled])
@@ -205,6 +238,16 @@ class _Chunk:
                 break
             at = found.take(~good).next(at[:, ~good], bounds.sides[:, rows])
         return ended
+
+
+def _joined(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell, in the order of points."""
+    some = [each for each in pairs if len(each[0])]
+    if len(some) < 2:
+        return some[0] if some else NO_PAIRS
+    point, cell = (np.concatenate(each) for each in zip(*some, strict=True))
+    order = np.argsort(point, kind="stable")
+    return point[order], cell[order]
 
 
 def _parts(rows: Ints) -> list[Ints]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.models import as_patches
-from service.engine.queries import cells
+from service.engine.queries import cells, closest
 from service.engine.queries.project import (
     Columns,
     ProjectQuery,
@@ -114,6 +114,22 @@ def test_the_centre_of_a_sphere_ends_with_a_wider_interval() -> None:
     assert columns["tied"].tolist() == [True, False]  # at the pole all parameters lead to one point
     assert low[0] <= 1 <= high[0] <= low[0] + 0.01
     np.testing.assert_allclose(columns["positions"][1], [0, 0, 1], atol=1e-9)
+
+
+def test_a_budget_of_work_makes_intervals_wider_and_never_wrong(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hard = RNG(5).normal(0, 1e-3, (100, 3))
+    points = np.concatenate([hard, RNG(6).uniform(-2, 2, (300, 3))])
+    monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
+    columns = project(find("sphere").surface(), points)
+    low, high = columns["distance_bounds"].T
+    truth = np.abs(quadrics.sphere(points)[0])
+    assert ((low <= truth + 1e-15) & (truth - 1e-15 <= high)).all()
+    assert not columns["reached"][:100].any()
+    assert columns["reached"][100:].mean() > 0.95  # those that took most end, and not the others
+    again = project(find("sphere").surface(), points)["distance_bounds"]
+    np.testing.assert_array_equal(again, columns["distance_bounds"])
 
 
 def test_ties_are_told_and_the_first_patch_is_taken() -> None:
