@@ -1,4 +1,4 @@
-"""New control points as weighted means of old ones: what every conversion comes down to."""
+"""Affine combinations of control points: every conversion of a net is built from these."""
 
 from typing import TypeAlias
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 
-Lowered: TypeAlias = tuple[FloatArray, FloatArray | None]
+WeightedPoints: TypeAlias = tuple[FloatArray, FloatArray | None]
 """Points, and their weights if they have any."""
 
 
@@ -18,9 +18,9 @@ def combine(
         v_j = Σ_k s_kj w_{i(k, j)},   Q_j = Σ_k (s_kj w_{i(k, j)} / v_j) P_{i(k, j)}
 
     Shares are not negative and add up to one over k. A mean lies between the least and the
-    greatest of its terms, and it is put there when rounding leads beyond: hence the mean of equal
-    points is that point, bit for bit, and what was one point, or flat, stays so. Two terms give
-    the same bits in either order.
+    greatest of its terms, and is clipped to these when rounding leads beyond: hence the mean of
+    equal points is that point, bit for bit, and points with one coordinate in common keep it. Two
+    terms give the same bits in either order.
 
     Parameters
     ----------
@@ -28,14 +28,14 @@ def combine(
     weights : ndarray of float64, shape (n, …), or None
         None where all are one.
     index, shares : ndarray of int and of float64, shape (K, m)
-        Which rows give how much.
+        Row i(k, j) contributes the share s_kj to mean j.
 
     Returns
     -------
     points : ndarray of float64, shape (m, …, d)
     weights : ndarray of float64, shape (m, …), or None
     """
-    # A row without a share has no say in what is least and greatest either.
+    # A row with share 0 must not widen the bounds either.
     heaviest = index[shares.argmax(axis=0), np.arange(index.shape[1])]
     index = np.where(shares == 0, heaviest, index)
     axes = (slice(None),) + (np.newaxis,) * (points.ndim - 2)
@@ -58,11 +58,11 @@ def combine(
 
 def combine_run(
     points: FloatArray, weights: FloatArray | None, first: Ints, shares: FloatArray
-) -> Lowered:
+) -> WeightedPoints:
     """Combinations of k control points from `first` on, shares (g, r, k): (g, r, …).
 
-    Points are combined about the middle of those that count, M + Σ c_i w_i (P_i − M) / Σ c_i w_i.
-    The terms are added in pairs from the outside in: reversed, the sum is the same bit for bit.
+    Points are combined relative to their middle one, M + Σ c_i w_i (P_i − M) / Σ c_i w_i. The terms
+    are added in pairs from the outside in, so that reversed points give the same sum bit for bit.
     """
     count = shares.shape[-1]
     middle = points.take(first + (count - 1) // 2, axis=0)
@@ -72,12 +72,12 @@ def combine_run(
     place = np.zeros(shares.shape[:2] + points.shape[1:])
     weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
     for low in range((count + 1 if weights is not None else count) // 2):
-        # What is in the middle of an odd count has no distance from it, but a weight.
+        # The middle point of an odd count contributes no difference from M, only its weight.
         pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
-        given = [_spread(shares[..., k], points.ndim - 1) for k in pair]
+        given = [_append_axes(shares[..., k], points.ndim - 1) for k in pair]
         if weights is not None and weight is not None:
             given = [
-                _spread(shares[..., k], weights.ndim - 1)
+                _append_axes(shares[..., k], weights.ndim - 1)
                 * weights.take(first + k, axis=0)[:, np.newaxis]
                 for k in pair
             ]
@@ -85,7 +85,7 @@ def combine_run(
             given = [share[..., np.newaxis] for share in given]
         if len(pair) == 2:
             term, other = (
-                _towards(points, first + k, middle, share)
+                _weigh_differences(points, first + k, middle, share)
                 for share, k in zip(given, pair, strict=True)
             )
             term += other
@@ -96,13 +96,15 @@ def combine_run(
     return place, weight
 
 
-def _towards(points: FloatArray, rows: Ints, middle: FloatArray, share: FloatArray) -> FloatArray:
-    """Shares (g, r, …) of the ways from the middles (g, …) to some control points."""
+def _weigh_differences(
+    points: FloatArray, rows: Ints, middle: FloatArray, share: FloatArray
+) -> FloatArray:
+    """Shares (g, r, …) times the differences of some control points from the middles (g, …)."""
     way = points.take(rows, axis=0)
     way -= middle
     return share * way[:, np.newaxis]
 
 
-def _spread(shares: FloatArray, axes: int) -> FloatArray:
+def _append_axes(shares: FloatArray, axes: int) -> FloatArray:
     """The factors with further axes of length 1, to multiply arrays that have these axes."""
     return shares.reshape(shares.shape + (1,) * axes)

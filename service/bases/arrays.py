@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
 RealArray: TypeAlias = NDArray[np.floating[Any]]
-"""Of either precision."""
+"""An array in single or double precision."""
 IndexArray: TypeAlias = NDArray[np.uint32]
-"""What formats store."""
+"""Indices as file formats store them."""
 Ints: TypeAlias = NDArray[np.intp]
 Bools: TypeAlias = NDArray[np.bool_]
 Bytes: TypeAlias = NDArray[np.uint8]

@@ -1,6 +1,7 @@
-"""Bernstein bases, their products, and what follows from degree and sampling alone.
+"""Bernstein bases at equal divisions, their products and degree elevation.
 
-Nothing here knows a control point; all of it is cached and read-only.
+All results depend on degrees and divisions alone, not on control points; they are cached and
+read-only.
 """
 
 from functools import lru_cache
@@ -48,39 +49,39 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
     return np.ascontiguousarray(basis.T)
 
 
-def samples(divisions: int) -> FloatArray:
+def sample_parameters(divisions: int) -> FloatArray:
     """The parameters i/R, i = 0 … R, both ends exact: shape (R+1,)."""
     return np.arange(divisions + 1) / divisions
 
 
-def sampled(degree: int, divisions: int, dtype: type[np.floating] = np.float64) -> RealArray:
+def sample_basis(degree: int, divisions: int, dtype: type[np.floating] = np.float64) -> RealArray:
     """Bernstein basis at R equal divisions of [0, 1], shape (R+1, n+1); cached, read-only.
 
     Row R − k is row k from its end, bit for bit.
     """
 
     def build() -> RealArray:
-        basis = bernstein(degree, samples(divisions))
+        basis = bernstein(degree, sample_parameters(divisions))
         basis[-1 - divisions // 2 :] = basis[divisions // 2 :: -1, ::-1].copy()
         if divisions % 2 == 0:
             middle = basis[divisions // 2]
             middle[:] = (middle + middle[::-1]) / 2
-        return rounded(basis, dtype)
+        return round_basis(basis, dtype)
 
     return PLANS.array(("basis", degree, divisions, dtype), build)
 
 
-def sampled_columns(
+def sample_basis_columns(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
-    """The same with the samples along the rows, shape (n+1, R+1): the right factor of a product."""
+    """Transpose of `sample_basis`, shape (n+1, R+1): the right factor of a product; cached."""
     return PLANS.array(
-        ("columns", degree, divisions, dtype), lambda: sampled(degree, divisions, dtype).T
+        ("columns", degree, divisions, dtype), lambda: sample_basis(degree, divisions, dtype).T
     )
 
 
-def sampled_with_slopes(degree: int, divisions: int) -> RealArray:
-    """Basis at R equal divisions, and below it the derivatives ÷ n: what gives C and C' at once.
+def sample_basis_with_slopes(degree: int, divisions: int) -> RealArray:
+    """Basis at R equal divisions, and below it the derivatives ÷ n: one product gives C and C'.
 
         d/dt B_i^n ÷ n = B_{i−1}^{n−1} − B_i^{n−1}
 
@@ -90,13 +91,13 @@ def sampled_with_slopes(degree: int, divisions: int) -> RealArray:
     """
 
     def build() -> RealArray:
-        below = np.pad(sampled(degree - 1, divisions), ((0, 0), (1, 1)))
-        return np.concatenate([sampled(degree, divisions), below[:, :-1] - below[:, 1:]])
+        below = np.pad(sample_basis(degree - 1, divisions), ((0, 0), (1, 1)))
+        return np.concatenate([sample_basis(degree, divisions), below[:, :-1] - below[:, 1:]])
 
     return PLANS.array(("slopes", degree, divisions), build)
 
 
-def sampled_grid(
+def sample_grid_basis(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating] = np.float64
 ) -> RealArray:
     """Tensor-product basis at every sample of a grid, for one product per batch of nets.
@@ -108,16 +109,16 @@ def sampled_grid(
     ndarray, shape ((p+1)(q+1), (Ru+1)(Rv+1)); cached, read-only
     """
     return PLANS.array(
-        ("grid", degree, resolution, dtype), lambda: _grid(degree, resolution, dtype)
+        ("grid", degree, resolution, dtype), lambda: _build_grid_basis(degree, resolution, dtype)
     )
 
 
-def sampled_partials(
+def sample_partials_basis(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating] = np.float64
 ) -> RealArray:
-    """The bases of `sampled_grid` of degrees (p, q), (p − 1, q) and (p, q − 1), one below another.
+    """The bases for S, S_u and S_v at every sample of a grid, one below another.
 
-    Those of S, S_u and S_v.
+    Those of `sample_grid_basis` of the degrees (p, q), (p − 1, q) and (p, q − 1).
 
     Returns
     -------
@@ -127,20 +128,20 @@ def sampled_partials(
     return PLANS.array(
         ("partials", degree, resolution, dtype),
         lambda: np.concatenate(
-            [_grid(of, resolution, dtype) for of in ((p, q), (p - 1, q), (p, q - 1))]
+            [_build_grid_basis(of, resolution, dtype) for of in ((p, q), (p - 1, q), (p, q - 1))]
         ),
     )
 
 
-def _grid(
+def _build_grid_basis(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating]
 ) -> RealArray:
-    """What `sampled_grid` keeps."""
-    along_u, along_v = (sampled(n, r).T for n, r in zip(degree, resolution, strict=True))
-    return rounded(np.kron(along_u, along_v), dtype)
+    """Build the array that `sample_grid_basis` caches."""
+    along_u, along_v = (sample_basis(n, r).T for n, r in zip(degree, resolution, strict=True))
+    return round_basis(np.kron(along_u, along_v), dtype)
 
 
-def sampled_interleaved(
+def sample_interleaved_basis(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
     """Basis whose product with rows of points gives points side by side: kron(Bᵀ, I₃).
@@ -151,15 +152,15 @@ def sampled_interleaved(
     """
     return PLANS.array(
         ("interleaved", degree, divisions, dtype),
-        lambda: rounded(np.kron(sampled(degree, divisions).T, np.eye(3)), dtype),
+        lambda: round_basis(np.kron(sample_basis(degree, divisions).T, np.eye(3)), dtype),
     )
 
 
-def rounded(basis: RealArray, dtype: type[np.floating]) -> RealArray:
-    """A basis in working precision, without the values that are too small to matter; overwritten.
+def round_basis(basis: RealArray, dtype: type[np.floating]) -> RealArray:
+    """A basis in working precision, with negligible values set to 0; the argument is overwritten.
 
-    At degree 64 most are: less than any rounding of their sum, which is 1, and yet so small that
-    their products are subnormal, with which processors compute a hundred times slower.
+    At degree 64 most values are below any rounding of their sum, which is 1. Their products would
+    be subnormal numbers, with which processors compute a hundred times slower.
     """
     basis[basis < np.finfo(dtype).eps ** 3] = 0.0
     return basis.astype(dtype, copy=False)
@@ -173,7 +174,7 @@ def binomials(n: int) -> FloatArray:
     return row
 
 
-def elevation(low: int, high: int) -> FloatArray:
+def elevation_matrix(low: int, high: int) -> FloatArray:
     """Degree elevation as a matrix: shape (high+1, low+1); cached, read-only.
 
         E_lj = C(low, j) C(high − low, l − j) / C(high, l)
@@ -220,13 +221,13 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
     if m * n > r * s:
         return multiply(second, first)
     lead = np.broadcast_shapes(first.shape[:-2], second.shape[:-2])
-    left = first * _scaling(m, n)
-    right = second * _scaling(r, s)
+    left = first * _scale_factors(m, n)
+    right = second * _scale_factors(r, s)
     product = np.zeros((*lead, m + r - 1, n + s - 1))
     for i in range(m):
         for j in range(n):
             product[..., i : i + r, j : j + s] += left[..., i, j, None, None] * right
-    product /= _scaling(m + r - 1, n + s - 1)
+    product /= _scale_factors(m + r - 1, n + s - 1)
     return product
 
 
@@ -249,5 +250,5 @@ def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> Flo
     return PLANS.array(("products", first, second), build)
 
 
-def _scaling(rows: int, columns: int) -> NDArray[np.float64]:
+def _scale_factors(rows: int, columns: int) -> NDArray[np.float64]:
     return np.multiply.outer(binomials(rows - 1), binomials(columns - 1))

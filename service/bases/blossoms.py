@@ -1,4 +1,4 @@
-"""From control points to Bézier points of a span: the operators, by blossoms.
+"""Extraction operators: the Bézier points of each span as combinations of control points.
 
 On one span a B-spline of degree p is a polynomial, hence a Bézier curve. Its points are values of
 the blossom f, the symmetric function of p arguments that is affine in each and has f(t, …, t) =
@@ -16,8 +16,8 @@ from service.bases.arrays import FloatArray
 from service.bases.knots import spans
 
 
-def operators(knots: FloatArray, degree: int) -> FloatArray:
-    """For every span the p + 1 Bézier points as combinations of p + 1 control points.
+def build_operators(knots: FloatArray, degree: int) -> FloatArray:
+    """The p + 1 Bézier points of every span as combinations of p + 1 control points.
 
     Parameters
     ----------
@@ -33,15 +33,15 @@ def operators(knots: FloatArray, degree: int) -> FloatArray:
     """
     places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
     around = knots[places]
-    forwards = _blossomed(around[:, :degree], around[:, degree:])
+    forwards = _compute_blossoms(around[:, :degree], around[:, degree:])
     around = -around[:, ::-1]
-    backwards = _blossomed(around[:, :degree], around[:, degree:])
+    backwards = _compute_blossoms(around[:, :degree], around[:, degree:])
     forwards += backwards[:, ::-1, ::-1]
     forwards /= 2.0
     return forwards
 
 
-def _blossomed(left: FloatArray, right: FloatArray) -> FloatArray:
+def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
     """The operators, by replacing first the knots on the left of [a, b] by a, then others by b.
 
     Parameters
@@ -57,19 +57,19 @@ def _blossomed(left: FloatArray, right: FloatArray) -> FloatArray:
     half[:, degree] = rows[:, degree]
     for r in range(1, degree + 1):
         far, near = right[:, : degree - r + 1], left[:, r - 1 :]
-        rows = _mixed(rows, far - a, a - near, far - near)
+        rows = _combine_neighbours(rows, far - a, a - near, far - near)
         half[:, degree - r] = rows[:, -1]
     whole = np.empty_like(half)
     whole[:, 0] = half[:, 0]
     rows = half
     for r in range(1, degree + 1):
         far = right[:, : degree - r + 1]
-        rows = _mixed(rows, far - b, b - a, far - a)
+        rows = _combine_neighbours(rows, far - b, b - a, far - a)
         whole[:, r] = rows[:, 0]
     return whole
 
 
-def _mixed(
+def _combine_neighbours(
     rows: FloatArray, first: FloatArray, second: FloatArray, whole: FloatArray
 ) -> FloatArray:
     """Each row with the next: (first row_i + second row_{i+1}) / whole."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 
 class Sized(Protocol):
-    """Anything that says how many bytes it holds, as arrays do."""
+    """A value with a size in bytes, `nbytes`, as arrays have."""
 
     @property
     def nbytes(self) -> int: ...  # noqa: D102
@@ -22,11 +22,11 @@ class Sized(Protocol):
 
 Value = TypeVar("Value", bound=Sized)
 Array = TypeVar("Array", bound=NDArray[Any])
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 
-class _Build:
-    """A value that one thread builds, and for which others may wait."""
+class _PendingValue:
+    """A value that one thread builds while other threads wait for it."""
 
     def __init__(self) -> None:
         self.lock = Lock()
@@ -36,9 +36,9 @@ class _Build:
 class Cache(Generic[Value]):
     """Least-recently-used values by key, at most `capacity` bytes of them.
 
-    What is handed out is shared between requests and threads, hence must be read-only. A value
-    larger than 1/`share` of the capacity is built and given, not kept: one absurd request must not
-    empty the cache for the others. Threads that ask for the same key at once build it once.
+    Requests and threads share the values, which must therefore be read-only. A value larger than
+    1/`share` of the capacity is built and returned, not kept: one unusual request must not empty
+    the cache for the others. Threads that need the same key at once build its value once.
     """
 
     def __init__(self, capacity: int, share: int = 8) -> None:
@@ -46,20 +46,20 @@ class Cache(Generic[Value]):
         self._share = share
         self.hits = self.misses = 0
         self._values: OrderedDict[Hashable, Value] = OrderedDict()
-        self._builds: dict[Hashable, _Build] = {}
+        self._builds: dict[Hashable, _PendingValue] = {}
         self._bytes = 0
         self._lock = Lock()
 
     @property
     def nbytes(self) -> int:
-        """Bytes held now."""
+        """Bytes of all values in the cache."""
         return self._bytes
 
     def __len__(self) -> int:
         return len(self._values)
 
     def get(self, key: Hashable, build: Callable[[], Value]) -> Value:
-        """The value of this key, built now if it is not held. The key must determine the value."""
+        """The value of this key, built if it is not cached. The key must determine the value."""
         with self._lock:
             held = self._values.get(key)
             if held is not None:
@@ -67,19 +67,19 @@ class Cache(Generic[Value]):
                 self.hits += 1
                 return held
             self.misses += 1
-            under_way = self._builds.setdefault(key, _Build())
-        with under_way.lock:
-            if under_way.value is None:
+            pending = self._builds.setdefault(key, _PendingValue())
+        with pending.lock:
+            if pending.value is None:
                 try:
-                    under_way.value = build()
+                    pending.value = build()
                 finally:
                     with self._lock:
                         self._builds.pop(key, None)
-                        self._keep(key, under_way.value)
-        return cast(Value, under_way.value)
+                        self._keep(key, pending.value)
+        return cast(Value, pending.value)
 
     def find(self, key: Hashable) -> Value | None:
-        """The value of this key, if it is held."""
+        """The value of this key, or None if it is not cached."""
         with self._lock:
             held = self._values.get(key)
             if held is not None:
@@ -87,12 +87,12 @@ class Cache(Generic[Value]):
             return held
 
     def put(self, key: Hashable, value: Value) -> None:
-        """Keeps a value in place of an earlier one."""
+        """Store a value, in place of an earlier one of this key."""
         with self._lock:
             self._keep(key, value)
 
     def clear(self) -> None:
-        """Forgets everything."""
+        """Remove all values."""
         with self._lock:
             self._values.clear()
             self._bytes = 0
@@ -112,11 +112,11 @@ class ArrayCache(Cache[NDArray[Any]]):
     """A cache of arrays, which it makes contiguous and read-only."""
 
     def array(self, key: Hashable, build: Callable[[], Array]) -> Array:
-        """The array of this key, built now if it is not held."""
-        return cast(Array, self.get(key, partial(_read_only, build)))
+        """The array of this key, built if it is not cached."""
+        return cast(Array, self.get(key, partial(_build_read_only, build)))
 
 
-def _read_only(build: Callable[[], Array]) -> NDArray[Any]:
+def _build_read_only(build: Callable[[], Array]) -> NDArray[Any]:
     array = np.ascontiguousarray(build())
     array.flags.writeable = False
     return array
@@ -127,45 +127,46 @@ PLANS = ArrayCache(64 << 20)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Derived:
-    """What was made of arrays, which are held so that their identities stay their own."""
+class _DerivedValue:
+    """A value derived from arrays, and these: while they live, no other array has their ids."""
 
     sources: tuple[NDArray[Any], ...]
     value: Any
 
     @property
     def nbytes(self) -> int:
-        """Bytes held, those of the arrays among them."""
+        """Bytes of the value and of its source arrays."""
         size = len(self.value) if isinstance(self.value, bytes) else self.value.nbytes
         return int(size) + sum(array.nbytes for array in self.sources)
 
 
-def derived(sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[], Made]) -> Made:
-    """What `build` makes of read-only arrays alone: kept for these very arrays.
+def derive_once(
+    sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[], Result]
+) -> Result:
+    """The result of `build`, which depends on the source arrays alone; cached by their identity.
 
-    It is bytes, or says how many bytes it holds. Of arrays that may still be written nothing is
-    kept.
+    The result is bytes or has `nbytes`. Results from writeable arrays are not cached.
     """
     if any(array.flags.writeable for array in sources):
         return build()
     key = ("derived", name, *map(id, sources))
-    found = MESH_PLANS.get(key, lambda: _Derived(sources, build()))
-    assert isinstance(found, _Derived)
-    return cast(Made, found.value)
+    found = MESH_PLANS.get(key, lambda: _DerivedValue(sources, build()))
+    assert isinstance(found, _DerivedValue)
+    return cast(Result, found.value)
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
-"""What depends on connectivity, resolution and options alone: layouts, welds, faces of meshes."""
+"""Layouts, welds and faces of meshes: they depend on connectivity, resolution and options alone."""
 
 
 LONGEST_TEXT = 1 << 16
-"""Bytes of JSON up to which it is a key."""
+"""Longest JSON text that serves as a key, in bytes."""
 
 
-def by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
-    """The array that `build` makes of lists of numbers, kept for lists of the same JSON text.
+def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
+    """The array that `build` makes of lists of numbers, cached by their JSON text.
 
-    The text tells 1 from 1.0 and from true. What has none, and arrays, are built each time.
+    The text distinguishes 1, 1.0 and true. Arrays, and values without a JSON text, are not cached.
     """
     text = b""
     if isinstance(value, list) and len(value) <= LONGEST_TEXT:
@@ -173,8 +174,10 @@ def by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
             text = orjson.dumps(value)
     if not 0 < len(text) <= LONGEST_TEXT:
         return build()
-    # The text is held, too: it counts.
+    # The cache keeps the text too, so its bytes count.
     own = (np.frombuffer(text, np.uint8),)
-    found = MESH_PLANS.get(("text", name, text), lambda: _Derived(own, _read_only(build)))
-    assert isinstance(found, _Derived)
+    found = MESH_PLANS.get(
+        ("text", name, text), lambda: _DerivedValue(own, _build_read_only(build))
+    )
+    assert isinstance(found, _DerivedValue)
     return cast(Array, found.value)

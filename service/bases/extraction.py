@@ -1,9 +1,9 @@
 """From B-spline control points to the Bézier points of every span.
 
-Each Bézier point is a combination of control points (`service.bases.blossoms`). What is computed
-here depends on knots through their differences alone, is the same from either end, and is done
-once where two spans meet. So a B-spline and the same one reversed have the same Bézier points bit
-for bit, and neighbouring patches the same edges.
+Each Bézier point is a combination of control points (`service.bases.blossoms`). The combinations
+depend on differences of knots alone, are symmetric in the direction of the curve, and are computed
+once where two spans meet. Hence a B-spline and its reverse have the same Bézier points bit for bit,
+and neighbouring patches the same edges.
 """
 
 from collections.abc import Iterator
@@ -11,27 +11,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.affine_combination import Lowered, combine_run
+from service.bases.affine_combination import WeightedPoints, combine_run
 from service.bases.arrays import FloatArray, Ints
-from service.bases.blossoms import operators
+from service.bases.blossoms import build_operators
 from service.bases.cache import MESH_PLANS
 from service.bases.knots import spans
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 
 CHUNK_BYTES = 4 << 20
-"""Operators, or gathered points, of the spans that are treated at a time."""
+"""Bytes of the operators, or gathered points, of the spans that are computed at a time."""
 
 SAME_SHARE = 2.0**-40
-"""How far the shares of equal control points at the two ends of a closed curve may differ, where
-knots like k/7 are rounded, for the ends still to be one."""
+"""Largest difference of the shares of equal control points at the two ends of a closed curve. Knots
+like k/7 are rounded; the ends are one point all the same."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sums:
     """Bézier points that are sums of k control points each.
 
-    `first` (g,) is the first of those, `shares` (g, r, k) what each gives, `targets` (g, r) the
-    number of the Bézier point.
+    `first` (g,) are the numbers of the first control points, `shares` (g, r, k) their shares,
+    `targets` (g, r) the numbers of the Bézier points.
     """
 
     first: Ints
@@ -46,37 +46,37 @@ class Extraction:
     Attributes
     ----------
     count : int
-        Different Bézier points, in the order of the curve.
+        Number of distinct Bézier points; they are numbered along the curve.
     places : ndarray of int, shape (spans, p+1)
-        Which of them are those of each span: the last one of a span is the first one of the next,
-        unless the curve parts there.
+        Numbers of the Bézier points of each span: the last point of a span is the first of the
+        next, unless the curve is discontinuous there.
     sums : tuple of _Sums
-        How they come from control points.
+        Bézier points that combine several control points.
     copies : ndarray of int, shape (2, c)
         Bézier points that are control points: their numbers, and those of the control points.
     repeated : (int, int, int), or None
-        Where the ends of the curve are one if these are equal: that many control points, from here
-        on and from there on.
+        (m, i, j): the ends of the curve are one point if the m control points from i on equal those
+        from j on.
     """
 
     count: int
-    places: Ints
+    point_numbers: Ints
     sums: tuple[_Sums, ...]
     copies: Ints
     repeated: tuple[int, int, int] | None
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
+        """Bytes of all arrays."""
         sums = sum(s.first.nbytes + s.shares.nbytes + s.targets.nbytes for s in self.sums)
-        return self.places.nbytes + self.copies.nbytes + sums
+        return self.point_numbers.nbytes + self.copies.nbytes + sums
 
-    def points(self, points: FloatArray, weights: FloatArray | None = None) -> Lowered:
-        """The different Bézier points and weights, shapes (count, …, d) and (count, …).
+    def combine(self, points: FloatArray, weights: FloatArray | None = None) -> WeightedPoints:
+        """The distinct Bézier points and weights, shapes (count, …, d) and (count, …).
 
-        Points are combined about the middle of those that count, so that equal points stay that
-        point exactly, poles stay poles, and nothing is lost far from the origin. A point that is
-        one control point alone is that control point.
+        Points are combined relative to their middle, so that the mean of equal points is exactly
+        that point, poles stay poles, and no digits are lost far from the origin. A Bézier point
+        that is a control point has its bits.
 
         Parameters
         ----------
@@ -89,7 +89,7 @@ class Extraction:
         weight = None if weights is None else np.empty((self.count, *weights.shape[1:]))
         for sums in self.sums:
             width = sums.shares.shape[1] * max(sums.shares.shape[2], points[0].size)
-            for rows in chunks(len(sums.first), 8 * width, CHUNK_BYTES):
+            for rows in row_slices(len(sums.first), 8 * width, CHUNK_BYTES):
                 targets = sums.targets[rows]
                 place[targets], heavy = combine_run(
                     points, weights, sums.first[rows], sums.shares[rows]
@@ -102,8 +102,8 @@ class Extraction:
             weight[targets] = weights[controls]
         return place, weight
 
-    def closes(self, points: FloatArray, weights: FloatArray | None) -> bool:
-        """Whether these control points end as they begin."""
+    def is_closed(self, points: FloatArray, weights: FloatArray | None) -> bool:
+        """Whether the last of these control points equal the first, so that the curve closes."""
         if self.repeated is None:
             return False
         count, head, tail = self.repeated
@@ -119,24 +119,24 @@ def plan_extraction(
 ) -> Extraction:
     """The extraction for these knots, kept for the next curve over them.
 
-    It depends on control points, of shape (n, …, d), in one thing alone: whether the curve closes.
+    Control points, of shape (n, …, d), matter in one way only: whether the curve closes.
     """
     key = knots.tobytes()
 
     def kept(closed: bool) -> Extraction:
         found = MESH_PLANS.get(
-            ("extraction", degree, closed, key), lambda: _extraction(knots, degree, closed)
+            ("extraction", degree, closed, key), lambda: _build_extraction(knots, degree, closed)
         )
         assert isinstance(found, Extraction)
         return found
 
     found = kept(closed=False)
-    return kept(closed=True) if found.closes(points, weights) else found
+    return kept(closed=True) if found.is_closed(points, weights) else found
 
 
-def bezier_points(
+def extract_bezier_points(
     points: FloatArray, knots: FloatArray, degree: int, weights: FloatArray | None = None
-) -> Lowered:
+) -> WeightedPoints:
     """Bézier points and weights of every span of a B-spline, or of many side by side.
 
     Parameters
@@ -152,17 +152,17 @@ def bezier_points(
     weights : ndarray of float64, shape (spans, p+1, …), or None
     """
     plan = plan_extraction(knots, degree, points, weights)
-    place, weight = plan.points(points, weights)
-    return place[plan.places], None if weight is None else weight[plan.places]
+    place, weight = plan.combine(points, weights)
+    return place[plan.point_numbers], None if weight is None else weight[plan.point_numbers]
 
 
-def _extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
-    """The extraction for some knots; `closed` if the curve ends as it begins."""
+def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
+    """The extraction for some knots; `closed` if the end of the curve is its beginning."""
     at = spans(knots, degree)
     shares = np.empty((len(at), degree + 1, degree + 1))
-    for chunk in chunks(len(at), 8 * (degree + 1) ** 2, CHUNK_BYTES):
+    for chunk in row_slices(len(at), 8 * (degree + 1) ** 2, CHUNK_BYTES):
         within = at[chunk]
-        shares[chunk] = operators(knots[within[0] - degree : within[-1] + degree + 2], degree)
+        shares[chunk] = build_operators(knots[within[0] - degree : within[-1] + degree + 2], degree)
     begins, ends = shares[:, 0].copy(), shares[:, -1].copy()
     many = _multiplicities(knots, degree, at)
     repeated = None
@@ -171,16 +171,16 @@ def _extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
         repeated = len(head), int(at[0]) - degree, int(at[-1]) - degree + int(many[-1])
         if closed:
             _close(head, tail)
-    # At multiplicity p + 1 the curve parts: there are two points, each one control point.
+    # At multiplicity p + 1 the curve is discontinuous: two points there, each a control point.
     parted = np.flatnonzero(many > degree)
     first = degree * np.arange(len(at)) + np.cumsum(many[:-1] > degree)
     places = first[:, np.newaxis] + np.arange(degree + 1)
     copies = [(places[parted - 1, -1], at[parted - 1]), (places[parted, 0], at[parted] - degree)]
     sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], places[:, 1:-1])]
-    sums += _joints(at, many, (begins, ends), places)
+    sums += _combine_joints(at, many, (begins, ends), places)
     left: list[_Sums] = []
     for part in sums:
-        # What is one control point alone is not combined.
+        # A Bézier point that is a control point is copied, not combined.
         alone = part.shares.max(axis=-1) >= 1.0
         controls = part.first[:, np.newaxis] + part.shares.argmax(axis=-1)
         copies.append((part.targets[alone], controls[alone]))
@@ -191,13 +191,13 @@ def _extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
     return Extraction(int(places[-1, -1]) + 1, places, tuple(left), pairs, repeated)
 
 
-def _joints(
+def _combine_joints(
     at: Ints, many: Ints, shares: tuple[FloatArray, FloatArray], places: Ints
 ) -> Iterator[_Sums]:
-    """Points between spans, by the multiplicity m of their knot: p − m + 1 control points count.
+    """Points between spans, by the multiplicity m of their knot: each combines p − m + 1 points.
 
-    Each is the mean of what the spans on both sides say: `shares` of the first and of the last
-    point of every span, (spans, p+1).
+    Each is the mean of the results of the spans on both sides: `shares` of the first and of the
+    last point of every span, (spans, p+1).
     """
     begins, ends = shares
     last, degree = len(at), begins.shape[1] - 1
@@ -213,7 +213,7 @@ def _joints(
 
 
 def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
-    """How often each break occurs; at the ends of the domain p is as good as more."""
+    """How often each break occurs, at most p times at the ends of the domain."""
     many = np.empty(len(at) + 1, dtype=np.intp)
     many[1:-1] = np.diff(at)
     before, after = knots[: at[0] + 1], knots[at[-1] + 1 :]
@@ -223,10 +223,10 @@ def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
 
 
 def _close(head: FloatArray, tail: FloatArray) -> None:
-    """Makes the shares of the first and the last point one if they differ by rounding alone.
+    """Make the shares of the first and the last point equal if they differ by rounding alone.
 
-    So a curve closes that is given with its first p points once more at its end, over knots whose
-    differences should repeat and, like those of k/7, nearly do.
+    A curve whose first p points are repeated at its end then closes, also over knots such as k/7
+    whose differences repeat only up to rounding.
     """
     if np.abs(head - tail).max() <= SAME_SHARE:
         head[:] = tail[:] = (head + tail) / 2

@@ -5,8 +5,8 @@ import numpy as np
 from service.bases.arrays import FloatArray
 
 
-def homogeneous(points: FloatArray, weights: FloatArray | None) -> FloatArray:
-    """(w x, w y, w z, w) of points (…, 3) with weights (…); without these, the points."""
+def to_homogeneous(points: FloatArray, weights: FloatArray | None) -> FloatArray:
+    """(w x, w y, w z, w) of points (…, 3) and weights (…); without weights, the points."""
     if weights is None:
         return points
     columns = weights[..., np.newaxis]

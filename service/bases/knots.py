@@ -2,7 +2,7 @@
 
 A knot vector U_0 ≤ … ≤ U_{n+p+1} and a degree p make n + 1 basis functions; their sum is one over
 the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain, a *span* s the interval
-[U_s, U_{s+1}] between two breaks that follow one another: B-splines are polynomials there. All is
+[U_s, U_{s+1}] between two consecutive breaks: B-splines are polynomials there. Splines are
 right-continuous: a knot belongs to the span that begins at it, the last one to the last span.
 
 Piegl and Tiller, The NURBS Book, 2nd ed., chapter 2.
@@ -14,38 +14,38 @@ from numpy.typing import ArrayLike
 from service.bases.arrays import FloatArray, Ints
 
 
-def uniform(count: int, degree: int) -> FloatArray:
-    """Whole numbers as knots for `count` control points, from −p on: the domain is [0, count − p].
+def uniform_knots(count: int, degree: int) -> FloatArray:
+    """Integer knots −p, −p + 1, … for `count` control points: the domain is [0, count − p].
 
     The curve touches neither its first nor its last control point.
     """
     return np.arange(-degree, count + 1, dtype=np.float64)
 
 
-def clamped(count: int, degree: int) -> FloatArray:
-    """The same, knots outside the domain moved to its ends: the ends are control points."""
-    return np.clip(uniform(count, degree), 0.0, count - degree)
+def clamped_knots(count: int, degree: int) -> FloatArray:
+    """Integer knots, 0 and count − p repeated p + 1 times: the curve ends in its control points."""
+    return np.clip(uniform_knots(count, degree), 0.0, count - degree)
 
 
-def periodic(count: int, degree: int) -> FloatArray:
-    """Uniform knots for `count` distinct control points, of which `wrapped` repeats the first p.
+def periodic_knots(count: int, degree: int) -> FloatArray:
+    """Uniform knots for `count` distinct control points; `wrap_points` repeats the first p.
 
     The domain is [0, count]; the curve closes with all its p − 1 derivatives.
     """
-    return uniform(count + degree, degree)
+    return uniform_knots(count + degree, degree)
 
 
-def wrapped(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
-    """Control points and the first p of them once more: what `periodic` is made for."""
+def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
+    """Control points with the first p of them repeated at the end, for `periodic_knots`."""
     count = points.shape[axis]
     return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
 
 
-def merged(knots: FloatArray, degree: int, least: float) -> FloatArray:
-    """The knots, those made equal that differ by less than `least` and so by rounding alone.
+def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
+    """The knots, with those made equal that differ by less than `least`, hence by rounding alone.
 
-    What becomes one knot within the domain does so at most p times, at its ends p + 1 times, and
-    the ends stay where they are. Knots of which there are more stay as they are.
+    Multiplicities reach at most p inside the domain and p + 1 at its ends, which do not move;
+    knots that would exceed these stay as they are.
     """
     joined = np.diff(knots) < least
     if not (joined & (knots[1:] > knots[:-1])).any():
@@ -103,7 +103,7 @@ def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
     return chosen
 
 
-def basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, FloatArray]:
+def evaluate_basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, FloatArray]:
     """The p + 1 B-splines that do not vanish at each parameter: N_{s−p}^p(t) … N_s^p(t).
 
         N_i^p(t) = (t − U_i)/(U_{i+p} − U_i) N_i^{p−1}(t)

@@ -1,9 +1,9 @@
-"""Bernstein nets in another form: raised in degree, cut in two, cut out.
+"""Bernstein nets of a higher degree or over a part of the domain.
 
-A net is its points and its weights (None where all are one); the direction that is worked on is
-axis 0, whatever else there is comes along. All is done by means of two neighbours at a time, so
-that no digit is lost to cancellation, the first and the last row keep their bits, and equal rows
-stay equal. Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
+A net is its points and its weights (None where all are one). All functions work along axis 0 and
+leave the other axes alone. Each result is a mean of two neighbours at a time, so that no digit is
+lost to cancellation, the first and the last row keep their bits, and equal rows stay equal. Farin,
+Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
 """
 
 from typing import TypeAlias
@@ -18,7 +18,7 @@ Net: TypeAlias = tuple[FloatArray, FloatArray | None]
 
 
 def elevate(net: Net, degree: int) -> Net:
-    """The same polynomials in a higher degree, raised by one at a time.
+    """The net of these polynomials in a higher degree, raised by one at a time.
 
         P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i,   i = 0 … n+1
 
@@ -35,8 +35,8 @@ def elevate(net: Net, degree: int) -> Net:
 def split(net: Net, t: float) -> tuple[Net, Net]:
     """The polynomials over [0, t] and over [t, 1], each in parameters of its own from 0 to 1.
 
-    de Casteljau: the first and the last points of b ← (1 − t) b_i + t b_{i+1}. The last row of the
-    one half is the first of the other.
+    de Casteljau: the first and the last points of b_i ← (1 − t) b_i + t b_{i+1} at every step. The
+    last row of one half is the first of the other.
     """
     points, weights = net
     left, right = [(points[0], _row(weights, 0))], [(points[-1], _row(weights, -1))]
@@ -46,7 +46,7 @@ def split(net: Net, t: float) -> tuple[Net, Net]:
         points, weights = combine(points, weights, np.stack([i, i + 1]), shares)
         left.append((points[0], _row(weights, 0)))
         right.append((points[-1], _row(weights, -1)))
-    return _stacked(left), _stacked(right[::-1])
+    return _stack_rows(left), _stack_rows(right[::-1])
 
 
 def restrict(net: Net, first: float, last: float) -> Net:
@@ -62,6 +62,6 @@ def _row(weights: FloatArray | None, row: int) -> FloatArray | None:
     return None if weights is None else weights[row]
 
 
-def _stacked(rows: list[tuple[FloatArray, FloatArray | None]]) -> Net:
+def _stack_rows(rows: list[tuple[FloatArray, FloatArray | None]]) -> Net:
     weights = [weight for _, weight in rows if weight is not None]
     return np.stack([point for point, _ in rows]), np.stack(weights) if weights else None

@@ -1,9 +1,9 @@
-"""B-splines over other knots: refined, clamped, cut out, raised in degree, all by blossoms.
+"""Control points of B-splines over other knots, by blossoms: knot insertion, degree elevation.
 
 A spline of degree p is on each of its spans a polynomial, and that has one symmetric function of
 p parameters, affine in each, its blossom f: f(t, …, t) is the curve at t, and the control point
-P_i is f(U_{i+1}, …, U_{i+p}). So whatever the new knots V are, the new control points are values
-of f. As a polynomial of the higher degree n the blossom is the mean over all choices,
+P_i is f(U_{i+1}, …, U_{i+p}). So for any new knots V the new control points are values of f. In a
+higher degree n the blossom is the mean over all choices,
 
     F(t_1, …, t_n) = Σ f(t_{k_1}, …, t_{k_p}) / C(n, p).
 
@@ -18,16 +18,16 @@ and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree elevation of B-spl
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 
 CHUNK = 1024
-"""Control points at a time: their shares stay in the cache."""
+"""Control points computed at a time: their shares stay in the processor's cache."""
 
 
-def blossoms(
+def find_refinement(
     knots: FloatArray, degree: int, target: FloatArray, raised: int
 ) -> tuple[Ints, FloatArray]:
-    """Which control points make those over other knots, and their shares.
+    """Shares of the control points in those over other knots.
 
     Parameters
     ----------
@@ -48,18 +48,18 @@ def blossoms(
     """
     windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], raised)
     count, first = len(windows), windows[:, 0]
-    # Where the spline parts, the point that ends a piece is one of the span before.
+    # Where the spline is discontinuous, the last point of a piece belongs to the span before.
     ends = (target[:count] < first) & (windows[:, -1] == first)
     span = np.searchsorted(knots, first, side="right")
     span = np.where(ends, np.searchsorted(knots, first, side="left"), span) - 1
     around = np.arange(1 - degree, degree + 1)[:, np.newaxis]
     shares = np.empty((degree + 1, count))
-    for part in chunks(count, 1, CHUNK):
-        shares[:, part] = _shares(knots[span[part] + around], windows[part].T)
+    for part in row_slices(count, 1, CHUNK):
+        shares[:, part] = _blossom_shares(knots[span[part] + around], windows[part].T)
     return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
 
 
-def _shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
+def _blossom_shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
     """Shares of the p + 1 control points of a span in the blossom, (p+1, N).
 
     Parameters
@@ -69,12 +69,12 @@ def _shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
     arguments : ndarray of float64, shape (n, N)
     """
     degree, raised = len(near) // 2, len(arguments)
-    # means[r] is the mean over all choices of r of the arguments met so far, as shares (r+1, N)
-    # of the r + 1 points that are left after p − r steps of de Boor's algorithm.
+    # means[r] is the mean over all choices of r of the arguments so far, as shares (r+1, N) of the
+    # r + 1 points that remain after p − r steps of de Boor's algorithm.
     means = [np.ones((1, near.shape[1]))]
     for k, t in enumerate(arguments, 1):
         for r in range(min(k, degree), max(0, k - 1 - raised + degree), -1):
-            step = _carried(means[r - 1], near[degree - r : degree + r], t)
+            step = _step_back(means[r - 1], near[degree - r : degree + r], t)
             if r == k:
                 means.append(step)
             else:
@@ -82,8 +82,8 @@ def _shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
     return means[degree]
 
 
-def _carried(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArray:
-    """Shares of r + 1 points, from those of the r points that a step of de Boor makes of them.
+def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArray:
+    """Shares of r + 1 points from the shares of the r points that one de Boor step computes.
 
     d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
     """
@@ -91,19 +91,19 @@ def _carried(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArray:
     low, high = near[:r], near[r:]
     width = high - low
     carried = np.zeros((r + 1, shares.shape[1]))
-    # A quotient is exactly one where t is an end: products with an inverse are not.
+    # The quotient is exactly 1 where t is an end; a product with an inverse need not be.
     carried[:-1] = shares * ((high - t) / width)
     carried[1:] += shares * ((t - low) / width)
     return carried
 
 
-def raised_knots(
+def raise_knots(
     knots: FloatArray, degree: int, raised: int, first: float, last: float
 ) -> FloatArray:
-    """Knots of the spline over [first, last] in a degree that is higher or the same.
+    """Knots of the spline over [first, last] in the degree `raised` ≥ `degree`.
 
-    Those within stand as many times more as the degree rises, so that the continuity there stays;
-    the ends stand one more time than the degree.
+    The multiplicity of interior knots rises with the degree, which keeps the continuity there; the
+    ends have multiplicity `raised` + 1.
     """
     within = knots[(knots > first) & (knots < last)]
     breaks, many = np.unique(within, return_counts=True)

@@ -6,7 +6,7 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
 
 
-def restrictions(degree: int, breaks: FloatArray) -> FloatArray:
+def restriction_matrices(degree: int, breaks: FloatArray) -> FloatArray:
     """Control points of a Bézier curve over each interval of a division of its domain.
 
     Over [s, e], control point j is the value of the blossom with s taken n − j times and e taken
@@ -41,7 +41,7 @@ def restrictions(degree: int, breaks: FloatArray) -> FloatArray:
     return rows
 
 
-def restricted(net: FloatArray, breaks_u: FloatArray, breaks_v: FloatArray) -> FloatArray:
+def restrict_to_cells(net: FloatArray, breaks_u: FloatArray, breaks_v: FloatArray) -> FloatArray:
     """The nets of one tensor-product polynomial over every cell of a grid of intervals.
 
     Parameters
@@ -55,8 +55,8 @@ def restricted(net: FloatArray, breaks_u: FloatArray, breaks_v: FloatArray) -> F
         Cell (k, l) is number k M_v + l.
     """
     rows, columns, dimension = net.shape
-    along_u = np.tensordot(restrictions(rows - 1, breaks_u), net, axes=(2, 0))
-    cells = np.tensordot(restrictions(columns - 1, breaks_v), along_u, axes=(2, 2))
+    along_u = np.tensordot(restriction_matrices(rows - 1, breaks_u), net, axes=(2, 0))
+    cells = np.tensordot(restriction_matrices(columns - 1, breaks_v), along_u, axes=(2, 2))
     # (M_v, b+1, M_u, a+1, d) so far.
     ordered = np.ascontiguousarray(cells.transpose(2, 0, 3, 1, 4))
     return ordered.reshape(-1, rows, columns, dimension)

@@ -1,8 +1,8 @@
 """The order of the control points and samples of a triangle.
 
-A triangle is a run of rows. Row m of a net of degree n holds the n+1−m control points with k = m,
-i falling and j rising, so the first row is the side t = 0 and the last one a corner; the samples
-at R divisions stand in the same order, as if R were a degree.
+The rows of a triangle follow one another. Row m of a net of degree n holds the n+1−m control points
+with k = m, i falling and j rising; the first row is the side t = 0, the last row a corner. Samples
+at R divisions have the order of a net of degree R.
 """
 
 from functools import lru_cache
@@ -13,19 +13,25 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 
 
-def size(degree: int) -> int:
+def count_points(degree: int) -> int:
     """Control points of a net of degree n, samples at n divisions: (n+1)(n+2)/2."""
     return (degree + 1) * (degree + 2) // 2
 
 
 def degree_or_none(count: int) -> int | None:
-    """The degree of a net of so many control points; None if no triangle has as many."""
+    """The degree of a net of `count` control points; None if no triangle has this count."""
     degree = (isqrt(8 * count + 1) - 3) // 2
-    return degree if degree >= 0 and size(degree) == count else None
+    return degree if degree >= 0 and count_points(degree) == count else None
 
 
 def degree_of(count: int) -> int:
-    """The degree of a net of so many control points, which must be those of a triangle."""
+    """The degree of a net of `count` control points.
+
+    Raises
+    ------
+    ValueError
+        No triangle has this count.
+    """
     degree = degree_or_none(count)
     if degree is None:
         raise ValueError(f"{count} control points make no triangle")
@@ -34,7 +40,7 @@ def degree_of(count: int) -> int:
 
 @lru_cache(maxsize=256)
 def row_starts(degree: int) -> Ints:
-    """Index at which each row begins, and where the last one ends: shape (n+2,); read-only."""
+    """First index of each row, and the number of points at the end: shape (n+2,); read-only."""
     lengths = np.arange(degree + 1, -1, -1)
     starts = np.concatenate([[0], np.cumsum(lengths[:-1])]).astype(np.intp)
     starts.flags.writeable = False

@@ -1,14 +1,20 @@
-"""The bivariate Bernstein basis, and what is computed with it over all samples of a triangle."""
+"""The bivariate Bernstein basis, and polynomials evaluated at all samples of a triangle."""
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import bernstein, binomials, elevation, rounded, sampled
+from service.bases.bernstein import (
+    bernstein,
+    binomials,
+    elevation_matrix,
+    round_basis,
+    sample_basis,
+)
 from service.bases.cache import PLANS
-from service.bases.triangle import barycentric, degree_of, row_starts, size
+from service.bases.triangle import barycentric, count_points, degree_of, row_starts
 
-LARGEST = 1 << 20
-"""Values of a basis of two variables that are worth keeping; also what the cache takes, 8 MiB."""
+MAX_KEPT_VALUES = 1 << 20
+"""Largest basis that is cached, in values: 8 MiB, the most that the cache accepts."""
 
 
 def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
@@ -16,9 +22,9 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
 
         B_ijk(r, s, t) = n!/(i! j! k!) r^i s^j t^k = B_k^n(t) · B_j^{n−k}(s / (r + s))
 
-    The recurrence B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} passes through every degree that a row
-    of the net has, so all rows cost what the first one does; only products of non-negative numbers
-    are added.
+    With r' = r/(r+s) and s' = s/(r+s) the recurrence B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} passes
+    through the degree of every row of the net, so all rows together cost as much as the first. Only
+    products of non-negative numbers are added.
 
     Parameters
     ----------
@@ -30,7 +36,7 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray of float64, shape ((n+1)(n+2)/2, m)
-        One row a control point.
+        One row for each control point.
 
     References
     ----------
@@ -58,16 +64,16 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
 
 def is_small(degree: int, divisions: int) -> bool:
     """Whether the basis of degree n at R divisions is small enough to be kept."""
-    return size(degree) * size(divisions) <= LARGEST
+    return count_points(degree) * count_points(divisions) <= MAX_KEPT_VALUES
 
 
-def sampled_triangle(
+def sample_triangle_basis(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
     """The basis at R divisions, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only."""
     return PLANS.array(
         ("triangle", degree, divisions, dtype),
-        lambda: rounded(triangle_bernstein(degree, barycentric(divisions)), dtype),
+        lambda: round_basis(triangle_bernstein(degree, barycentric(divisions)), dtype),
     )
 
 
@@ -76,32 +82,31 @@ def row_curves(nets: FloatArray) -> FloatArray:
     degree = degree_of(len(nets))
     starts = row_starts(degree)
     rows = [nets[starts[k] : starts[k + 1]] for k in range(degree + 1)]
-    return np.stack([elevation(len(row) - 1, degree) @ row for row in rows])
+    return np.stack([elevation_matrix(len(row) - 1, degree) @ row for row in rows])
 
 
 def evaluate_rows(
     curves: FloatArray, divisions: int, rows: range, dtype: type[np.floating], out: RealArray
 ) -> None:
-    """Polynomials at some rows of samples, by the curves that they are along these.
+    """Polynomials at some rows of samples, row by row as curves.
 
-    Where t is fixed, the curves of all rows blend to one, Σ_k B_k^n(t) c_k, which is sampled at as
-    many divisions as the row of samples has: n + 1 multiplications a value for n²/2, and no
-    basis to keep.
+    For fixed t the surface is the curve Σ_k B_k^n(t) c_k. It is sampled at the divisions of the row
+    of samples: n + 1 multiplications a value instead of n²/2, and no basis to cache.
 
     Parameters
     ----------
     curves : ndarray of float64, shape (n+1, n+1, m)
-        As `row_curves` gives them.
+        From `row_curves`.
     divisions : int
         R.
     rows : range
-        Of samples, t = row / R.
+        Rows of samples, t = row / R.
     dtype : float32 or float64
     out : ndarray, shape (m, samples of these rows)
         Written.
     """
     degree, count = len(curves) - 1, curves.shape[2]
-    across = sampled(degree, divisions)[rows.start : rows.stop]
+    across = sample_basis(degree, divisions)[rows.start : rows.stop]
     lines = (across @ curves.reshape(degree + 1, -1)).reshape(len(rows), degree + 1, count)
     lines = lines.transpose(0, 2, 1).astype(dtype)
     first = 0
@@ -114,8 +119,8 @@ def evaluate_rows(
 def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
     """Bernstein basis at R equal divisions, shape (n+1, R+1), by powers: C(n, j) s^j (1 − s)^{n−j}.
 
-    At degrees up to 64 no power is lost that could be seen in a sum. It is one basis for every row,
-    none of them used again, and the recurrence would take n times as long.
+    At degrees up to 64 the powers that underflow do not change any sum. Each row needs a basis of
+    its own that is not used again; the recurrence would take n times as long.
     """
     powers = np.ones((degree + 1, divisions + 1))
     if degree and divisions:
@@ -128,14 +133,14 @@ def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArr
     elif degree:
         # A single sample, at s = 0.
         powers[1:] = 0.0
-        return rounded(powers, dtype)
+        return round_basis(powers, dtype)
     basis = powers * powers[::-1, ::-1]
     basis *= binomials(degree)[:, None]
-    return rounded(basis, dtype)
+    return round_basis(basis, dtype)
 
 
 def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
-    """Polynomials over triangles at R divisions, whatever their values mean.
+    """Polynomials over triangles at R divisions, their values of any dimension d.
 
     Parameters
     ----------
@@ -148,9 +153,9 @@ def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
     patches, count, dimension = nets.shape
     degree = degree_of(count)
     columns = np.ascontiguousarray(nets.transpose(1, 0, 2)).reshape(count, -1)
-    values = np.empty((columns.shape[1], size(divisions)))
+    values = np.empty((columns.shape[1], count_points(divisions)))
     if is_small(degree, divisions):
-        np.matmul(columns.T, sampled_triangle(degree, divisions), out=values)
+        np.matmul(columns.T, sample_triangle_basis(degree, divisions), out=values)
     else:
         evaluate_rows(row_curves(columns), divisions, range(divisions + 1), np.float64, values)
     return values.reshape(patches, dimension, -1).transpose(0, 2, 1)

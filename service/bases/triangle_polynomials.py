@@ -1,7 +1,7 @@
-"""Nets of triangular Bernstein polynomials in another form: raised, cut in three, turned about.
+"""Nets of triangular Bernstein polynomials: degree elevation, splitting, reordering, conversion.
 
 The net of degree n is one axis of K = (n+1)(n+2)/2 rows, row k of the triangle after row k − 1,
-from b_{n−k,0,k} to b_{0,n−k,k}. As in `service.bases.polynomials` everything is a mean of
+from b_{n−k,0,k} to b_{0,n−k,k}. As in `service.bases.polynomials`, each result is a mean of
 neighbours. Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
 """
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
-from service.bases.bernstein import elevation
+from service.bases.bernstein import elevation_matrix
 from service.bases.polynomials import Net
 from service.bases.triangle import degree_of, row_starts
 
@@ -23,13 +23,13 @@ def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
     return degree - j - k, j, k
 
 
-def place(degree: int, j: Ints, k: Ints) -> Ints:
-    """Where b_ijk stands in the net."""
+def row_number(degree: int, j: Ints, k: Ints) -> Ints:
+    """Row of b_ijk in the net."""
     return _start(degree, k) + j
 
 
 def elevate(net: Net, degree: int) -> Net:
-    """The same polynomials in a higher degree, raised by one at a time.
+    """The net of these polynomials in a higher degree, raised by one at a time.
 
         b*_ijk = (i b_{i−1,j,k} + j b_{i,j−1,k} + k b_{i,j,k−1})/(n+1)
 
@@ -38,7 +38,7 @@ def elevate(net: Net, degree: int) -> Net:
     points, weights = net
     for n in range(degree_of(len(points)), degree):
         i, j, k = exponents(n + 1)
-        index = np.stack([place(n, j, k), place(n, j - 1, k), place(n, j, k - 1)])
+        index = np.stack([row_number(n, j, k), row_number(n, j - 1, k), row_number(n, j, k - 1)])
         shares = np.stack([i, j, k])
         index[shares == 0] = 0
         points, weights = combine(points, weights, index, shares / (n + 1))
@@ -46,30 +46,32 @@ def elevate(net: Net, degree: int) -> Net:
 
 
 def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
-    """The three triangles that a point (r, s, t) makes, taking the place of one corner of each.
+    """The three triangles into which a point (r, s, t) divides a triangle.
 
-    First that which has it instead of b_n00, last instead of b_00n. de Casteljau; what two of
-    them share is computed once.
+    The point takes the place of one corner in each: of b_n00 in the first, of b_00n in the last.
+    de Casteljau; edges that two of them share are computed once.
     """
     points, weights = net
     n = degree_of(len(points))
     levels = [net]
     for m in range(n - 1, -1, -1):
         _, j, k = exponents(m)
-        index = np.stack([place(m + 1, j, k), place(m + 1, j + 1, k), place(m + 1, j, k + 1)])
+        index = np.stack(
+            [row_number(m + 1, j, k), row_number(m + 1, j + 1, k), row_number(m + 1, j, k + 1)]
+        )
         shares = np.repeat(np.array(at)[:, np.newaxis], len(j), axis=1)
         points, weights = combine(points, weights, index, shares)
         levels.append((points, weights))
     i, j, k = exponents(n)
     nothing = np.zeros_like(i)
     return (
-        _gathered(levels, i, j, k),
-        _gathered(levels, j, nothing, k),
-        _gathered(levels, k, j, nothing),
+        _gather_levels(levels, i, j, k),
+        _gather_levels(levels, j, nothing, k),
+        _gather_levels(levels, k, j, nothing),
     )
 
 
-def _gathered(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
+def _gather_levels(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
     """One point of the given level for every row."""
     n = len(levels) - 1
     rows = [(le, int(_start(n - le, c)) + b) for le, b, c in zip(level, j, k, strict=True)]
@@ -78,11 +80,11 @@ def _gathered(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
     return points, np.stack(weights) if weights else None
 
 
-def exchanged(degree: int, first: int, second: int) -> Ints:
-    """The order of the rows in which two of the barycentric coordinates have changed places."""
+def exchange_order(degree: int, first: int, second: int) -> Ints:
+    """Order of the rows of a net after two of the barycentric coordinates are exchanged."""
     turned = list(exponents(degree))
     turned[first], turned[second] = turned[second], turned[first]
-    return place(degree, turned[1], turned[2])
+    return row_number(degree, turned[1], turned[2])
 
 
 def lower_half(net: Net) -> Net:
@@ -101,7 +103,7 @@ def lower_half(net: Net) -> Net:
     p, q = points.shape[0] - 1, points.shape[1] - 1
     i, j, k = exponents(p + q)
     b, c = (axis.reshape(-1, 1) for axis in np.indices((p + 1, q + 1)))
-    shares = _choices(i, p - b - k + c) * _choices(j, b) * _choices(k, c) / comb(p + q, p)
+    shares = _choose(i, p - b - k + c) * _choose(j, b) * _choose(k, c) / comb(p + q, p)
     index = np.repeat(np.arange(len(shares))[:, np.newaxis], len(i), axis=1)
     if weights is not None:
         weights = weights.reshape(-1, *weights.shape[2:])
@@ -109,7 +111,7 @@ def lower_half(net: Net) -> Net:
 
 
 def tensor_net(nets: FloatArray) -> FloatArray:
-    """The same polynomials over the square, with s = u (1 − v) and t = v: of degree (n, n).
+    """Tensor nets of triangular polynomials, of degree (n, n): s = u (1 − v) and t = v.
 
     Row k of a triangle is a curve of degree n − k in u; raised to degree n it is column k of the
     square. The side v = 1 is the last row, one point.
@@ -128,11 +130,11 @@ def tensor_net(nets: FloatArray) -> FloatArray:
     square = np.empty((patches, degree + 1, degree + 1, dimension))
     for k in range(degree + 1):
         row = nets[:, starts[k] : starts[k + 1]]
-        square[:, :, k] = np.einsum("lj,pjd->pld", elevation(degree - k, degree), row)
+        square[:, :, k] = np.einsum("lj,pjd->pld", elevation_matrix(degree - k, degree), row)
     return square
 
 
-def _choices(n: Ints, k: Ints) -> FloatArray:
+def _choose(n: Ints, k: Ints) -> FloatArray:
     """Binomials C(n, k), zero for k outside 0 … n."""
     top = int(n.max())
     table = np.array([[float(comb(a, b)) for b in range(top + 1)] for a in range(top + 1)])
@@ -142,5 +144,5 @@ def _choices(n: Ints, k: Ints) -> FloatArray:
 
 
 def _start(degree: int, k: Ints) -> Ints:
-    """Where row k of the triangle begins."""
+    """Index of the first point of row k of the triangle."""
     return row_starts(degree)[k]

@@ -1,4 +1,4 @@
-"""Equal rows of numbers, found by a hash."""
+"""Distinct rows of arrays, found by a hash."""
 
 from functools import cache
 
@@ -9,9 +9,10 @@ from service.bases.arrays import FloatArray, Ints
 
 
 def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
-    """First place of every distinct value, in ascending order, and the number of each among them.
+    """First position of every distinct value, in ascending order, and the number of each value.
 
-    As `numpy.unique` gives them, in half of its time for a few hundred values.
+    Equal to `return_index` and `return_inverse` of `numpy.unique`, in half its time for a few
+    hundred values. Shapes (D,) and (len(values),).
     """
     order = values.argsort(kind="stable")
     ordered = values[order]
@@ -24,10 +25,10 @@ def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
 
 
 def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
-    """First place of every distinct row, and the number of each row among them.
+    """First position of every distinct row, and the number of each row among these.
 
-    Rows are equal if their numbers are; −0 does not occur. Found by a hash of the bits, which is
-    checked: if two different rows ever share one, sorting the rows themselves decides.
+    Rows are equal if their numbers are; the caller gives no −0. The hash of the bits is checked: if
+    two different rows share one, the rows themselves are sorted instead.
 
     Returns
     -------
@@ -47,7 +48,7 @@ def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
 
 @cache
 def _multipliers(count: int) -> NDArray[np.uint64]:
-    """Odd numbers without pattern (splitmix64), the same in every run."""
+    """Odd pseudo-random numbers (splitmix64), equal in every run."""
     state = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

@@ -97,13 +97,13 @@ def _local(document: dict[str, Any]) -> bytes:
     from service.settings.environment import for_one_command
     from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
-    from service.surface.convert.nets import Allowed
+    from service.surface.convert.nets import SizeLimits
 
     pin_blas()
     settings = for_one_command()
     request = validate_document(ConvertRequest, document, document_limits(settings))
     surface, operations = request.to_surface(), request.to_operations()
-    allowed = Allowed(settings.max_control_points, settings.max_degree)
+    allowed = SizeLimits(settings.max_control_points, settings.max_degree)
     return plan_conversion(surface, operations, allowed, result_limits(settings)).run()
 
 

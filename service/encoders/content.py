@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
-from service.bases.cache import Made, derived
+from service.bases.cache import Result, derive_once
 from service.encoders.text import FLOAT64_CHARS, rows
 from service.engine.clustering import leaders
 from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
@@ -35,8 +35,8 @@ def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
     welds, positions = mesh.welds, mesh.positions
     if welds is None:
         return absolute(positions, mesh), None
-    first = derived((welds,), "own leaders", lambda: np.flatnonzero(_leads(welds)))
-    row = derived((welds,), "rows of leaders", lambda: _rows_of_leaders(welds))
+    first = derive_once((welds,), "own leaders", lambda: np.flatnonzero(_leads(welds)))
+    row = derive_once((welds,), "rows of leaders", lambda: _rows_of_leaders(welds))
     return absolute(positions.take(first, axis=0), mesh), row
 
 
@@ -59,11 +59,11 @@ def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexAr
 
 
 def kept_with_faces(
-    mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Made]
-) -> Made:
+    mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Result]
+) -> Result:
     """Returns `build()`, cached as long as the mesh's faces and `row`, its only inputs, live."""
     sources = mesh.triangles, mesh.quads
-    return derived(sources if row is None else (*sources, row), name, build)
+    return derive_once(sources if row is None else (*sources, row), name, build)
 
 
 def counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:

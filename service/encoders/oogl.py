@@ -30,7 +30,7 @@ from math import hypot
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.encoders.colors import with_opacity
 from service.encoders.content import absolute, counted_faces, drawn
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
@@ -145,7 +145,7 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
     for grids in mesh.grids:
         width = grids.shape[2]
         near, far = grids[:, :-1].reshape(-1, width), grids[:, 1:].reshape(-1, width)
-        for chunk in chunks(len(near), width, BLOCK):
+        for chunk in row_slices(len(near), width, BLOCK):
             a, b = near[chunk], far[chunk]
             corners = np.stack((a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]), axis=-1)
             yield end.join((*lines.take(corners.ravel()), b""))
@@ -159,7 +159,7 @@ def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
             yield skeleton(overlay, mesh)
             continue
         points = np.array(general_lines(absolute(overlay.positions, mesh)), dtype=object)
-        for chunk in chunks(len(overlay.cells), 4, BLOCK):
+        for chunk in row_slices(len(overlay.cells), 4, BLOCK):
             corners = points.take(overlay.cells[chunk].ravel())
             yield SEED_CELL * (len(corners) // 4) % tuple(corners)
 
@@ -169,7 +169,7 @@ def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
     for grids in mesh.grids:
         _, rows_, columns = grids.shape
         each = rows_ * columns
-        for chunk in chunks(len(grids), each, BLOCK):
+        for chunk in row_slices(len(grids), each, BLOCK):
             prefix, text = _vertices(mesh, grids[chunk].swapaxes(1, 2).ravel(), "U")
             head = f"{{ = {prefix}MESH {rows_} {columns}\n".encode()
             ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")) + 1

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import RealArray
-from service.bases.homogeneous import homogeneous
+from service.bases.homogeneous import to_homogeneous
 from service.encoders.content import drawn
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows
@@ -24,7 +24,7 @@ from service.engine.mesh.mesh import Overlay
 from service.errors import Issue, UnsupportedByFormat
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
-from service.surface.sides import corners_of
+from service.surface.sides import take_corners
 
 HIGHEST_DEGREE = 12
 """Highest degree that Geomview's BEZ reads."""
@@ -62,9 +62,9 @@ def _bez(batch: Patches) -> Iterator[bytes]:
             )
         )
     if isinstance(batch, TrianglePatches):
-        batch = batch.tensor()
+        batch = batch.to_tensor()
     p, q = batch.degree
-    points = homogeneous(batch.points, batch.weights)
+    points = to_homogeneous(batch.points, batch.weights)
     dimension = points.shape[-1]
     nets = points.swapaxes(1, 2).reshape(batch.count, -1, dimension)
     prefix, corners = _corners(batch)
@@ -80,7 +80,9 @@ def _bez(batch: Patches) -> Iterator[bytes]:
 
 def _corners(batch: TensorPatches) -> tuple[str, list[RealArray]]:
     """Texture coordinates and colours (P, 4, d) at the corners (0, 0) (1, 0) (0, 1) (1, 1)."""
-    found = {channel.kind: corners_of(channel.nets)[:, [0, 2, 1, 3]] for channel in batch.channels}
+    found = {
+        channel.kind: take_corners(channel.nets)[:, [0, 2, 1, 3]] for channel in batch.channels
+    }
     prefix, corners = "", list[RealArray]()
     if "uvs" in found:
         prefix += "ST"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from service.bases.arrays import IndexArray
-from service.bases.cache import derived
+from service.bases.cache import derive_once
 from service.encoders.colors import in_bytes
 from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
 from service.encoders.format import EncodeOptions, MeshSize
@@ -91,7 +91,7 @@ def _columns(
 
 def _faces(faces: IndexArray) -> memoryview:
     """The records of the faces, cached with them."""
-    return derived((faces,), "PLY", lambda: _records(faces)).data
+    return derive_once((faces,), "PLY", lambda: _records(faces)).data
 
 
 def _records(faces: IndexArray) -> NDArray[np.void]:

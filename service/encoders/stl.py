@@ -12,7 +12,7 @@ import struct
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh import Mesh
@@ -42,7 +42,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     count = len(mesh.triangles)
     positions = np.ascontiguousarray(absolute(mesh.positions, mesh).T)
     packed = np.zeros(count, dtype=TRIANGLE)
-    for first, last in runs(count, CHUNK):
+    for first, last in row_runs(count, CHUNK):
         corners = positions.take(mesh.triangles[first:last].T, axis=1)
         columns = np.empty((4, 3, last - first), dtype="<f4")
         columns[0] = _normals(corners)

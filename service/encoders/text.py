@@ -12,7 +12,7 @@ import orjson
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 
 FLOAT64_CHARS = 24
@@ -88,7 +88,7 @@ def _pieces(value: object) -> Iterator[bytes]:
     elif isinstance(value, np.ndarray) and value.size:
         each = value.size // len(value)
         yield from _listed(
-            (json_array(value[k])[1:-1],) for k in chunks(len(value), each, CHUNK_NUMBERS)
+            (json_array(value[k])[1:-1],) for k in row_slices(len(value), each, CHUNK_NUMBERS)
         )
     elif isinstance(value, bytes):
         yield value
@@ -163,7 +163,7 @@ def joined_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
 
 def row_chunks(array: NDArray[np.generic]) -> Iterator[slice]:
     """The rows of an array, in pieces that become text at a time."""
-    return chunks(len(array), array.shape[1], CHUNK_NUMBERS)
+    return row_slices(len(array), array.shape[1], CHUNK_NUMBERS)
 
 
 def _lines(array: NDArray[np.generic], start: bytes = b"", between: bytes = b" ") -> bytes:

@@ -16,9 +16,9 @@ from service.surface.batches import (
     TensorPatches,
     TrianglePatches,
 )
-from service.surface.channels import only_channels
+from service.surface.channels import keep_channels
 from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
-from service.surface.placement import placed_bounds
+from service.surface.placement import place_bounds
 from service.surface.sweep_model import SweepModel
 
 NOT_PATCHES = Issue(
@@ -41,7 +41,7 @@ def reach(model: Model, options: MeshOptions) -> float:
         if isinstance(own, PatchModel):
             # A mitre reaches √2 times as far as a wire is thick.
             around = width_of(own, options)
-            low, high = placed_bounds((own.bounds[0] - around, own.bounds[1] + around), matrix)
+            low, high = place_bounds((own.bounds[0] - around, own.bounds[1] + around), matrix)
             furthest = max(furthest, -float(low.min()), float(high.max()))
     return furthest
 
@@ -117,7 +117,7 @@ def _placed(batch: Patches, member: PlacedModel) -> Patches:
 
 def _turned_round(batch: Patches) -> TensorPatches:
     """The patches with u and v exchanged; triangles as patches of which a side is one point."""
-    patches = batch.tensor() if isinstance(batch, TrianglePatches) else batch
+    patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
     weights = None if patches.weights is None else patches.weights.swapaxes(1, 2)
     channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in patches.channels)
     return TensorPatches(patches.points.swapaxes(1, 2), weights, channels)
@@ -139,7 +139,7 @@ def _painted(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
 
 def _only(model: PatchModel | SweepModel, kinds: frozenset[ChannelKind]) -> PatchModel | SweepModel:
     """The model without its channels of other kinds; a sweep has none."""
-    return model if isinstance(model, SweepModel) else only_channels(model, kinds)
+    return model if isinstance(model, SweepModel) else keep_channels(model, kinds)
 
 
 def _attributes_of(model: PatchModel | SweepModel) -> list[tuple[str, int]]:

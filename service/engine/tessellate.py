@@ -120,7 +120,7 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     grids = model.patch_count - triangles
     small = triangles * max(ru, rv) ** 2
     cells, border = grids * ru * rv, 2 * (ru + rv) * grids
-    size = grids * (ru + 1) * (rv + 1) + triangles * triangle.size(max(ru, rv))
+    size = grids * (ru + 1) * (rv + 1) + triangles * triangle.count_points(max(ru, rv))
     framed = False
     if ru != rv:
         _, seams = join(model, options.weld_tolerance)

@@ -267,7 +267,11 @@ def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
     swept = size.stations * ru
     if not options.surface:
         return swept
-    return swept + size.grids * (ru + 1) * (rv + 1) + size.triangles * triangle.size(max(ru, rv))
+    return (
+        swept
+        + size.grids * (ru + 1) * (rv + 1)
+        + size.triangles * triangle.count_points(max(ru, rv))
+    )
 
 
 def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:

@@ -17,7 +17,7 @@ from service.pipeline.cost import (
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
 from service.surface import Surface
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
@@ -29,7 +29,7 @@ class ConversionWork:
 
     surface: Surface
     operations: Sequence[Operation]
-    allowed: Allowed
+    allowed: SizeLimits
     limits: Limits
     cost: Cost
 
@@ -48,7 +48,7 @@ class ConversionWork:
 def plan_conversion(
     surface: Surface,
     operations: Sequence[Operation],
-    allowed: Allowed,
+    allowed: SizeLimits,
     limits: Limits = DEFAULT_LIMITS,
 ) -> ConversionWork:
     """What is to be made of a surface, after it was found affordable from its shapes.

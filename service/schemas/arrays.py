@@ -16,7 +16,7 @@ from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, Validati
 from pydantic_core import core_schema
 
 from service.bases.arrays import FloatArray
-from service.bases.cache import by_text
+from service.bases.cache import build_by_text
 from service.errors import Issue
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.ndarrays import checked_array
@@ -214,7 +214,9 @@ class NumberGrid:
         def validate(value: object, info: ValidationInfo) -> Array:
             limits = limits_of(info)
             if self.whole:  # clients move points and repeat the indices
-                return by_text(value, (limits, *self.levels), lambda: self.array(value, limits))
+                return build_by_text(
+                    value, (limits, *self.levels), lambda: self.array(value, limits)
+                )
             return self.array(value, limits)
 
         return core_schema.with_info_plain_validator_function(validate)

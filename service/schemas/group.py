@@ -12,7 +12,7 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
 from service.schemas.fields import Name, Omittable, StrictModel, UpField, optional
 from service.schemas.validation import invalid, limits_of
-from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
+from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested_issue
 
 if TYPE_CHECKING:
     from service.schemas.surfaces import MemberSurfaceDefinition
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def refuse_group(value: object) -> object:
     """Refuses a group within a group before its members are read."""
     if isinstance(value, dict) and value.get("type") == "group":
-        raise invalid(nested("/type"))
+        raise invalid(nested_issue("/type"))
     return value
 
 

@@ -13,7 +13,7 @@ from service.schemas.fields import Omittable, RequestModel, conflict, optional
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import invalid
 from service.surface import Surface
-from service.surface.checks import checked_points
+from service.surface.checks import validate_points
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
 POINTS = NumberGrid(("points", "coordinates"))
@@ -77,7 +77,7 @@ class ProjectRequest(RequestModel):
         if isinstance(shape, BezierCurve | BsplineCurve):
             dimension = shape.lower().dimension
         check_dimension(self.points, dimension)
-        points = checked_points(self.points, "points", axes=2, dimensions=(dimension,))
+        points = validate_points(self.points, "points", axes=2, dimensions=(dimension,))
         return ProjectQuery(points, self.relative_tolerance)
 
 

@@ -1,4 +1,4 @@
-"""What a surface is: frozen values, checked at birth, and their lowering to Bézier patches."""
+"""Kinds of surface: frozen values, checked when created, and their lowering to Bézier patches."""
 
 from typing import TypeAlias
 

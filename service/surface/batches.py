@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
-from service.bases.homogeneous import homogeneous
+from service.bases.homogeneous import to_homogeneous
 from service.bases.triangle_polynomials import tensor_net
-from service.surface.sides import along_sides, side_of
+from service.surface.sides import along_sides, take_side
 
 SideNumbers: TypeAlias = tuple[int, int, int, int]
 ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
 
 
 FOLD = 16
-"""Patches whose control points are one row when least and greatest coordinates are looked for."""
+"""Patches whose control points form one row while the least and greatest coordinates are found."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Channel:
-    """A function of the parameters that is evaluated beside the points: polynomial Bézier nets.
+    """A polynomial function of the parameters that is evaluated beside the points.
 
     Attributes
     ----------
@@ -33,7 +33,8 @@ class Channel:
         "colors" (RGB or RGBA, sRGB, 0 … 1), "uvs" (texture coordinates), or an attribute's name.
     kind : "colors", "uvs" or "attribute"
     nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) beside triangles
-        One net a patch, of a degree of its own, over the patch's own parameters. Read-only.
+        One net for each patch, over the parameters of the patch; its degree need not be that of
+        the points. Read-only.
     """
 
     name: str
@@ -45,12 +46,12 @@ class Channel:
 
     @property
     def dimension(self) -> int:
-        """Numbers at each parameter, d."""
+        """Numbers in each value, d."""
         return int(self.nets.shape[-1])
 
 
 class _Box:
-    """Least and greatest coordinates, and what follows from these."""
+    """Least and greatest coordinates, with the middle, extent and diagonal."""
 
     __slots__ = ("diagonal", "extent", "high", "low", "middle")
 
@@ -64,7 +65,7 @@ class _Box:
 
 @dataclass(frozen=True, eq=False)
 class _Batch(ABC):
-    """What the two forms of patches have in common: both have four sides (`surface.sides`)."""
+    """The base of both forms of patches; each has four sides (`surface.sides`)."""
 
     points: FloatArray
     weights: FloatArray | None = None
@@ -84,7 +85,7 @@ class _Batch(ABC):
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
 
     def take(self, index: NDArray[np.intp]) -> Self:
-        """Some of the patches."""
+        """The batch of some of the patches, by number."""
         weights = None if self.weights is None else self.weights[index]
         channels = tuple(replace(c, nets=c.nets[index]) for c in self.channels)
         return replace(self, points=self.points[index], weights=weights, channels=channels)
@@ -92,16 +93,16 @@ class _Batch(ABC):
     @property
     @abstractmethod
     def collapsed(self) -> NDArray[np.bool_]:
-        """Which sides are one point, shape (P, 4); of a triangle the last one always is."""
+        """Which sides are one point, shape (P, 4); the last side of a triangle always is."""
 
     @cached_property
     def _box(self) -> "_Box":
-        """Their bounds."""
+        """The bounds of the control points."""
         rows = self.points.reshape(self.count, -1)
         low = high = rows[0]
         if self.count > 1:
-            # Reductions of long rows are ten times faster than those of rows of three numbers. The
-            # last rows come twice where the others do not take all.
+            # Reductions of long rows are ten times faster than those of rows of three numbers. If
+            # the count is not a multiple of FOLD, the last rows are taken twice.
             fold = FOLD if self.count >= 4 * FOLD else 1
             long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
             last = rows[-fold:].reshape(-1)
@@ -179,11 +180,11 @@ class TensorPatches(_Batch):
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
-        weights = None if self.weights is None else side_of(self.weights, number)
-        return side_of(self.points, number), weights
+        weights = None if self.weights is None else take_side(self.weights, number)
+        return take_side(self.points, number), weights
 
-    def tell_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
-        """Tells what `collapsed` is, where that is known already."""
+    def set_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
+        """Set `collapsed`, which the caller knows already."""
         self.__dict__["collapsed"] = collapsed
 
     @cached_property
@@ -192,7 +193,7 @@ class TensorPatches(_Batch):
         p, q = self.degree
         # Planes of coordinates (3, 2, 2, P): long rows are compared faster than rows of three.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
-        # A side of one point has two equal ends: few sides are worth a closer look.
+        # A side of one point has two equal ends; only such sides are compared in full.
         equal = np.empty(corners.shape, bool)
         np.equal(corners[:, :, 0], corners[:, :, 1], out=equal[:, 0])
         np.equal(corners[:, 0], corners[:, 1], out=equal[:, 1])
@@ -214,7 +215,7 @@ class TrianglePatches(_Batch):
 
         S_l(s, t) = Σ B_ijk^n(r, s, t) w_lijk P_lijk / Σ B_ijk^n(r, s, t) w_lijk,  r = 1 − s − t
 
-    Everywhere else a triangle is a patch of which the side v = 1 is one point: u = s and v = t.
+    Other modules treat a triangle as a patch whose side v = 1 is one point: u = s and v = t.
     Corner (0, 0) is P_n00, corner (1, 0) is P_0n0, corners (0, 1) and (1, 1) are P_00n; the sides
     are s = 0, r = 0, t = 0 and, of degree 0, that last point.
 
@@ -257,20 +258,19 @@ class TrianglePatches(_Batch):
             rows = triangle.side_rows(self.degree)[number]
         return self.points[:, rows], None if self.weights is None else self.weights[:, rows]
 
-    def tensor(self) -> TensorPatches:
-        """The same surfaces as tensor-product patches of degree (n, n), v = 1 being one point.
+    def to_tensor(self) -> TensorPatches:
+        """These surfaces as tensor-product patches of degree (n, n); the side v = 1 is one point.
 
-        With s = u (1 − v) and t = v: exact, but for rounding where rows are raised in degree.
-        Parameters of channels change in the same way.
+        s = u (1 − v) and t = v, also for channels. Exact up to the rounding of degree elevation.
         """
         n = self.degree
         channels = tuple(
             replace(channel, nets=tensor_net(channel.nets)) for channel in self.channels
         )
-        points, weights = tensor_net(homogeneous(self.points, self.weights)), None
+        points, weights = tensor_net(to_homogeneous(self.points, self.weights)), None
         if self.weights is not None:
             points, weights = points[..., :3] / points[..., 3:], points[..., 3]
-        # What is not raised stays what it is, bit for bit.
+        # The row that is not elevated keeps its bits.
         for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):
             ends = slice(None) if number == 2 else slice(None, None, n)
             side[:, ends] = self.side(number)[0][:, ends]
@@ -279,4 +279,4 @@ class TrianglePatches(_Batch):
 
 
 Patches: TypeAlias = TensorPatches | TrianglePatches
-"""Both forms of a batch."""
+"""A batch of patches of either form."""

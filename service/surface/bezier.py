@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.surface.batches import Channel, TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.checks import Up, check_grid, check_up, checked_points, checked_weights
+from service.surface.checks import Up, check_grid, check_up, validate_points, validate_weights
 from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
 
@@ -50,12 +50,12 @@ class BezierSurface(SurfaceKind):
     channels: Channels = NO_CHANNELS
 
     def __post_init__(self) -> None:
-        points = checked_points(self.control_net, "control_net", axes=3)
+        points = validate_points(self.control_net, "control_net", axes=3)
         rows, columns, _ = points.shape
         check_grid(rows, columns, "control_net")
         object.__setattr__(self, "control_net", points)
         if self.weights is not None:
-            object.__setattr__(self, "weights", checked_weights(self.weights, (rows, columns)))
+            object.__setattr__(self, "weights", validate_weights(self.weights, (rows, columns)))
         if self.channels is not NO_CHANNELS:
             self.channels.check_nets()
         check_up(self.up)
@@ -70,7 +70,7 @@ class BezierSurface(SurfaceKind):
         return tensor_size(1, self.degree, self.weights, self.channels, name=self.name)
 
     def lower(self) -> PatchModel:
-        """The surface as a batch of the one patch it is."""
+        """A batch of one patch."""
         weights = None if self.weights is None else self.weights[np.newaxis]
         channels: tuple[Channel, ...] = ()
         if self.channels is not NO_CHANNELS:

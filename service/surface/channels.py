@@ -1,11 +1,10 @@
-"""What a surface carries beside its points: colours, texture coordinates, named attributes.
+"""Channels of a surface: colours, texture coordinates and named attributes.
 
-Each is a polynomial function of the surface's parameters with a control net of its own,
+Each is a polynomial function of the surface's parameters with its own control net,
 
     C(u, v) = Σ_ij B_i^a(u) B_j^b(v) C_ij,
 
-of a degree of its own (0 is a constant). The weights of a rational surface are those of its points
-alone.
+and its own degree (0 is a constant). The weights of a rational surface apply to its points alone.
 """
 
 import re
@@ -25,10 +24,10 @@ from service.surface.lowered import PatchModel
 
 MAX_ATTRIBUTES = 16
 MAX_DIMENSION = 16
-"""Numbers of one attribute."""
+"""Most numbers in one value of an attribute."""
 
 MAX_NUMBERS = 1 << 23
-"""Numbers in the nets of one channel once the surface is lowered to patches (64 MiB)."""
+"""Most numbers in the nets of one channel after the surface is lowered to patches (64 MiB)."""
 
 MAX_ATTRIBUTE_NAME = 32
 ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}}", re.ASCII)
@@ -38,7 +37,7 @@ Attributes: TypeAlias = tuple[tuple[str, FloatArray], ...]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Channels:
-    """Control nets beside those of the points; what their first axes are is up to the surface.
+    """Control nets of the channels; the kind of surface decides what their first axes mean.
 
     Attributes
     ----------
@@ -47,8 +46,7 @@ class Channels:
     uvs : ndarray of float64, shape (…, 2), or None
         Texture coordinates.
     attributes : tuple of (name, ndarray of float64, shape (…, d))
-        Whatever else is a function of the parameters; names differ also in upper case. They are
-        kept in the order of their names.
+        Other functions of the parameters, sorted by name; names differ also in upper case.
 
     Raises
     ------
@@ -62,23 +60,23 @@ class Channels:
 
     def __post_init__(self) -> None:
         if self.colors is not None:
-            colors = _checked(self.colors, ("colors",), 3, 4, "three or four numbers [r, g, b, a]")
+            colors = _validate(self.colors, ("colors",), 3, 4, "three or four numbers [r, g, b, a]")
             _check_colors(colors)
             object.__setattr__(self, "colors", colors)
         if self.uvs is not None:
-            uvs = _checked(self.uvs, ("uvs",), 2, 2, "two numbers [u, v]")
+            uvs = _validate(self.uvs, ("uvs",), 2, 2, "two numbers [u, v]")
             object.__setattr__(self, "uvs", uvs)
         _check_names([name for name, _ in self.attributes])
         needed = f"1 to {MAX_DIMENSION} numbers"
         attributes = tuple(
-            (name, _checked(net, ("attributes", name), 1, MAX_DIMENSION, needed))
+            (name, _validate(net, ("attributes", name), 1, MAX_DIMENSION, needed))
             # The objects of JSON have no order.
             for name, net in sorted(self.attributes, key=itemgetter(0))
         )
         object.__setattr__(self, "attributes", attributes)
 
     def each(self) -> Iterator[tuple[str, ChannelKind, str, FloatArray]]:
-        """Name, kind, pointer and net of each channel there is."""
+        """Name, kind, pointer and net of each channel."""
         if self.colors is not None:
             yield "colors", "colors", "/colors", self.colors
         if self.uvs is not None:
@@ -87,7 +85,7 @@ class Channels:
             yield name, "attribute", pointer(("attributes", name)), net
 
     def check_nets(self) -> None:
-        """Refuses what is no grid of values, or of absurd degree."""
+        """Refuse nets that are no grids of values, or whose degree is too high."""
         for _, _, where, net in self.each():
             _check_grid(where, net)
             _check_degree(where, net)
@@ -95,9 +93,9 @@ class Channels:
     def check_spans(
         self, own: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
     ) -> None:
-        """The same for nets over all spans of a spline.
+        """Refuse nets that are no grids, whose degree is too high, or that are too large lowered.
 
-        A net of `own` rows and columns is a spline of this degree itself, and may be larger.
+        A net of `own` rows and columns is a spline of this degree, and may be larger.
         """
         patches = spans[0] * spans[1]
         for _, _, where, net in self.each():
@@ -107,12 +105,12 @@ class Channels:
                 _check_numbers(where, patches * size)
                 continue
             _check_degree(where, net)
-            # Nets of all patches, and what leads to them.
+            # The nets of all patches, and those after lowering along u.
             operators = (n * rows**2 for n, rows in zip(spans, net.shape[:2], strict=True))
             _check_numbers(where, max(patches * net.size, *operators))
 
     def check_triangles(self) -> None:
-        """Refuses what are no rows over a triangle, or of absurd degree."""
+        """Refuse nets that are no rows of a triangle, or whose degree is too high."""
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one run of the values of all rows"))
@@ -130,7 +128,7 @@ class Channels:
                 )
 
     def check_per_vertex(self, vertices: int, indices: int) -> None:
-        """Refuses what has not one value for each vertex; the patches index so many in all."""
+        """Refuse nets without exactly one value for each vertex; `indices` counts all patches'."""
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one value a vertex"))
@@ -147,11 +145,11 @@ class Channels:
             _check_numbers(where, indices * net.shape[-1])
 
     def lower(self, nets: Callable[[FloatArray], FloatArray]) -> tuple[Channel, ...]:
-        """The channels of a batch; `nets` makes (P, a+1, b+1, d) of a net of the surface."""
+        """The channels of a batch; `nets` returns (P, a+1, b+1, d) for a net of the surface."""
         return tuple(Channel(name, kind, nets(net)) for name, kind, _, net in self.each())
 
 
-def only_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchModel:
+def keep_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchModel:
     """The model without its channels of other kinds."""
     if all(channel.kind in kinds for batch in model.batches for channel in batch.channels):
         return model
@@ -162,7 +160,7 @@ def only_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchMode
     return replace(model, batches=batches)
 
 
-def _checked(
+def _validate(
     values: FloatArray, path: tuple[str, ...], least: int, most: int, needed: str
 ) -> FloatArray:
     """Values as a read-only array, each of `least` to `most` numbers, finite, within float32."""
@@ -187,7 +185,7 @@ def _checked(
 
 
 def _check_colors(colors: FloatArray) -> None:
-    """Refuses colours beyond black and white, and 255 for white."""
+    """Refuse numbers of colours outside [0, 1], such as 255 for white."""
     outside = (colors < 0) | (colors > 1)
     if outside.any():
         places = np.argwhere(outside)[:MAX_ISSUES]
@@ -206,7 +204,7 @@ def _check_colors(colors: FloatArray) -> None:
 
 
 def _check_names(names: list[str]) -> None:
-    """Refuses names that some format could not tell apart."""
+    """Refuse names that some format could not distinguish."""
     if len(names) > MAX_ATTRIBUTES:
         raise InvalidRequest(
             Issue(
@@ -224,26 +222,26 @@ def _check_names(names: list[str]) -> None:
                 Issue(
                     "wrong_value",
                     "The name of an attribute becomes a word in files.",
-                    pointer(("attributes", shortened_name(name))),
+                    pointer(("attributes", shorten_name(name))),
                     "another name",
                     f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all",
                 )
             )
         if name.upper() in owner:
-            raise InvalidRequest(_clash(name, "a name that differs from another in case only"))
+            raise InvalidRequest(_name_clash(name, "a name that differs from another in case only"))
         owner[name.upper()] = name
     for name in names:
         base = re.sub(r"_[0-9]+\Z", "", name)
         if base != name and base.upper() in owner:
-            raise InvalidRequest(_clash(name, "the name of another attribute and a number"))
+            raise InvalidRequest(_name_clash(name, "the name of another attribute and a number"))
 
 
-def shortened_name(name: str) -> str:
-    """A name as a pointer may repeat it."""
+def shorten_name(name: str) -> str:
+    """A name, shortened for a pointer of an issue."""
     return name if len(name) <= MAX_ATTRIBUTE_NAME else name[:MAX_ATTRIBUTE_NAME] + "…"
 
 
-def _clash(name: str, got: str) -> Issue:
+def _name_clash(name: str, got: str) -> Issue:
     return Issue(
         "name_clash",
         "glTF writes the names of attributes in upper case, and numbers the pieces of long ones.",
@@ -287,7 +285,7 @@ def _check_numbers(where: str, count: int) -> None:
 def _wrong_axes(where: str, net: FloatArray, needed: str) -> Issue:
     return Issue(
         "channel_shape",
-        "The net of a channel has the form that this kind of surface asks for.",
+        "The net of a channel must have the axes that this kind of surface needs.",
         where,
         f"lists {net.ndim} deep",
         needed,

@@ -1,7 +1,7 @@
-"""Checks at birth that every kind of surface shares: values of points and weights.
+"""Checks that every kind of surface makes when it is created: values of points and weights.
 
-Shapes of nested lists are the business of `service.schemas`; here the arrays are rectangular
-already, and what is checked is what no later line wants to doubt again.
+`service.schemas` has checked the shapes of nested lists: the arrays here are rectangular. Later
+code relies on these checks and does not repeat them.
 """
 
 from collections.abc import Callable
@@ -21,22 +21,22 @@ Up: TypeAlias = Literal["y", "z"]
 _UPS = get_args(Up)
 
 MAX_DEGREE = 64
-"""Above this a Bézier patch is of no use: control points hardly pull on the surface any more,
-and the shape wanted is a B-spline of low degree."""
+"""Highest degree. Above it control points hardly move a Bézier patch; a B-spline of low degree
+serves better."""
 
 MAX_COORDINATE = float(np.finfo(np.float32).max)
 """Largest coordinate that glTF, STL and PLY can store."""
 
 MAX_WEIGHT_RATIO = 1e8
-"""Largest quotient of two weights of one surface. Float64 then still keeps half of its digits
-for the lightest control points, and with them for normals near these."""
+"""Largest quotient of two weights of one surface. Float64 then keeps half of its digits for the
+lightest control points, and for normals near them."""
 
 USUAL_EXPONENT = 64
-"""Powers and quotients of weights stay within float64 where the largest is between 2 to minus this
-and 2 to this. Others are scaled: only their quotients count."""
+"""Weights are scaled if the largest is not between 2 to the power of minus this and of this, so
+that their powers and quotients stay in the range of float64. Only their quotients matter."""
 
 
-def checked_points(
+def validate_points(
     values: ArrayLike, name: str, axes: int, dimensions: tuple[int, ...] = (3,)
 ) -> FloatArray:
     """`values` as a read-only array of points, every coordinate finite and within float32.
@@ -60,7 +60,7 @@ def checked_points(
     InvalidRequest
         `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
     """
-    # -0 and 0 are one number: equal surfaces shall have equal bytes.
+    # −0 becomes 0, so that equal surfaces have equal bytes.
     points = np.add(np.asarray(values, np.float64), 0.0, order="C")
     if points.ndim != axes or points.shape[-1] not in dimensions:
         exactly = "exactly three" if dimensions == (3,) else "two or three"
@@ -74,7 +74,7 @@ def checked_points(
                 + (", or two" if 2 in dimensions else ""),
             )
         )
-    # One reduction decides the usual case: NaN fails the comparison as well.
+    # One reduction suffices for valid points; NaN fails the comparison as well.
     if not np.maximum.reduce(np.abs(points), axis=None, initial=0.0) <= MAX_COORDINATE:
         _refuse(points, name, ~np.isfinite(points), _not_finite)
         _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
@@ -82,13 +82,13 @@ def checked_points(
     return points
 
 
-def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """`values` as a read-only array of weights of the given shape, finite and positive.
 
     Returns
     -------
-    ndarray of float64, a copy; times a power of two, which is exact, where their size would leave
-    double precision
+    ndarray of float64, a copy; multiplied by a power of two, which is exact, if powers of the
+    weights would leave the range of float64
 
     Raises
     ------
@@ -113,7 +113,7 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         raise InvalidRequest(
             Issue(
                 "weight_ratio",
-                "The weights differ so much that the lighter control points would be lost.",
+                "The weights differ too much: the lighter points would have no effect.",
                 "/weights",
                 f"a largest weight {high / low:.3g} times the smallest",
                 f"at most {MAX_WEIGHT_RATIO:.0e} times",
@@ -127,17 +127,17 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 
 def check_finite(values: FloatArray, where: str) -> None:
-    """Refuses NaN and infinities; `where` points to the array."""
+    """Refuse NaN and infinities; `where` points to the array."""
     _refuse(values, where[1:], ~np.isfinite(values), _not_finite)
 
 
 def check_stored(values: FloatArray, where: str) -> None:
-    """Refuses what single precision cannot store; `where` points to the array."""
+    """Refuse numbers that single precision cannot store; `where` points to the array."""
     _refuse(values, where[1:], np.abs(values) > MAX_COORDINATE, _too_large)
 
 
 def check_grid(rows: int, columns: int, name: str) -> None:
-    """Refuses a grid of control points that is too small to be a surface or of absurd degree."""
+    """Refuse a grid of control points that is too small, or whose degree is too high."""
     if rows < 2 or columns < 2:
         raise InvalidRequest(
             Issue(
@@ -162,7 +162,7 @@ def check_grid(rows: int, columns: int, name: str) -> None:
 
 
 def check_triangle(count: int, name: str) -> int:
-    """The degree of a triangle of so many control points; refuses what is none, or absurd."""
+    """The degree of a triangle of `count` control points; refuses other counts and high degrees."""
     degree = triangle.degree_or_none(count)
     if degree is None or degree < 1:
         raise InvalidRequest(
@@ -190,7 +190,7 @@ def check_triangle(count: int, name: str) -> int:
 
 
 def check_up(up: str) -> None:
-    """Refuses what names no axis that we can turn upright."""
+    """Refuse a vertical axis other than "y" and "z"."""
     if up not in _UPS:
         raise InvalidRequest(
             Issue("wrong_value", "`up` is the vertical axis.", "/up", "another text", '"y" or "z"')
@@ -203,7 +203,7 @@ def _refuse(
     wrong: NDArray[np.bool_],
     describe: Callable[[str, float], Issue],
 ) -> None:
-    """Raises one issue for each of the first `MAX_ISSUES` places where `wrong` holds."""
+    """Raise one issue for each of the first `MAX_ISSUES` positions where `wrong` holds."""
     places = np.argwhere(wrong)[:MAX_ISSUES]
     if len(places):
         raise InvalidRequest(

@@ -1,4 +1,4 @@
-"""Surfaces that carry something: one coloured by its height, one with a temperature.
+"""Example surfaces with channels: one coloured by its height, one with a temperature.
 
 Colours that are an affine function of the control points are the same function of every point of
 the surface, since the basis adds up to one: the ramp below is exact, not sampled.
@@ -16,16 +16,16 @@ COLD, HOT = (0.08, 0.25, 0.55), (1.0, 0.82, 0.35)
 """Ends of a ramp from blue to yellow, sRGB."""
 
 
-def ramp(values: FloatArray) -> FloatArray:
+def color_ramp(values: FloatArray) -> FloatArray:
     """Colours (…, 3) of values (…): the least is cold, the greatest hot, and linear between."""
     share = ((values - values.min()) / np.ptp(values))[..., np.newaxis]
     colors: FloatArray = (1.0 - share) * COLD + share * HOT
     return colors
 
 
-def colored_by_height(surface: BezierSurface, name: str) -> BezierSurface:
+def color_by_height(surface: BezierSurface, name: str) -> BezierSurface:
     """The surface with the colour of every control point's z: a net in the surface's degree."""
-    colors = ramp(surface.control_net[..., 2])
+    colors = color_ramp(surface.control_net[..., 2])
     return replace(surface, name=name, channels=Channels(colors))
 
 
@@ -40,7 +40,9 @@ def heated_panel() -> BezierSurface:
     temperature = np.full((5, 4), 20.0)
     temperature[1:4, 1:3] = [[60.0, 40.0], [140.0, 70.0], [50.0, 30.0]]
     uvs = np.array([[[0.0, 0.0], [0.0, 3.0]], [[4.0, 0.0], [4.0, 3.0]]])
-    channels = Channels(ramp(temperature), uvs, (("temperature", temperature[..., np.newaxis]),))
+    channels = Channels(
+        color_ramp(temperature), uvs, (("temperature", temperature[..., np.newaxis]),)
+    )
     return BezierSurface(
         np.stack([x, y, z], axis=-1), up="z", name="heated-panel", channels=channels
     )

@@ -7,16 +7,16 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
-from service.bases.extraction import bezier_points
+from service.bases.extraction import extract_bezier_points
 from service.errors import InvalidRequest, Issue
-from service.surface.checks import MAX_DEGREE, Up, check_up, checked_points, checked_weights
+from service.surface.checks import MAX_DEGREE, Up, check_up, validate_points, validate_weights
 from service.surface.curve_pieces import CurvePieces
 from service.surface.knots import (
     Knots,
     check_bezier_points,
     check_degree,
-    checked_knots,
     knot_vector,
+    validate_knots,
 )
 
 
@@ -52,11 +52,11 @@ class BezierCurve:
     _pieces: CurvePieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        points = checked_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
+        points = validate_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
         _check_count(len(points))
         object.__setattr__(self, "control_points", points)
         if self.weights is not None:
-            object.__setattr__(self, "weights", checked_weights(self.weights, (len(points),)))
+            object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         check_up(self.up)
         weights = None if self.weights is None else self.weights[np.newaxis]
         breaks = np.array([0.0, 1.0])
@@ -113,53 +113,53 @@ class BsplineCurve:
     _pieces: CurvePieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        points = checked_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
+        points = validate_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
         object.__setattr__(self, "control_points", points)
         check_degree(self.degree, "/degree")
-        knots = checked_knots(self.knots, len(points), self.degree, "/knots", "/control_points")
+        knots = validate_knots(self.knots, len(points), self.degree, "/knots", "/control_points")
         object.__setattr__(self, "knots", knots)
         _check_whole(self.knot_vector, self.degree)
         check_bezier_points((self.knot_vector,), (self.degree,), "/control_points")
         if self.weights is not None:
-            object.__setattr__(self, "weights", checked_weights(self.weights, (len(points),)))
+            object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         check_up(self.up)
-        object.__setattr__(self, "_pieces", self._lowered())  # refuses what is one point
+        object.__setattr__(self, "_pieces", self._lower())  # refuses what is one point
 
     @property
     def periodic(self) -> bool:
-        """Whether the first control points follow the last ones."""
+        """Whether the curve closes periodically."""
         return isinstance(self.knots, str) and self.knots == "periodic"
 
     @property
     def knot_vector(self) -> FloatArray:
-        """The knots as numbers; of a periodic curve those of the wrapped control points."""
+        """The knots as numbers; those of a periodic curve fit the wrapped control points."""
         return knot_vector(self.knots, len(self.control_points), self.degree)
 
     def lower(self) -> CurvePieces:
-        """The curve as one Bézier piece a span."""
+        """One Bézier piece for each span."""
         return self._pieces
 
-    def _lowered(self) -> CurvePieces:
+    def _lower(self) -> CurvePieces:
         points = polygon = self.control_points
         weights = self.weights
         if weights is not None and weights.min() == weights.max():
             weights = None  # equal weights cancel
         if self.periodic:
-            points = knot.wrapped(points, self.degree)
-            weights = None if weights is None else knot.wrapped(weights, self.degree)
-            polygon = knot.wrapped(polygon, 1)
+            points = knot.wrap_points(points, self.degree)
+            weights = None if weights is None else knot.wrap_points(weights, self.degree)
+            polygon = knot.wrap_points(polygon, 1)
         knots = self.knot_vector
-        pieces, loads = bezier_points(points, knots, self.degree, weights)
+        pieces, loads = extract_bezier_points(points, knots, self.degree, weights)
         breaks = knot.breaks(knots, self.degree)
         return CurvePieces(pieces, loads, breaks, polygon, self.name, self.up)
 
 
 Curve: TypeAlias = BezierCurve | BsplineCurve
-"""Every kind of curve there is."""
+"""A curve of any kind."""
 
 
 def _check_count(count: int) -> None:
-    """Refuses too few points for a curve, and so many that no point shapes it any more."""
+    """Refuse too few control points for a curve, and too high a degree."""
     if count < 2:
         raise InvalidRequest(
             Issue(
@@ -184,7 +184,7 @@ def _check_count(count: int) -> None:
 
 
 def _check_whole(knots: FloatArray, degree: int) -> None:
-    """Refuses knots at which a curve would part in two."""
+    """Refuse knots at which the curve would be discontinuous."""
     low, high = knot.domain(knots, degree)
     distinct, counts = knot.multiplicities(knots)
     parted = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
@@ -193,8 +193,8 @@ def _check_whole(knots: FloatArray, degree: int) -> None:
         raise InvalidRequest(
             Issue(
                 "knot_multiplicity",
-                "At degree + 1 equal knots inside its domain the curve would part in two; make "
-                "them two curves.",
+                "At degree + 1 equal knots inside its domain the curve would be discontinuous; "
+                "make two curves.",
                 f"/knots/{where + degree}",
                 f"{degree + 1} equal knots",
                 f"at most {degree} inside the domain",

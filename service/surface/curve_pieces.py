@@ -1,4 +1,4 @@
-"""The waist of the curves: every kind of curve lowers to Bézier pieces, one after another."""
+"""Curves as sequences of Bézier pieces: every kind of curve lowers to these."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,8 +25,7 @@ class CurvePieces:
     breaks : ndarray of float64, shape (S+1,)
         Strictly increasing; piece k covers the parameters [u_k, u_{k+1}].
     polygon : ndarray of float64, shape (K, d)
-        The control polygon as it was given, for drawing; the first point once more where it is
-        understood to close.
+        The control polygon of the request, for drawing; a periodic one repeats its first point.
     name : str
     up : "y" or "z"
 
@@ -54,7 +53,7 @@ class CurvePieces:
                     "All control points are one point: such a curve has neither length nor "
                     "direction.",
                     "/control_points",
-                    "one point again and again",
+                    "equal points only",
                     "at least two different points",
                 )
             )
@@ -76,7 +75,7 @@ class CurvePieces:
 
     @cached_property
     def closed(self) -> bool:
-        """Whether the curve ends in the very point in which it begins."""
+        """Whether the last point of the curve equals the first."""
         return bool((self.points[0, 0] == self.points[-1, -1]).all())
 
     @cached_property
@@ -92,12 +91,12 @@ class CurvePieces:
         return low + (high - low) / 2
 
     @cached_property
-    def solid(self) -> FloatArray:
+    def space_points(self) -> FloatArray:
         """The points with three coordinates, z = 0 where there are two: (S, n+1, 3)."""
-        return raised(self.points)
+        return to_space(self.points)
 
 
-def raised(points: FloatArray) -> FloatArray:
+def to_space(points: FloatArray) -> FloatArray:
     """Points (…, 2) or (…, 3) with three coordinates, z = 0 where there are two."""
     if points.shape[-1] == 3:
         return points

@@ -1,4 +1,4 @@
-"""The built-in surfaces, at ids that a person can read and type."""
+"""The built-in example surfaces, with readable ids."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -24,14 +24,14 @@ from service.surface import (
 )
 from service.surface.bezier import BezierSurface
 from service.surface.checks import Up
-from service.surface.colored import colored_by_height, heated_panel
+from service.surface.colored import color_by_height, heated_panel
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A surface that answers without having been posted. `build` makes it; ask for `surface()`."""
+    """A built-in surface. `surface()` builds it once, by `build`."""
 
     id: str
     title: str
@@ -40,7 +40,7 @@ class Example:
 
     def surface(self) -> Surface:
         """The surface itself, built once."""
-        return _built(self.id)
+        return _build(self.id)
 
 
 def find(surface_id: str) -> Example:
@@ -65,7 +65,7 @@ def find(surface_id: str) -> Example:
 
 
 @cache
-def _built(surface_id: str) -> Surface:
+def _build(surface_id: str) -> Surface:
     return EXAMPLES[surface_id].build()
 
 
@@ -99,7 +99,7 @@ def _monkey_saddle() -> TriangleSurface:
     """Control points of the blossom Re(a b c) over the cube roots of unity a, b, c."""
     half = sqrt(3) / 2
     corners = np.array([1, complex(-0.5, half), complex(-0.5, -half)])
-    # Which root each of the three arguments is, control point by control point.
+    # For each control point, the numbers of the three roots that are its arguments.
     rows = ["000 001 011 111", "002 012 112", "022 122", "222"]
     roots = np.array([[corners[int(c)] for c in word] for row in rows for word in row.split()])
     middles, products = roots.mean(axis=1), roots.prod(axis=1)
@@ -137,7 +137,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Random surface, coloured by its height",
                 "The same surface with `colors`: a net in the surface's own degree, from blue in "
                 "the valleys to yellow on the hills.",
-                lambda: colored_by_height(_net("bourke-1111", "z"), "bourke-1111-colors"),
+                lambda: color_by_height(_net("bourke-1111", "z"), "bourke-1111-colors"),
             ),
             Example(
                 "tveit",
@@ -227,7 +227,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Tea service",
                 "A group: the teapot, four cups and saucers around it and a tray, each placed and "
                 "coloured; the cups are one surface, two of them mirrored.",
-                lambda: tea.service(_teapot("utah-teapot", 1.0)),
+                lambda: tea.tea_service(_teapot("utah-teapot", 1.0)),
             ),
             Example(
                 "bspline-hills",
@@ -245,7 +245,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "bspline-ring",
                 "Ring",
-                "A bicubic B-spline, periodic both ways: it closes as smoothly as it is.",
+                "A bicubic B-spline, periodic both ways: it closes with continuous curvature.",
                 spline_shapes.ring,
             ),
             Example(

@@ -1,7 +1,7 @@
-"""Grids of vertex indices, one a patch: of one degree in one array, of several degrees in several.
+"""Grids of vertex indices, one for each patch.
 
-A list of patches is an array (P, p+1, q+1) where all have one degree (p, q), else a tuple of arrays
-(p+1, q+1), one a patch. What is computed is computed degree by degree (`by_degree`).
+A list of patches is an array (P, p+1, q+1) if all have one degree (p, q), else a tuple of arrays
+(p+1, q+1), one for each patch. Computations go degree by degree (`group_by_degree`).
 """
 
 from collections.abc import Callable, Sequence
@@ -20,8 +20,8 @@ Grids: TypeAlias = IndexGrid | tuple[IndexGrid, ...]
 NO_GRIDS: IndexGrid = np.empty((0, 2, 2), dtype=np.int64)
 
 
-def checked_grids(values: IndexGrid | Sequence[IndexGrid]) -> Grids:
-    """The list of patches as it is kept: read-only copies, in one array if the degrees are equal.
+def validate_grids(values: IndexGrid | Sequence[IndexGrid]) -> Grids:
+    """The list of patches as read-only copies, in one array if all degrees are equal.
 
     Raises
     ------
@@ -29,16 +29,16 @@ def checked_grids(values: IndexGrid | Sequence[IndexGrid]) -> Grids:
         `too_few_points` or `degree_too_high`.
     """
     if isinstance(values, np.ndarray):
-        return _checked(values, "patches", 3)
+        return _validate(values, "patches", 3)
     if not values:
         return NO_GRIDS
-    grids = [_checked(grid, f"patches/{k}", 2) for k, grid in enumerate(values)]
+    grids = [_validate(grid, f"patches/{k}", 2) for k, grid in enumerate(values)]
     if len({grid.shape for grid in grids}) > 1:
         return tuple(grids)
-    return _checked(np.stack(grids), "patches", 3)
+    return _validate(np.stack(grids), "patches", 3)
 
 
-def by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
+def group_by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
     """For each degree, in the order of the first patch that has it: patch numbers (K,) and grids.
 
     The grids of K patches of degree (p, q) are an array (K, p+1, q+1).
@@ -53,20 +53,20 @@ def by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
     )
 
 
-def changed_grids(grids: Grids, change: Callable[[IndexGrid], IndexGrid]) -> Grids:
-    """The list with `change`, which takes and answers arrays (K, rows, columns), done to each."""
+def map_grids(grids: Grids, change: Callable[[IndexGrid], IndexGrid]) -> Grids:
+    """The list after `change`, a function of arrays (K, rows, columns), of each degree."""
     if isinstance(grids, np.ndarray):
         return change(grids)
     return tuple(change(grid[np.newaxis])[0] for grid in grids)
 
 
 def check_indices(grids: Grids, count: int, name: str) -> None:
-    """Refuses indices that name none of `count` vertices; -1 is an error, not the last vertex."""
+    """Refuse indices outside 0 … count − 1; −1 is an error, not the last vertex."""
     if not isinstance(grids, np.ndarray):
         for number, grid in enumerate(grids):
             check_indices(grid, count, f"{name}/{number}")
         return
-    # As numbers without a sign those below zero are the largest.
+    # Viewed as unsigned integers, negative indices are the largest.
     if not grids.size or np.maximum.reduce(grids.view(np.uint64), axis=None) < count:
         return
     places = np.argwhere((grids < 0) | (grids >= count))[:MAX_ISSUES]
@@ -84,8 +84,8 @@ def check_indices(grids: Grids, count: int, name: str) -> None:
     )
 
 
-def _checked(values: IndexGrid, name: str, axes: int) -> IndexGrid:
-    """One array of indices with so many axes, the last two rows and columns of a grid."""
+def _validate(values: IndexGrid, name: str, axes: int) -> IndexGrid:
+    """One array of indices with `axes` axes, the last two being rows and columns of a grid."""
     grids = np.array(values, dtype=np.int64, order="C")
     if grids.ndim != axes:
         raise InvalidRequest(

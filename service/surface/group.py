@@ -1,4 +1,4 @@
-"""A group: surfaces with names, colours and places of their own, equal ones lowered once."""
+"""A group: surfaces with names, colours and placements; equal surfaces are lowered once."""
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -15,7 +15,7 @@ from service.surface.checks import MAX_COORDINATE, Up, check_up
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
-from service.surface.placement import checked_matrix, placed_bounds, upright
+from service.surface.placement import place_bounds, turn_upright, validate_matrix
 from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
 from service.surface.sweep_model import SweepModel
 from service.surface.triangle import TriangleSurface
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from service.surface import Surface
 
 MAX_MEMBERS = 4096
-"""Surfaces that differ take half a millisecond each, tubes two, however small they are."""
+"""Most members. Each distinct surface takes at least 0.5 ms, a tube 2 ms, even if small."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Member:
     """One surface of a group.
 
-    What says nothing is kept as None: the surface's own name, an identity, an opacity of 1.
+    Values without effect become None: the surface's own name, an identity, an opacity of 1.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Member:
     color : tuple of three or four floats, or None
         Base colour: red, green, blue and, if it is not opaque, a fourth, opacity; sRGB, 0 … 1.
     matrix : ndarray of float64, shape (4, 4), or None
-        Where it stands in the group: affine, acts on columns. None: where its points are.
+        Placement in the group: affine, acts on columns. None leaves the points where they are.
 
     Raises
     ------
@@ -57,14 +57,14 @@ class Member:
 
     def __post_init__(self) -> None:
         if isinstance(self.surface, GroupSurface):
-            raise InvalidRequest(nested("/surface/type"))
+            raise InvalidRequest(nested_issue("/surface/type"))
         if self.name == self.surface.name:
             object.__setattr__(self, "name", None)
         if self.color is not None:
-            object.__setattr__(self, "color", _checked_color(self.color))
+            object.__setattr__(self, "color", _validate_color(self.color))
         if self.matrix is not None:
             try:
-                matrix = checked_matrix(self.matrix)
+                matrix = validate_matrix(self.matrix)
             except InvalidRequest as error:
                 raise error.within("/matrix") from None
             identity = np.array_equal(matrix, np.eye(4))
@@ -73,11 +73,11 @@ class Member:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GroupSurface(SurfaceKind):
-    """Surfaces side by side in one model.
+    """Several surfaces in one model.
 
     A member whose vertical axis is not the group's is turned upright, by a quarter turn about x,
-    before it is placed. Surfaces that differ in nothing but their name and their `up` are one
-    model: it is computed once, and stored once where the format allows it.
+    before it is placed. Surfaces that differ only in name and `up` share one model: it is computed
+    once, and written once if the format allows it.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class GroupSurface(SurfaceKind):
             raise InvalidRequest(
                 Issue(
                     "wrong_length",
-                    "A group has members, and not more than can be told apart.",
+                    f"A group has 1 to {MAX_MEMBERS} members.",
                     "/members",
                     f"{len(self.members)} members",
                     f"1 to {MAX_MEMBERS}",
@@ -114,7 +114,7 @@ class GroupSurface(SurfaceKind):
             )
         for index, member in enumerate(self.members):
             _check_place(member, self.up, index)
-        surfaces, numbers = unique_values(self.members)
+        surfaces, numbers = distinct_surfaces(self.members)
         object.__setattr__(self, "_different", (surfaces, numbers))
         sizes = group_sizes(
             [surface.size() for surface in surfaces],
@@ -126,36 +126,36 @@ class GroupSurface(SurfaceKind):
         object.__setattr__(self, "_sizes", sizes)
 
     def size(self) -> SurfaceSize:
-        """All members, each copy by itself."""
+        """The size of all members; every copy counts."""
         return self._sizes[0]
 
     def stored_size(self) -> SurfaceSize:
-        """All members, equal ones once."""
+        """The size of the distinct members."""
         return self._sizes[1]
 
     def lower(self) -> GroupModel:
-        """The different surfaces, each lowered once, and where their copies stand."""
+        """The distinct surfaces, each lowered once, and the placements of their copies."""
         surfaces, numbers = self._different
         models: list[PatchModel | SweepModel] = []
         for surface in surfaces:
             model = surface.lower()
             if isinstance(model, GroupModel):
-                raise InvalidRequest(nested(""))  # refused when the member was born
+                raise InvalidRequest(nested_issue(""))  # refused when the member was born
             models.append(model)
         placed = tuple(
             PlacedModel(
                 member.name or member.surface.name,
                 number,
                 _with_opacity(member.color),
-                upright(member.matrix, member.surface.up, self.up),
+                turn_upright(member.matrix, member.surface.up, self.up),
             )
             for member, number in zip(self.members, numbers, strict=True)
         )
         return GroupModel(self.name, tuple(models), placed, self.up)
 
 
-def nested(where: str) -> Issue:
-    """The issue of a group that is a member of a group."""
+def nested_issue(where: str) -> Issue:
+    """The issue for a group that is a member of a group."""
     return Issue(
         "nested_group",
         "A group holds surfaces, not groups.",
@@ -166,9 +166,9 @@ def nested(where: str) -> Issue:
 
 
 def content_key(value: Any) -> Hashable:
-    """What is equal for equal values and nothing else: of types, numbers and shapes of arrays."""
+    """A key that is equal for equal values only: of types, numbers, and shapes of arrays."""
     if isinstance(value, np.ndarray):
-        # −0 and 0 are one number.
+        # −0 becomes 0.
         content = np.ascontiguousarray(value + 0)
         return value.shape, value.dtype.str, sha256(content.data).digest()
     if is_dataclass(value):
@@ -181,8 +181,8 @@ def content_key(value: Any) -> Hashable:
     return value  # type: ignore[no-any-return]
 
 
-def unique_values(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
-    """The surfaces that are different models, and the number among them of each member's."""
+def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
+    """The distinct surfaces, and the number of each member's surface among them."""
     found: dict[Hashable, int] = {}
     surfaces: list[Surface] = []
     numbers = []
@@ -196,9 +196,9 @@ def unique_values(members: tuple[Member, ...]) -> tuple[list["Surface"], list[in
 
 
 def _check_place(member: Member, up: Up, index: int) -> None:
-    """Refuses a member whose control points would stand beyond float32."""
-    matrix = upright(member.matrix, member.surface.up, up)
-    low, high = placed_bounds(_bounds(member.surface), matrix)
+    """Refuse a member whose placed control points would exceed float32."""
+    matrix = turn_upright(member.matrix, member.surface.up, up)
+    low, high = place_bounds(_bounds(member.surface), matrix)
     furthest = float(max(-low.min(), high.max()))
     if furthest > MAX_COORDINATE:
         raise InvalidRequest(
@@ -213,7 +213,7 @@ def _check_place(member: Member, up: Up, index: int) -> None:
 
 
 def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates that a surface stays within; it need not be lowered."""
+    """Least and greatest coordinates that enclose a surface, found without lowering it."""
     if isinstance(surface, MultipatchSurface):
         lows, highs = zip(*map(_bounds, surface.surfaces), strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)
@@ -224,7 +224,7 @@ def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
     else:
         model = surface.lower()
         if isinstance(model, GroupModel):
-            raise InvalidRequest(nested(""))  # refused when the member was born
+            raise InvalidRequest(nested_issue(""))  # refused when the member was born
         return model.bounds
     return points.min(axis=0), points.max(axis=0)
 
@@ -237,12 +237,12 @@ def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
 
 
 def _content_of(surface: "Surface") -> tuple[Hashable, ...]:
-    """What makes a surface another one: all but its name and its vertical axis."""
+    """The fields by which surfaces differ: all except name and vertical axis."""
     names = (f.name for f in fields(surface) if f.name not in ("name", "up"))
     return tuple(content_key(getattr(surface, name)) for name in names)
 
 
-def _checked_color(color: tuple[float, ...]) -> tuple[float, ...]:
+def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:
     """The colour, without an opacity of 1."""
     if len(color) not in (3, 4):
         raise InvalidRequest(

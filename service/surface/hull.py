@@ -1,7 +1,7 @@
-"""A ship to look at: a hull of several B-splines that meet in edges, port the mirror of starboard.
+"""An example: the hull of a ship, of several B-splines that meet in edges; port mirrors starboard.
 
 Control points run from the transom to the stem and from the keel to the rail. Deck, keel and
-transom take the border points of the sides as they are.
+transom have the border points of the sides.
 """
 
 from math import cos, pi, sin
@@ -17,10 +17,10 @@ LENGTH, BREADTH, DRAUGHT, KEEL = 30.0, 7.6, 2.6, 0.3
 """Metres; of the flat keel, half its breadth."""
 
 ARCH = 0.16
-"""Height of the middle control points of the deck, in parts of its half breadth."""
+"""Height of the middle control points of the deck, as a fraction of its half breadth."""
 
 STATIONS = 15
-"""Rows of control points from the transom to the stem; the middle one parts aft from fore."""
+"""Rows of control points from the transom to the stem; the middle one separates aft from fore."""
 
 NAVY, OAK, WHITE = (0.1, 0.17, 0.3), (0.72, 0.55, 0.35), (0.9, 0.9, 0.88)
 
@@ -56,12 +56,12 @@ def _spline(
 def _side() -> FloatArray:
     """Control points (stations, 7, 3) of the starboard side."""
     net = [[_point(i / (STATIONS - 1), j / 6) for j in range(7)] for i in range(STATIONS)]
-    # Rounded, since powers differ in their last digits from one machine to another.
+    # Rounded: the last digits of powers depend on the machine.
     return np.round(np.array(net), 3) + 0.0
 
 
 def _point(along: float, up: float) -> tuple[float, float, float]:
-    """A control point at parts of the length, from the transom, and of the girth, from the keel."""
+    """A control point at fractions of the length from the transom and the girth from the keel."""
     fore, aft = max((along - 0.4) / 0.6, 0.0), max((0.4 - along) / 0.4, 0.0)
     half = BREADTH / 2 * (1 - fore**2.6) * (1 - 0.18 * aft**2)
     keel = -DRAUGHT * (1 - 0.75 * aft**1.8)

@@ -1,4 +1,4 @@
-"""Degrees and knot vectors as they are given: names or numbers, checked at birth."""
+"""Degrees and knot vectors of a request, names or numbers: checks and the knots to compute with."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -19,24 +19,24 @@ Knots: TypeAlias = KnotName | FloatArray
 """A knot vector, or the name of one."""
 
 NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
-    {"uniform": knot.uniform, "clamped": knot.clamped, "periodic": knot.periodic}
+    {"uniform": knot.uniform_knots, "clamped": knot.clamped_knots, "periodic": knot.periodic_knots}
 )
-"""What makes each named vector, from the number of control points and the degree."""
+"""The function for each named vector, of the number of control points and the degree."""
 
 MIN_PERIODIC = 3
-"""Fewer control points make no loop."""
+"""Fewest control points of a periodic spline: fewer make no loop."""
 
 MIN_SPAN, ROUNDED = 2.0**-40, 2.0**-49
 """Least length of a span, in units of the domain's length and of its largest knot: knots that are
 closer differ by rounding."""
 
 SHORTEST = float(np.finfo(np.float32).tiny)
-"""Least length of any span: shorter ones are nothing in single precision, and derivatives along
-them leave float64."""
+"""Least length of any span. Single precision rounds shorter spans to 0, and derivatives along them
+leave the range of float64."""
 
 MAX_BEZIER_POINTS = 4_000_000
-"""Most control points of all the Bézier patches together, and most entries of the operators that
-lead to them: a hundred megabytes of either."""
+"""Most control points of all Bézier patches together, and most entries of the extraction operators:
+about 100 MB each."""
 
 
 MAX_PIECES = 500_000
@@ -44,7 +44,7 @@ MAX_PIECES = 500_000
 
 
 def check_degree(degree: int, where: str) -> None:
-    """Refuses a degree that is none, or absurd."""
+    """Refuse a degree below 1 or above `MAX_DEGREE`."""
     if not 1 <= degree <= MAX_DEGREE:
         code = "degree_too_high" if degree > MAX_DEGREE else "out_of_range"
         needed = f"1 to {MAX_DEGREE}"
@@ -52,8 +52,8 @@ def check_degree(degree: int, where: str) -> None:
         raise InvalidRequest(issue)
 
 
-def checked_knots(knots: Knots, count: int, degree: int, where: str, points: str) -> Knots:
-    """`knots` as they shall be kept: a known name, or a read-only array without fault.
+def validate_knots(knots: Knots, count: int, degree: int, where: str, points: str) -> Knots:
+    """`knots` as a known name or a checked read-only array.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def checked_knots(knots: Knots, count: int, degree: int, where: str, points: str
     if isinstance(knots, str):
         if knots not in NAMED:
             needed = "one of " + ", ".join(NAMED)
-            message = "Knots are a list of numbers or the name of a usual one."
+            message = "Knots are a list of numbers or the name of a knot vector."
             raise InvalidRequest(Issue("wrong_value", message, where, "another text", needed))
         return knots
     vector = np.array(knots, dtype=np.float64, order="C")
@@ -111,35 +111,35 @@ def checked_knots(knots: Knots, count: int, degree: int, where: str, points: str
 
 
 def knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
-    """The knots that a spline is computed with, n + p + 2 of them.
+    """The n + p + 2 knots that a spline is computed with.
 
-    Those of "periodic" are for control points that were `wrapped`. The first and the last, where
-    they were left out, are the ones beside them: neither matters within the domain. Knots that
-    differ by rounding alone are equal.
+    Those of "periodic" fit control points after `wrap_points`. If the first and the last knot are
+    left out, they equal their neighbours: neither matters inside the domain. Knots that differ by
+    rounding alone are made equal.
     """
     if not isinstance(knots, str):
-        knots = _whole(knots, count + degree + 1)
-        return knot.merged(knots, degree, least_span(*knot.domain(knots, degree)))
+        knots = _complete(knots, count + degree + 1)
+        return knot.merge_knots(knots, degree, least_span(*knot.domain(knots, degree)))
     return PLANS.array(("knots", knots, count, degree), lambda: NAMED[knots](count, degree))
 
 
 def count_merged(knots: Knots, count: int, degree: int) -> int:
-    """How many knots are made equal to others by `knot_vector`."""
+    """Number of knots that `knot_vector` makes equal to others."""
     if isinstance(knots, str):
         return 0
     made = knot_vector(knots, count, degree)
-    return int(np.count_nonzero((np.diff(made) == 0) & (np.diff(_whole(knots, len(made))) > 0)))
+    return int(np.count_nonzero((np.diff(made) == 0) & (np.diff(_complete(knots, len(made))) > 0)))
 
 
-def _whole(knots: FloatArray, length: int) -> FloatArray:
-    """The knots with their first and last one, if these were left out."""
+def _complete(knots: FloatArray, length: int) -> FloatArray:
+    """The knots with their first and last one added, if these were left out."""
     return knots if len(knots) == length else np.pad(knots, 1, mode="edge")
 
 
 def check_bezier_points(
     vectors: tuple[FloatArray, ...], degree: tuple[int, ...], points: str
 ) -> None:
-    """Refuses what would be more Bézier patches than are worth their memory, by their number."""
+    """Refuse knot vectors whose Bézier patches would take too much memory, by their number."""
     pieces = [len(knot.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
     lowered = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
     entries = max(n * (p + 1) ** 2 for n, p in zip(pieces, degree, strict=True))
@@ -147,8 +147,8 @@ def check_bezier_points(
         raise InvalidRequest(
             Issue(
                 "too_many_bezier_points",
-                "Every span becomes a Bézier patch, or piece of a curve, with control points of "
-                "its own. These, or the numbers that lead to them, would be too many.",
+                "Every span becomes a Bézier patch, or piece of a curve, with its own control "
+                "points. These, or the entries of the extraction operators, would be too many.",
                 points,
                 " × ".join(f"{n} spans of degree {p}" for n, p in zip(pieces, degree, strict=True)),
                 f"at most {MAX_BEZIER_POINTS} Bézier control points, and no more in spans × "
@@ -168,7 +168,7 @@ def check_bezier_points(
 
 
 def least_span(low: float, high: float) -> float:
-    """Least length of a span of knots between these two."""
+    """Least length of a span in a knot vector from `low` to `high`."""
     return max(MIN_SPAN * (high - low), ROUNDED * max(abs(low), abs(high)), SHORTEST)
 
 
@@ -196,9 +196,9 @@ def _check_values(vector: FloatArray, where: str) -> None:
 
 
 def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> None:
-    """Refuses knots that decrease, that are equal too often, and a domain without length.
+    """Refuse knots that decrease, that are equal too often, and a domain without length.
 
-    Of `whole` knots the first and the last one may have been left out.
+    The first and the last of the `whole` knots may have been left out.
     """
     _refuse(
         np.flatnonzero(vector[1:] < vector[:-1]) + 1,
@@ -211,25 +211,25 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
         ),
     )
     left_out = len(vector) < whole
-    knots = _whole(vector, whole)
-    # One knot too many: it equals the one p + 1 places before.
+    knots = _complete(vector, whole)
+    # A knot that equals the one p + 1 positions before is one too many.
     _refuse(
         np.flatnonzero(knots[degree + 1 :] == knots[: -degree - 1]) + degree + 1 - left_out,
         where,
         lambda _: Issue(
             "knot_multiplicity",
-            "At degree + 1 equal knots a B-spline parts already; more mean nothing.",
+            "A B-spline is discontinuous at degree + 1 equal knots; more have no effect.",
             got=f"more than {degree + 1} equal knots",
             needed=f"at most {degree + 1} for degree {degree}",
         ),
     )
-    knots = knot.merged(knots, degree, least_span(*knot.domain(knots, degree)))
+    knots = knot.merge_knots(knots, degree, least_span(*knot.domain(knots, degree)))
     low, high = knot.domain(knots, degree)
     if not low < high:
         raise InvalidRequest(
             Issue(
                 "empty_domain",
-                "The surface is there between the knots p and n − p of a list of n + 1 knots.",
+                "The domain of degree p is between the knots p and n − p of n + 1 knots.",
                 where,
                 f"{low:.6g} to {high:.6g}",
                 "a domain of some length",
@@ -242,7 +242,7 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
         where,
         lambda k: Issue(
             "knots_too_close",
-            "Knots that differ so little must be equal.",
+            "Knots that differ by less than the shortest span must be equal.",
             got=f"{lengths[k - 1 + left_out]:.3g} more than the knot before",
             needed=f"equal knots, or at least {SHORTEST:.3g} more",
         ),
@@ -250,7 +250,7 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
 
 
 def _refuse(places: Ints, where: str, describe: Callable[[int], Issue]) -> None:
-    """One issue for each of the first places."""
+    """Raise one issue for each of the first `MAX_ISSUES` positions."""
     found = [(k, describe(k)) for k in places[:MAX_ISSUES].tolist()]
     if found:
         raise InvalidRequest(*(replace(issue, pointer=f"{where}/{k}") for k, issue in found))

@@ -1,7 +1,7 @@
-"""The waist of the house: every kind of surface lowers to batches of Bézier patches.
+"""Lowered models: every kind of surface becomes batches of Bézier patches.
 
-What stands above (kinds of surface) and below (engine, encoders) meets only here, in the batches
-(`service.surface.batches`) and, for what is swept, in `service.surface.sweep_model`.
+The engine and the encoders know these models alone, with the batches
+(`service.surface.batches`) and the sweeps (`service.surface.sweep_model`), no kind of surface.
 """
 
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.surface.batches import Patches
 from service.surface.checks import Up
-from service.surface.placement import placed_bounds
+from service.surface.placement import place_bounds
 from service.surface.sweep_model import SweepModel
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A named run of patches, [first, last) in the numbering across all batches of a model.
+    """A named range of patches, [first, last).
 
-    Or in the `sequence` of the model, if it has one.
+    They are numbered across all batches of a model, or by its `sequence` if it has one.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Domain:
-    """The rectangle of parameters that the patches of a surface divide among themselves.
+    """The rectangle of parameters of a surface, which its patches divide.
 
     Patch (k, l) covers [u_k, u_{k+1}] × [v_l, v_{l+1}] and has number `first` + k M_v + l.
 
@@ -56,18 +56,34 @@ class Domain:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchModel:
-    """A surface lowered to Bézier patches: all that the engine and the encoders need to know.
+    """A surface lowered to Bézier patches, for the engine and the encoders.
 
-    The parts cover the patches without gap or overlap, in order; if there is a `sequence`, in that
-    order, which lists the patches by number. A surface without parts of its own is one part of the
-    surface's name. `up` is the model's vertical axis. `domains` are those of the parametric
-    surfaces of which the patches are pieces, in the order in which the request lists these. Without
-    them the parameters of every patch are its own, in [0, 1], and patch k was number `order[k]` of
-    those that the request lists, k itself where `order` is None. `control_nets` are those that were
-    given, where they are others than the patches have. `stretch`, affine, float64 of shape (4, 4),
-    is what its place does to it up to a turn: curvatures are those of the stretched surface.
-    `merged_knots` differed from the knot before by rounding alone, and were taken for equal.
-    No patch is further than `moved`, in model units, from the one that was given.
+    Attributes
+    ----------
+    name : str
+    batches : tuple of TensorPatches and TrianglePatches
+        Patches are numbered across them.
+    parts : tuple of Part
+        Named ranges that cover all patches in order, without gap or overlap. A surface without
+        parts is one part with the surface's name.
+    up : "y" or "z"
+        The model's vertical axis.
+    domains : tuple of Domain
+        Of the parametric surfaces whose pieces the patches are, in the order of the request.
+        Without them every patch has its own parameters in [0, 1].
+    order : ndarray of int, shape (P,), or None
+        Without domains, patch k has number `order[k]` in the request; k itself if None.
+    sequence : ndarray of int, shape (P,), or None
+        Patch numbers in the order of the parts; None if that is 0, 1, 2, ….
+    control_nets : tuple of TensorPatches and TrianglePatches
+        The nets of the request, if they are not the nets of the patches.
+    stretch : ndarray of float64, shape (4, 4), or None
+        Affine: the linear part of its placement up to a rotation. Curvatures are those of the
+        stretched surface.
+    merged_knots : int
+        Number of knots that differed from the knot before by rounding alone and were made equal.
+    moved : float
+        Most that joining has moved any point of a patch. Model units.
     """
 
     name: str
@@ -84,12 +100,12 @@ class PatchModel:
 
     @property
     def nets(self) -> tuple[Patches, ...]:
-        """The control nets that were given: those of the patches, or others."""
+        """The control nets of the request: `control_nets`, or those of the patches."""
         return self.control_nets or self.batches
 
     @property
     def domain(self) -> Domain | None:
-        """The domain of the surface, if all patches are pieces of one parametric surface."""
+        """The domain if all patches are pieces of one parametric surface, else None."""
         return self.domains[0] if len(self.domains) == 1 else None
 
     @property
@@ -119,10 +135,11 @@ Color: TypeAlias = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlacedModel:
-    """One copy of a model, at a place of its own.
+    """One placed copy of a model.
 
     `model` is its number in `GroupModel.models`. `matrix` is affine, float64 of shape (4, 4), and
-    acts on columns (x, y, z, 1); None leaves the model where it is. `color` is what white becomes.
+    acts on columns (x, y, z, 1); None leaves the model where it is. Colours of the model are
+    multiplied by `color`.
     """
 
     name: str
@@ -133,10 +150,7 @@ class PlacedModel:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GroupModel:
-    """Placed copies of models: what a group of surfaces lowers to.
-
-    The models are different from one another; all matrices turn them to the group's own `up`.
-    """
+    """A lowered group: placed copies of distinct models, turned to the group's `up`."""
 
     name: str
     models: tuple[PatchModel | SweepModel, ...]
@@ -151,7 +165,7 @@ class GroupModel:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates of the control points of all copies."""
-        boxes = [placed_bounds(self.models[m.model].bounds, m.matrix) for m in self.members]
+        boxes = [place_bounds(self.models[m.model].bounds, m.matrix) for m in self.members]
         lows, highs = zip(*boxes, strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)
 
@@ -162,4 +176,4 @@ class GroupModel:
 
 
 Model: TypeAlias = PatchModel | SweepModel | GroupModel
-"""What a surface lowers to."""
+"""A lowered surface."""

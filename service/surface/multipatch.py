@@ -1,7 +1,7 @@
-"""One surface of several patches and splines, as systems for isogeometric analysis write them.
+"""A multipatch: one surface of several patches and splines, as isogeometric analysis uses them.
 
-Each of its surfaces keeps its degrees, knots and parameters. Where their borders are equal they
-meet as the patches of one surface do.
+Each of its surfaces keeps its degrees, knots and parameters. Surfaces with equal borders are
+joined there like the patches of one surface.
 """
 
 from collections.abc import Sequence
@@ -17,24 +17,24 @@ from service.surface.bezier import UNIT_SQUARE, BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import Up, check_up
 from service.surface.lowered import Domain, Part, PatchModel
-from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, added_sizes
+from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, add_sizes
 from service.surface.triangle import TriangleSurface
 
 Single: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
 
 MAX_SURFACES = 4096
-"""Each takes some tenths of a millisecond, however small it is."""
+"""Most surfaces. Each takes at least a few tenths of a millisecond."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MultipatchSurface(SurfaceKind):
-    """Bézier patches, B-splines and triangles that are one surface, each a part of its name.
+    """Bézier patches, B-splines and triangles as one surface; each is a part with its name.
 
     Attributes
     ----------
     surfaces : tuple of BezierSurface, BsplineSurface and TriangleSurface
         1 to `MAX_SURFACES`, all with the same colours, texture coordinates and attributes, if any.
-        Their own vertical axis does not matter.
+        Their own vertical axes are ignored.
     up : "y" or "z"
         The model's vertical axis.
     name : str
@@ -56,30 +56,30 @@ class MultipatchSurface(SurfaceKind):
             message, got = "A multipatch has surfaces.", f"{len(self.surfaces)} surfaces"
             needed = f"1 to {MAX_SURFACES}"
             raise InvalidRequest(Issue("wrong_length", message, "/surfaces", got, needed))
-        first = _carried(self.surfaces[0])
+        first = _describe_channels(self.surfaces[0])
         for number, surface in enumerate(self.surfaces):
-            if _carried(surface) != first:
+            if _describe_channels(surface) != first:
                 raise InvalidRequest(
                     Issue(
                         "channel_shape",
-                        "All surfaces of a multipatch carry the same beside their points.",
+                        "All surfaces of a multipatch must have the same channels.",
                         pointer(("surfaces", number)),
                         "other colours, texture coordinates or attributes than the first",
                         "those of the first, with as many numbers each",
                     )
                 )
-        # Equal surfaces shall have equal content.
+        # Equal surfaces must have equal content.
         alike = (s if s.up == self.up else replace(s, up=self.up) for s in self.surfaces)
         object.__setattr__(self, "surfaces", tuple(alike))
 
     def size(self) -> SurfaceSize:
-        """All surfaces together, each lowered by itself before they are joined."""
-        size = added_sizes([surface.size() for surface in self.surfaces], name=self.name)
+        """The size of all surfaces together; each is lowered before they are joined."""
+        size = add_sizes([surface.size() for surface in self.surfaces], name=self.name)
         joined = size.control_points * (4 + size.width) * NUMBER
         return replace(size, arrays=size.arrays + joined, peak=size.peak + joined)
 
     def lower(self) -> PatchModel:
-        """A batch for each form of patches; each surface is a part, and has its own domain."""
+        """A batch for each form and degree of patches; each surface is a part with its domain."""
         models = [surface.lower() for surface in self.surfaces]
         forms: dict[tuple[object, ...], list[int]] = {}
         for number, model in enumerate(models):
@@ -97,32 +97,34 @@ class MultipatchSurface(SurfaceKind):
         nets = tuple(net for model in models for net in model.nets)
         return PatchModel(
             self.name,
-            tuple(joined([models[n].batches[0] for n in numbers]) for numbers in forms.values()),
+            tuple(
+                join_batches([models[n].batches[0] for n in numbers]) for numbers in forms.values()
+            ),
             tuple(
                 Part(surface.name, end - count, end)
                 for surface, count, end in zip(self.surfaces, counts.tolist(), ends, strict=True)
             ),
             self.up,
             tuple(domains),
-            sequence=_listed(first, counts) if len(forms) > 1 else None,
+            sequence=_list_patches(first, counts) if len(forms) > 1 else None,
             control_nets=nets if any(model.control_nets for model in models) else (),
             merged_knots=sum(model.merged_knots for model in models),
         )
 
 
-def _carried(surface: Single) -> list[tuple[str, int]]:
+def _describe_channels(surface: Single) -> list[tuple[str, int]]:
     """Names and dimensions of the channels of a surface."""
     return [(name, net.shape[-1]) for name, _, _, net in surface.channels.each()]
 
 
 def _form(batch: Patches) -> tuple[object, ...]:
-    """What patches of one batch have in common."""
+    """The key of patches that can be in one batch."""
     nets = tuple(channel.nets.shape[1:] for channel in batch.channels)
     return type(batch), batch.degree, batch.weights is None, nets
 
 
-def joined(batches: Sequence[Patches]) -> Patches:
-    """Batches of one form as one."""
+def join_batches(batches: Sequence[Patches]) -> Patches:
+    """Batches of one form, degree and rationality joined to one."""
     first = batches[0]
     if len(batches) == 1:
         return first
@@ -140,7 +142,7 @@ def joined(batches: Sequence[Patches]) -> Patches:
     )
 
 
-def _listed(first: Ints, counts: Ints) -> Ints:
-    """Numbers of the patches, those of one surface after those of another."""
+def _list_patches(first: Ints, counts: Ints) -> Ints:
+    """Numbers of the patches, surface by surface."""
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.asarray(np.repeat(first, counts) + within)

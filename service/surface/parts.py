@@ -1,4 +1,4 @@
-"""Named parts of a surface of patches: their order, and what is refused."""
+"""Named parts of a surface of patches: their order and their checks."""
 
 from itertools import chain
 from typing import TypeAlias
@@ -14,7 +14,7 @@ PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 
 
 def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str]:
-    """By what parts are sorted: the objects of JSON have no order."""
+    """The sort key of parts, since JSON objects have no order."""
     name, members = part
     return members[:1], name
 
@@ -22,7 +22,7 @@ def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str
 def order_parts(
     parts: PartMembers, count: int, name: str
 ) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
-    """Order of the patches that makes each part a run, None without parts; and the runs."""
+    """Order of the patches in which each part is one range, or None without parts; the ranges."""
     if not parts:
         return None, (Part(name, 0, count),)
     order = np.fromiter(chain.from_iterable(members for _, members in parts), np.intp)
@@ -42,7 +42,7 @@ def order_parts(
 
 
 def check_parts(parts: PartMembers, count: int) -> None:
-    """Refuses parts that name a patch that is not there, or one patch twice."""
+    """Refuse parts with a patch that does not exist, or with one patch twice."""
     named = [member for _, members in parts for member in members]
     if not named or (min(named) >= 0 and max(named) < count and len(set(named)) == len(named)):
         return

@@ -1,4 +1,4 @@
-"""Many Bézier patches over shared vertices, grids as the files of the teapot are, and triangles."""
+"""A surface of many Bézier patches, grids and triangles, over one list of vertices."""
 
 from dataclasses import dataclass, field, replace
 
@@ -14,16 +14,16 @@ from service.surface.checks import (
     Up,
     check_triangle,
     check_up,
-    checked_points,
-    checked_weights,
+    validate_points,
+    validate_weights,
 )
 from service.surface.grids import (
     NO_GRIDS,
     Grids,
     IndexGrid,
-    by_degree,
     check_indices,
-    checked_grids,
+    group_by_degree,
+    validate_grids,
 )
 from service.surface.lowered import PatchModel
 from service.surface.parts import PartMembers, check_parts, first_patch, order_parts
@@ -34,10 +34,10 @@ NO_TRIANGLES: NDArray[np.int64] = np.empty((0, 3), dtype=np.int64)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchSurface(SurfaceKind):
-    """Patches that are indices into one list of vertices: grids, triangles, or both.
+    """Patches as indices into one list of vertices: grids, triangles, or both.
 
-    Grids may have several degrees (p, q); all triangles have one degree n. Patches that name the
-    same vertices along a side meet there, whatever their kind.
+    Grids may have several degrees (p, q); all triangles have one degree n. Patches with the same
+    vertices along a side share this edge.
 
     Attributes
     ----------
@@ -46,17 +46,17 @@ class PatchSurface(SurfaceKind):
     patches : ndarray of int64, shape (P, p+1, q+1), or P arrays (p+1, q+1) of several degrees
         Rows of `vertices`, from 0; the last axis runs along v, the one before along u. P may be 0.
     weights : ndarray of float64, shape (V,), or None
-        One positive weight a vertex.
+        One positive weight for each vertex.
     parts : tuple of (name, patch numbers)
-        Named groups of patches, numbered grids first, triangles after them. A patch belongs to at
-        most one group; those in none form a last part of the surface's own name. They are kept in
-        the order of the first patch that each lists, in whichever they are given.
+        Named groups of patches; numbers count the grids first, then the triangles. A patch belongs
+        to at most one part; the others form a last part with the surface's name. Parts are sorted
+        by the first patch that each lists.
     up : "y" or "z"
         The model's vertical axis.
     name : str
         Name of the model.
     channels : Channels
-        Colours, texture coordinates and attributes: one value a vertex, in the patches' degree.
+        Colours, texture coordinates and attributes: one value for each vertex.
     triangles : ndarray of int64, shape (T, (n+1)(n+2)/2)
         Rows of `vertices` in the order of `service.bases.triangle`. T may be 0.
 
@@ -78,8 +78,8 @@ class PatchSurface(SurfaceKind):
     _name_bytes: int = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        vertices = checked_points(self.vertices, "vertices", axes=2)
-        patches = checked_grids(self.patches)
+        vertices = validate_points(self.vertices, "vertices", axes=2)
+        patches = validate_grids(self.patches)
         triangles = np.array(self.triangles, dtype=np.int64, order="C")
         _check_triangles(triangles, len(patches))
         check_indices(patches, len(vertices), "patches")
@@ -89,8 +89,8 @@ class PatchSurface(SurfaceKind):
         object.__setattr__(self, "patches", patches)
         object.__setattr__(self, "triangles", triangles)
         if self.weights is not None:
-            object.__setattr__(self, "weights", checked_weights(self.weights, (len(vertices),)))
-        object.__setattr__(self, "_by_degree", by_degree(patches))
+            object.__setattr__(self, "weights", validate_weights(self.weights, (len(vertices),)))
+        object.__setattr__(self, "_by_degree", group_by_degree(patches))
         self.channels.check_per_vertex(len(vertices), self.indices)
         check_parts(self.parts, len(patches) + len(triangles))
         object.__setattr__(self, "parts", tuple(sorted(self.parts, key=first_patch)))
@@ -119,13 +119,13 @@ class PatchSurface(SurfaceKind):
 
     @property
     def indices(self) -> int:
-        """Indices of all patches."""
+        """Number of indices in all patches."""
         if isinstance(self.patches, np.ndarray):
             return self.patches.size + self.triangles.size
         return sum(grid.size for grid in self.patches) + self.triangles.size
 
     def size(self) -> SurfaceSize:
-        """The grids and the triangles, their points taken from the list of vertices."""
+        """The size of the grids and triangles, with points gathered from the vertices."""
         triangles, (p, q), n = len(self.triangles), self.degree, self.triangle_degree
         weights, channels = self.weights, self.channels
         size = tensor_size(len(self.patches), (p, q), weights, channels, name=self.name)
@@ -133,7 +133,7 @@ class PatchSurface(SurfaceKind):
         rows, triangular = self.indices, self.triangles.size
         numbers = 3 + (weights is not None) + size.width
         kept = (rows * numbers + 2 * size.patches + 2 * triangles) * NUMBER
-        # Indices in the order of the parts, and how that order is found.
+        # Indices in the order of the parts, and the sorting.
         beside = (rows + 8 * (size.grids + triangles)) * NUMBER
         return replace(
             size,
@@ -162,7 +162,7 @@ class PatchSurface(SurfaceKind):
         if len(forms) == 1:
             order = listed
         elif listed is not None or len(forms[0][0]) < len(self.patches):
-            # Patches of one form come together, whichever part has them.
+            # A batch holds all patches of one form, of all parts.
             form = np.empty(count, np.intp)
             for number, (members, _) in enumerate(forms):
                 form[members] = number
@@ -178,10 +178,10 @@ class PatchSurface(SurfaceKind):
                 chosen = indices[here if sequence is None else np.searchsorted(members, here)]
             first += len(members)
             kind = TensorPatches if indices.ndim == 3 else TrianglePatches
-            batches.append(kind(*self._gathered(chosen)))
+            batches.append(kind(*self._gather(chosen)))
         return PatchModel(self.name, tuple(batches), parts, self.up, order=order, sequence=sequence)
 
-    def _gathered(
+    def _gather(
         self, indices: NDArray[np.int64]
     ) -> tuple[FloatArray, FloatArray | None, tuple[Channel, ...]]:
         """Points, weights and channels of some patches."""
@@ -193,12 +193,12 @@ class PatchSurface(SurfaceKind):
 
 
 def _check_triangles(triangles: NDArray[np.int64], grids: int) -> None:
-    """Refuses what are no triangles of one degree, and a surface of no patch at all."""
+    """Refuse arrays that are no triangles of one degree, and a surface without patches."""
     if triangles.ndim != 2:
         raise InvalidRequest(
             Issue(
                 "too_few_points",
-                "Every triangle is one row after another of vertex indices.",
+                "Every triangle is a list of vertex indices, row after row.",
                 "/triangles",
                 f"indices of shape {triangles.shape}",
                 "triangles × indices",

@@ -1,4 +1,4 @@
-"""Where a copy of a surface stands: affine matrices, checked, and exact quarter turns.
+"""Placements of surfaces: affine matrices, checked, and exact quarter turns.
 
 A matrix acts on columns: x' = L x + t, with L its upper left 3 × 3 and t its last column.
 """
@@ -13,11 +13,11 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_COORDINATE, Up
 
 LEAST_SCALING = float(np.finfo(np.float32).tiny)
-"""What viewers, which compute in float32, still take for more than nothing."""
+"""Least scaling: viewers compute in float32, which rounds smaller ones to 0."""
 
 MAX_SCALING_RATIO = 1e6
-"""Largest quotient of two scalings of one placement. Beyond it a body is a sheet: float32 could
-not tell its two sides apart."""
+"""Largest quotient of two scalings of one placement. Beyond it float32 could not separate the two
+sides of a body."""
 
 _TURNS = MappingProxyType(
     {
@@ -25,11 +25,11 @@ _TURNS = MappingProxyType(
         ("y", "z"): ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
     }
 )
-"""Quarter turns about x that take the one axis to the other."""
+"""Quarter turns about x that take one vertical axis to the other."""
 
 
-def checked_matrix(values: ArrayLike) -> FloatArray:
-    """`values` as a read-only affine matrix that can be undone.
+def validate_matrix(values: ArrayLike) -> FloatArray:
+    """`values` as a read-only invertible affine matrix.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def checked_matrix(values: ArrayLike) -> FloatArray:
     if matrix.shape != (4, 4):
         raise _refusal("wrong_dimension", "A placement is four rows of four numbers.",
                        f"an array of shape {matrix.shape}", "shape (4, 4)")  # fmt: skip
-    # NaN fails the comparison as well.
+    # NaN fails this comparison as well.
     wrong = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
     if len(wrong):
         place = wrong[0]
@@ -53,24 +53,24 @@ def checked_matrix(values: ArrayLike) -> FloatArray:
         raise _refusal("not_finite", "Every number must be finite.", "no finite number",
                        "a finite number", pointer(place.tolist()))  # fmt: skip
     if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-        raise _refusal("not_affine", "A placement moves, turns, scales and shears; its last row "
-                       "says that it does no more.", "another row", "0, 0, 0, 1", "/3")  # fmt: skip
+        raise _refusal("not_affine", "A placement is affine: it moves, turns, scales and shears.",
+                       "another last row", "0, 0, 0, 1", "/3")  # fmt: skip
     most, _, least = np.linalg.svd(matrix[:3, :3], compute_uv=False).tolist()
     if least < LEAST_SCALING or most > MAX_SCALING_RATIO * least:
-        raise _refusal("singular_matrix", "A placement must keep a body a body.",
+        raise _refusal("singular_matrix", "A placement must not flatten a body.",
                        f"scalings from {least:.6g} to {most:.6g}",
                        f"scalings of at least {LEAST_SCALING:.7g}, the largest at most "
                        f"{MAX_SCALING_RATIO:.0e} times the smallest")  # fmt: skip
-    # −0 and 0 are one number: equal placements shall have equal bytes.
+    # −0 becomes 0, so that equal placements have equal bytes.
     matrix += 0.0
     matrix.flags.writeable = False
     return matrix
 
 
-def upright(matrix: FloatArray | None, up: Up, wanted: Up) -> FloatArray | None:
-    """A placement after the turn that takes a model's vertical axis to the one that is wanted.
+def turn_upright(matrix: FloatArray | None, up: Up, wanted: Up) -> FloatArray | None:
+    """A placement that first turns a model's vertical axis `up` to `wanted`.
 
-    A quarter turn exchanges coordinates, hence nothing is rounded. None stands for the identity.
+    A quarter turn exchanges coordinates, so nothing is rounded. None stands for the identity.
     """
     if up != wanted:
         turn = np.eye(4)
@@ -81,10 +81,10 @@ def upright(matrix: FloatArray | None, up: Up, wanted: Up) -> FloatArray | None:
     return matrix
 
 
-def placed_bounds(
+def place_bounds(
     bounds: tuple[FloatArray, FloatArray], matrix: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates of a box of these bounds after it was placed."""
+    """Least and greatest coordinates of a placed box with these bounds."""
     if matrix is None:
         return bounds
     half = (bounds[1] - bounds[0]) / 2

@@ -57,7 +57,7 @@ def cone(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
 
 
 def turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, float]:
-    """(x, y) turned by quarters of a full turn, exactly."""
+    """(x, y) rotated by a number of quarter turns, exactly."""
     for _ in range(quarter):
         x, y = -y, x
     return x, y, w
@@ -79,7 +79,7 @@ def assemble(name: str, parts: list[tuple[str, list[Patch]]]) -> PatchSurface:
     members: list[tuple[str, tuple[int, ...]]] = []
     for title, patches in parts:
         first = len(grids)
-        # −0 and 0 are equal keys: the points that patches share get one number.
+        # −0 and 0 are equal as keys, so points that patches share get one number.
         grids += [
             [[number.setdefault(point, len(number)) for point in row] for row in patch]
             for patch in patches

@@ -1,9 +1,9 @@
-"""Exact spheres out of triangles: the sphere of eight octants, and the box whose corners they are.
+"""Exact spheres of triangular patches: a sphere of eight octants, and a box with round corners.
 
-An octant of the unit sphere is a rational triangle of degree 4. Seen from the point opposite to its
-middle, by stereographic projection, it is a plane triangle between three arcs of 30° of radius √3,
-which is rational of degree 2; the inverse projection squares that. The control points and weights
-below are what comes of it.
+An octant of the unit sphere is a rational triangle of degree 4. Stereographic projection from the
+point opposite to its middle maps it to a plane triangle between three arcs of 30° and radius √3,
+which is rational of degree 2; the inverse projection doubles the degree. The control points and
+weights below follow from this.
 
 References
 ----------
@@ -61,8 +61,8 @@ def rounded_box(
 ) -> PatchSurface:
     """Box with round edges: 6 flat faces, 12 quarter cylinders, and octants of a sphere as corners.
 
-    `half` are half the lengths of its flat faces. Grids have degree (4, 4), triangles degree 4;
-    the surface is smooth everywhere.
+    `half` are half the lengths of the flat faces. Grids have degree (4, 4), triangles degree 4; the
+    surface is smooth everywhere.
     """
     h = np.array(half)
     steps = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # a straight line, of degree 4 like the arcs
@@ -74,13 +74,13 @@ def rounded_box(
             face = np.empty((5, 5, 4))
             face[..., axis], face[..., 3] = sign * (h[axis] + radius), CORNER
             face[..., u], face[..., v] = h[u] * steps[:, None], h[v] * steps
-            grids.append(_outwards(face))
+            grids.append(_turn_outwards(face))
         for sign_u, sign_v in product((1.0, -1.0), repeat=2):
             edge = np.empty((5, 5, 4))
             edge[..., axis], edge[..., 3] = h[axis] * steps, arc[:, 3:]
             edge[..., u] = sign_u * (h[u] + radius * arc[:, :1])
             edge[..., v] = sign_v * (h[v] + radius * arc[:, 1:2])
-            grids.append(_outwards(edge))
+            grids.append(_turn_outwards(edge))
     return _assemble("rounded-box", grids, _corners(half, radius))
 
 
@@ -88,7 +88,7 @@ def _corners(half: tuple[float, float, float], radius: float) -> list[list[Point
     """The eight octants, each moved to its corner of a box; normals outwards."""
     triangles = []
     for signs in product((1.0, -1.0), repeat=3):
-        # A mirrored triangle turns its normal; read backwards its rows turn it again.
+        # Mirroring a triangle flips its normal; reversing its rows flips it back.
         step = 1 if np.prod(signs) > 0 else -1
         net = [point for row in OCTANT for point in row[::step]]
         triangles.append(
@@ -105,7 +105,7 @@ def _corners(half: tuple[float, float, float], radius: float) -> list[list[Point
     return triangles
 
 
-def _outwards(grid: FloatArray) -> Patch:
+def _turn_outwards(grid: FloatArray) -> Patch:
     """The rows of a grid about the origin, in the order in which its normal points away from it."""
     du, dv = grid[-1, 2, :3] - grid[0, 2, :3], grid[2, -1, :3] - grid[2, 0, :3]
     if np.cross(du, dv) @ grid[2, 2, :3] < 0:
@@ -116,7 +116,7 @@ def _outwards(grid: FloatArray) -> Patch:
 def _assemble(name: str, grids: list[Patch], triangles: list[list[Point]]) -> PatchSurface:
     """One surface over shared vertices."""
     number: dict[Point, int] = {}
-    # −0 and 0 are equal keys: the points that patches share get one number.
+    # −0 and 0 are equal as keys, so points that patches share get one number.
     patches = [
         [[number.setdefault(point, len(number)) for point in row] for row in grid] for grid in grids
     ]

@@ -1,4 +1,4 @@
-"""The four sides and four corners of a patch: in what order they are counted, everywhere.
+"""The numbers of the four sides and four corners of a patch, in all modules.
 
 Sides 0 … 3 are u = 0, u = 1, v = 0, v = 1; each runs along the other parameter, upwards. Corners
 0 … 3 are (0, 0), (0, 1), (1, 0), (1, 1).
@@ -19,7 +19,7 @@ ENDS = np.array([1, 3, 2, 3])
 """Corner at which each side ends."""
 
 
-def side_of(grids: Grid, side: int, inwards: int = 0) -> Grid:
+def take_side(grids: Grid, side: int, inwards: int = 0) -> Grid:
     """One side of every grid (P, m, n, …): a view, (P, n, …) of sides 0 and 1, else (P, m, …).
 
     `inwards` counts lines from the side: 1 is the line next to it.
@@ -28,11 +28,11 @@ def side_of(grids: Grid, side: int, inwards: int = 0) -> Grid:
     return grids[:, line] if side < 2 else grids[:, :, line]  # type: ignore[return-value]
 
 
-def corners_of(grids: Grid) -> Grid:
+def take_corners(grids: Grid) -> Grid:
     """The four corners of every grid (P, m, n, …): (P, 4, …)."""
     return grids[:, [0, 0, -1, -1], [0, -1, 0, -1]]  # type: ignore[return-value]
 
 
 def along_sides(u: Value, v: Value) -> tuple[Value, Value, Value, Value]:
-    """What belongs to u and to v (a degree, divisions), for the parameter along each side."""
+    """The value for u or v (a degree, a number of divisions) that belongs along each side."""
     return v, v, u, u

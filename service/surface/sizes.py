@@ -1,6 +1,6 @@
-"""How large a surface is, and becomes when it is lowered: known from its shapes alone.
+"""The size of a surface, and of its lowered model, from the shapes of its arrays alone.
 
-Every kind of surface answers for itself, so that a cost is known before anything is allocated.
+Every kind of surface has its own `size`, so that costs are known before anything is allocated.
 """
 
 from abc import ABC, abstractmethod
@@ -19,7 +19,7 @@ NUMBER = 8
 """Bytes of a number in double precision, and of an index."""
 
 Attributes: TypeAlias = tuple[tuple[str, int], ...]
-"""Names of attributes, and how many numbers each has at a point."""
+"""Names of attributes, each with its numbers at a point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +29,11 @@ class SurfaceSize:
     Attributes
     ----------
     degree : (int, int)
-        Highest degree along u and v of any patch, or of a curve that something is swept along.
+        Highest degree along u and v of any patch, or of a swept curve.
     grids, triangles : int
         Bézier patches of both forms.
     control_points : int
-        Of all patches; where triangles become grids, theirs.
+        Control points of all patches; those of grids where triangles become grids.
     net_points, net_segments, net_cells : int
         Points, lines and cells of the control net as it is drawn, at most.
     parts, name_bytes : int
@@ -44,13 +44,13 @@ class SurfaceSize:
         Numbers of a color and of texture coordinates; 0 where there are none.
     attributes : tuple of (name, int)
     own, arrays, peak : int
-        Bytes of the surface's own arrays; of those it is lowered to, beyond its own; and of all
-        that lowering takes while it lasts.
+        Bytes of the surface's own arrays; of the additional arrays of its lowered model; and of
+        all memory in use while it is lowered.
     sides : int
         Bytes of the control points on the sides of all patches.
     curves, stations, rings : int
-        Of what is swept along curves: their Bézier pieces; vertices of one division of every
-        piece; and vertices that caps and bends have beside these, at most.
+        Of sweeps: the Bézier pieces of their curves; the vertices of one division of every piece;
+        and the most additional vertices of caps and bends.
     """
 
     degree: tuple[int, int]
@@ -87,21 +87,21 @@ class SurfaceSize:
 
 
 class SurfaceKind(ABC):
-    """What every kind of surface answers."""
+    """The base of every kind of surface: how it lowers, and how large it is."""
 
     __slots__ = ()
     name: str
 
     @abstractmethod
     def lower(self) -> "Model":
-        """The surface as batches of Bézier patches, as something swept, or as a group of these."""
+        """The surface as batches of Bézier patches, as a sweep, or as a group of these."""
 
     @abstractmethod
     def size(self) -> SurfaceSize:
         """Counts and bytes from the shapes alone, in some microseconds; every copy counts."""
 
     def stored_size(self) -> SurfaceSize:
-        """The size where equal members of a group are stored once."""
+        """The size with equal members of a group counted once."""
         return self.size()
 
 
@@ -114,7 +114,7 @@ def tensor_size(
     name: str,
     triangular: bool = False,
 ) -> SurfaceSize:
-    """The size of patches of one degree, their arrays the surface's own.
+    """The size of patches of one degree that are views of the surface's arrays.
 
     Parameters
     ----------
@@ -153,8 +153,8 @@ _ADDED = (
 )  # fmt: skip
 
 
-def added_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
-    """The size of surfaces that carry the same, as parts of one surface."""
+def add_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
+    """The size of surfaces with the same channels as parts of one surface."""
     sums = {field: sum(getattr(size, field) for size in sizes) for field in _ADDED}
     sums["name_bytes"] += 2 * len(name.encode())
     degree = max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)
@@ -169,7 +169,7 @@ def group_sizes(
     name: str,
     colored: bool,
 ) -> tuple[SurfaceSize, SurfaceSize]:
-    """The size of a group, and its size where equal members are stored once.
+    """The size of a group, and its size with equal members counted once.
 
     Parameters
     ----------
@@ -186,11 +186,11 @@ def group_sizes(
     labels = [len(title.encode()) + 1 for title in names]
 
     def summed(some: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
-        whole, apart = added_sizes(copies, name=name), added_sizes(sizes, name=name)
+        whole, apart = add_sizes(copies, name=name), add_sizes(sizes, name=name)
         named = sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True))
         return replace(
-            added_sizes(some, name=name),
-            # A node for every member, and below it one for everything that has a name.
+            add_sizes(some, name=name),
+            # A node for every member, and below it a node for each name.
             parts=whole.parts + len(copies),
             name_bytes=whole.name_bytes + named,
             members=len(copies),
@@ -204,9 +204,9 @@ def group_sizes(
             sides=apart.sides,
         )
 
-    # In one mesh only those attributes are kept that all members have.
+    # A joined mesh keeps only those attributes that all members have.
     common = set.intersection(*(set(size.attributes) for size in sizes))
-    # Meshes apart keep theirs: these need at least as many bytes as those of any member.
+    # Separate meshes keep their own attributes; take the largest of any member for all.
     ranked = (sorted(size.attributes, key=lambda named: -named[1]) for size in sizes)
     widest = tuple(
         (max((title for title, _ in column), key=len), max(d for _, d in column))

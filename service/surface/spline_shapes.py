@@ -1,4 +1,4 @@
-"""B-spline surfaces to look at: hills, a goblet turned on a lathe, a ring that closes both ways."""
+"""Example B-spline surfaces: hills, a goblet turned on a lathe, a ring that closes both ways."""
 
 from math import cos, pi, sin, sqrt
 
@@ -79,7 +79,7 @@ def ring() -> BsplineSurface:
         [_on_ring(2 * pi * i / 10, 2 * pi * j / 6, 0.3 + 0.2 * (i % 2)) for j in range(6)]
         for i in range(10)
     ]
-    # Rounded, since sines differ in their last digits from one machine to another.
+    # Rounded: the last digits of sines depend on the machine.
     points = np.round(np.array(net), 3)
     return BsplineSurface(points, (3, 3), ("periodic", "periodic"), up="z", name="bspline-ring")
 

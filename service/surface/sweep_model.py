@@ -1,4 +1,4 @@
-"""The waist of what is swept: a curve, and what runs along it."""
+"""Lowered sweeps: a curve and the profile that is swept along it."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,10 +9,10 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.surface.checks import Up
-from service.surface.curve_pieces import CurvePieces, raised
+from service.surface.curve_pieces import CurvePieces, to_space
 
 WIDEST = 2**0.5
-"""How much wider a mitred corner is than what runs into it, at most."""
+"""Largest quotient of the width of a mitred corner and that of the profile."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,7 +25,7 @@ class Tube:
 
     @property
     def spread(self) -> FloatArray:
-        """What varies along the curve."""
+        """The coefficients that vary along the curve."""
         return self.radii
 
     @property
@@ -44,7 +44,7 @@ class Ribbon:
 
     @property
     def spread(self) -> FloatArray:
-        """What varies along the curve."""
+        """The coefficients that vary along the curve."""
         return self.widths
 
     @property
@@ -83,12 +83,12 @@ class SweepModel:
     @property
     def polygon(self) -> FloatArray:
         """The curve's control polygon in space, shape (K, 3)."""
-        return raised(self.pieces.polygon)
+        return to_space(self.pieces.polygon)
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates that the surface stays within."""
-        low, high = (raised(bound[np.newaxis])[0] for bound in self.pieces.bounds)
+        low, high = (to_space(bound[np.newaxis])[0] for bound in self.pieces.bounds)
         return low - self.profile.reach, high + self.profile.reach
 
     @property

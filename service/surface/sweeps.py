@@ -1,4 +1,4 @@
-"""Curves given a radius or a width: hair, wires and stripes as surfaces."""
+"""Tubes and ribbons: surfaces swept along a curve."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 MIN_SIDES, MAX_SIDES = 3, 1024
 
 TURNS = 8
-"""Rings at a bend beside the first, at most: a half circle in steps of 22.5°."""
+"""Most additional rings at a bend: a half circle in steps of 22.5°."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,14 +25,14 @@ class TubeSurface(SurfaceKind):
     Attributes
     ----------
     curve : Curve
-        Its own name and vertical axis are not read.
+        Its name and vertical axis are ignored.
     radius : ndarray of float64, shape (k+1,)
-        Bernstein coefficients of the radius over the curve's domain: one is a constant radius, two
-        make it grow evenly with the parameter. None negative, not all 0. Model units.
+        Bernstein coefficients of the radius over the curve's domain: one for a constant radius,
+        two for a linear one. None is negative, not all are 0. Model units.
     sides : int
-        Of the regular polygon that stands for the circle.
+        Sides of the regular polygon that approximates the circle.
     caps : bool
-        Whether the ends of an open tube get a flat disc; where the radius is 0 it is pointed.
+        Whether the ends of an open tube get flat discs; an end of radius 0 is a point.
     up : "y" or "z"
     name : str
 
@@ -55,7 +55,7 @@ class TubeSurface(SurfaceKind):
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "A tube is a prism of so many sides, bent.",
+                    "The number of sides of a tube is limited.",
                     "/sides",
                     str(self.sides),
                     f"{MIN_SIDES} to {MAX_SIDES}",
@@ -66,30 +66,33 @@ class TubeSurface(SurfaceKind):
 
     @property
     def degree(self) -> tuple[int, int]:
-        """Degree of the curve; nothing across it."""
+        """Degree of the curve, and 1 across it."""
         return self.curve.degree, 0
 
     def size(self) -> SurfaceSize:
-        """A circle at every station, and two at each end for a cap."""
+        """The size of a circle at every station, and of two at each end for a cap."""
         return _size(self.curve, self.sides + 1, ends=5, spread=self.radius, name=self.name)
 
     def lower(self) -> SweepModel:
-        """The curve's pieces, and the circle that runs along them."""
-        return _along(self.curve, Tube(self.radius, self.sides, self.caps), self.up, self.name)
+        """The curve's pieces and the circle swept along them."""
+        return _sweep_along(
+            self.curve, Tube(self.radius, self.sides, self.caps), self.up, self.name
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RibbonSurface(SurfaceKind):
-    """A flat stripe along a curve that turns its face to one side, or to a camera.
+    """A flat stripe along a curve that faces a direction or a point.
 
     Attributes
     ----------
     curve : Curve
-        Its own name and vertical axis are not read.
+        Its name and vertical axis are ignored.
     width : ndarray of float64, shape (k+1,)
-        Bernstein coefficients of the width over the curve's domain, as a tube's radius.
+        Bernstein coefficients of the width over the curve's domain. None is negative, not all
+        are 0. Model units.
     facing : ndarray of float64, shape (3,), or None
-        Direction that it faces, of any length; that of z if neither this nor a camera is given.
+        Direction that it faces, of any length; z if neither this nor a camera is given.
     camera : ndarray of float64, shape (3,), or None
         Point that it faces.
     up : "y" or "z"
@@ -127,7 +130,7 @@ class RibbonSurface(SurfaceKind):
                 raise InvalidRequest(
                     Issue(
                         "wrong_value",
-                        "A ribbon faces some direction.",
+                        "The direction that a ribbon faces has a length.",
                         "/facing",
                         "a vector without length",
                         "any other",
@@ -140,36 +143,36 @@ class RibbonSurface(SurfaceKind):
 
     @property
     def degree(self) -> tuple[int, int]:
-        """Degree of the curve; nothing across it."""
+        """Degree of the curve, and 1 across it."""
         return self.curve.degree, 0
 
     def size(self) -> SurfaceSize:
-        """A crossbar at every station."""
+        """The size of a crossbar at every station."""
         return _size(self.curve, 2, ends=1, spread=self.width, name=self.name)
 
     def lower(self) -> SweepModel:
-        """The curve's pieces, and the crossbar that runs along them."""
+        """The curve's pieces and the crossbar swept along them."""
         ribbon = Ribbon(self.width, self.facing, self.camera)
-        return _along(self.curve, ribbon, self.up, self.name)
+        return _sweep_along(self.curve, ribbon, self.up, self.name)
 
 
-def _along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepModel:
+def _sweep_along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepModel:
     return SweepModel(name, curve.lower(), profile, up)
 
 
 def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
-    """The size of what is swept along a curve, which was lowered when it was born.
+    """The size of a sweep along a curve, which is lowered already.
 
     Parameters
     ----------
     row : int
-        Vertices of a station.
+        Vertices at a station.
     ends : int
-        Stations beside one for every division.
+        Additional stations at the ends.
     """
     pieces = curve.lower()
     net = len(pieces.polygon)
-    # A joint may bend, and a piece where it has a cusp.
+    # A curve may bend at each joint, and inside a piece at a cusp.
     bends = pieces.count * pieces.degree + 1
     return SurfaceSize(
         (pieces.degree, 0),
@@ -202,7 +205,7 @@ def _spread(values: ArrayLike, name: str) -> FloatArray:
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "No coefficient is negative: only then is nothing turned inside out.",
+                    "A negative coefficient could turn the surface inside out.",
                     f"/{name}/{index}" if len(spread) > 1 else f"/{name}",
                     f"{value:.6g}",
                     f"0 to {MAX_COORDINATE:.7g}",
@@ -210,7 +213,7 @@ def _spread(values: ArrayLike, name: str) -> FloatArray:
             )
     if not spread.any():
         raise InvalidRequest(
-            Issue("out_of_range", "There would be no surface.", f"/{name}", "0", "above 0")
+            Issue("out_of_range", "All coefficients are 0.", f"/{name}", "0", "above 0")
         )
     spread += 0.0
     spread.flags.writeable = False
@@ -224,7 +227,7 @@ def _vector(values: ArrayLike, name: str) -> FloatArray:
         raise InvalidRequest(
             Issue(
                 "wrong_value",
-                "This is a vector in space.",
+                "The value is a vector in space.",
                 f"/{name}",
                 "something else",
                 f"three numbers between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
@@ -236,7 +239,7 @@ def _vector(values: ArrayLike, name: str) -> FloatArray:
 
 
 def _check_within(model: SweepModel, where: str) -> None:
-    """Refuses what reaches beyond float32 though its curve does not."""
+    """Refuse a sweep that exceeds float32 although its curve does not."""
     low, high = model.bounds
     furthest = float(max(-low.min(), high.max()))
     if furthest > MAX_COORDINATE:

@@ -1,4 +1,4 @@
-"""A knot, a streamer and a curl: what is swept along curves, ready to look at."""
+"""Example sweeps: a knot, a streamer and a curl."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def trefoil(points: int = 24) -> BsplineCurve:
     """
     t = 2 * np.pi * np.arange(points) / points
     x, y = np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t)
-    # Three decimals: the same numbers whatever a machine makes of sines.
+    # Three decimals: the last digits of sines depend on the machine.
     polygon = np.stack([x, y, -np.sin(3 * t)], axis=1).round(3)
     return BsplineCurve(polygon, 3, "periodic")
 

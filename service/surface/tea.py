@@ -1,4 +1,4 @@
-"""A group to look at: a tea service for four, made of the teapot and pieces turned on a lathe."""
+"""An example group: a tea service for four, of the teapot and pieces turned on a lathe."""
 
 from math import cos, pi, sin
 
@@ -12,11 +12,10 @@ from service.surface.quadrics import ARC, Patch, assemble, cylinder, revolve, sp
 CREAM, RUST, SAGE, OAK = (0.93, 0.89, 0.8), (0.72, 0.35, 0.23), (0.52, 0.6, 0.48), (0.5, 0.36, 0.24)
 
 
-def service(pot: PatchSurface) -> GroupSurface:
+def tea_service(pot: PatchSurface) -> GroupSurface:
     """The pot in the middle, cups and saucers at the corners of a square, a tray below; z up.
 
-    The handles of the cups follow one another round the pot on its one side, and meet them from
-    the mirror on its other.
+    Two of the cups are mirrored, so that their handles point the other way around the pot.
     """
     tray = np.diag([6.2, 6.2, 0.08, 1.0])
     tray[2, 3] = -0.08

@@ -8,7 +8,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.surface.batches import TrianglePatches
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.checks import Up, check_triangle, check_up, checked_points, checked_weights
+from service.surface.checks import Up, check_triangle, check_up, validate_points, validate_weights
 from service.surface.lowered import Part, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
 
@@ -50,11 +50,11 @@ class TriangleSurface(SurfaceKind):
     channels: Channels = NO_CHANNELS
 
     def __post_init__(self) -> None:
-        points = checked_points(self.control_net, "control_net", axes=2)
+        points = validate_points(self.control_net, "control_net", axes=2)
         check_triangle(len(points), "control_net")
         object.__setattr__(self, "control_net", points)
         if self.weights is not None:
-            object.__setattr__(self, "weights", checked_weights(self.weights, (len(points),)))
+            object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         self.channels.check_triangles()
         check_up(self.up)
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from service.bases.bernstein import (
     bernstein,
     multiply,
-    sampled,
-    sampled_grid,
-    sampled_interleaved,
-    sampled_partials,
-    samples,
+    sample_basis,
+    sample_grid_basis,
+    sample_interleaved_basis,
+    sample_parameters,
+    sample_partials_basis,
 )
 from tests.oracles import exact
 from tests.strategies import Array, nets
@@ -53,7 +53,7 @@ def test_partition_of_unity_and_positivity(degree: int, t: list[float]) -> None:
 @given(st.integers(1, 64), st.integers(1, 40))
 def test_ends_are_exactly_the_first_and_the_last_control_point(degree: int, divisions: int) -> None:
     """Zeros and a one, not nearly so."""
-    basis = sampled(degree, divisions)
+    basis = sample_basis(degree, divisions)
     np.testing.assert_array_equal(basis[0], np.eye(degree + 1)[0])
     np.testing.assert_array_equal(basis[-1], np.eye(degree + 1)[-1])
 
@@ -62,7 +62,7 @@ def test_ends_are_exactly_the_first_and_the_last_control_point(degree: int, divi
 def test_samples_are_the_rounded_fractions(divisions: int) -> None:
     """i/R, each rounded once, both ends exact."""
     expected = [float(Fraction(i, divisions)) for i in range(divisions + 1)]
-    assert samples(divisions).tolist() == expected
+    assert sample_parameters(divisions).tolist() == expected
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -70,10 +70,10 @@ def test_plans_are_cached_and_read_only(dtype: type[np.floating]) -> None:
     """The cached array is read-only, and each precision has its own."""
     first, second = (
         (
-            sampled(5, 11, dtype),
-            sampled_grid((5, 2), (11, 3), dtype),
-            sampled_interleaved(5, 11, dtype),
-            sampled_partials((5, 2), (11, 3), dtype),
+            sample_basis(5, 11, dtype),
+            sample_grid_basis((5, 2), (11, 3), dtype),
+            sample_interleaved_basis(5, 11, dtype),
+            sample_partials_basis((5, 2), (11, 3), dtype),
         )
         for _ in range(2)
     )
@@ -87,8 +87,8 @@ def test_plans_are_cached_and_read_only(dtype: type[np.floating]) -> None:
 
 def test_grid_basis_is_the_product_of_the_two() -> None:
     """K[(a, b), (i, j)] = B_a(i/Ru) B_b(j/Rv)."""
-    grid = sampled_grid((3, 2), (4, 5)).reshape(4, 3, 5, 6)
-    u, v = sampled(3, 4), sampled(2, 5)
+    grid = sample_grid_basis((3, 2), (4, 5)).reshape(4, 3, 5, 6)
+    u, v = sample_basis(3, 4), sample_basis(2, 5)
     for a, b, i, j in np.ndindex(*grid.shape):
         assert grid[a, b, i, j] == u[i, a] * v[j, b]
 

@@ -22,7 +22,7 @@ def never() -> NDArray[np.float64]:
     raise AssertionError("built again although it was held")
 
 
-def test_builds_once_and_hands_out_the_same_read_only_array() -> None:
+def test_builds_once_and_returns_the_same_read_only_array() -> None:
     """The second request gets what the first one made."""
     cache = ArrayCache(64 * KIB)
     first = cache.array("key", of(KIB))

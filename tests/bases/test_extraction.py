@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases import extraction, knots
-from service.bases.blossoms import operators
+from service.bases.blossoms import build_operators
 from service.bases.cache import MESH_PLANS
-from service.bases.extraction import bezier_points, plan_extraction
+from service.bases.extraction import extract_bezier_points, plan_extraction
 from tests.oracles.exact import curve_point
 from tests.oracles.splines import fractions, spline_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
@@ -29,7 +29,7 @@ def vectors_of(rows: np.ndarray) -> list[tuple[Fraction, ...]]:
 def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> None:
     """de Casteljau on the Bézier points meets Cox and de Boor on the control points."""
     points = points_for(vector.points, seed)
-    lowered, none = bezier_points(points, *vector)
+    lowered, none = extract_bezier_points(points, *vector)
     assert none is None
     exact, breaks = fractions(vector.knots), fractions(knots.breaks(*vector))
     for k, (a, b) in enumerate(pairwise(breaks)):
@@ -43,31 +43,31 @@ def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> Non
 
 @settings(max_examples=30, deadline=None)
 @given(knot_vectors(st.integers(1, 8), parted=True), seeds, st.booleans())
-def test_reversed_it_is_the_same_bit_for_bit(vector: KnotVector, seed: int, rational: bool) -> None:
+def test_reversed_curves_have_the_same_bits(vector: KnotVector, seed: int, rational: bool) -> None:
     """Knots 3 − U and points from the last to the first."""
     points = points_for(vector.points, seed)
     weights = weights_for(vector.points, seed) if rational else None
     turned = 3 - vector.knots[::-1]
-    there, heavy = bezier_points(points, *vector, weights)
-    back, heavy_back = bezier_points(
+    there, heavy = extract_bezier_points(points, *vector, weights)
+    back, heavy_back = extract_bezier_points(
         points[::-1], turned, vector.degree, None if weights is None else weights[::-1]
     )
     np.testing.assert_array_equal(back[::-1, ::-1], there)
     if heavy is not None and heavy_back is not None:
         np.testing.assert_array_equal(heavy_back[::-1, ::-1], heavy)
     np.testing.assert_array_equal(
-        operators(turned, vector.degree)[::-1, ::-1, ::-1], operators(*vector)
+        build_operators(turned, vector.degree)[::-1, ::-1, ::-1], build_operators(*vector)
     )
 
 
 @settings(max_examples=30, deadline=None)
 @given(knot_vectors(parted=True), seeds, st.booleans())
-def test_spans_meet_in_one_point_or_part(vector: KnotVector, seed: int, rational: bool) -> None:
+def test_spans_meet_or_are_discontinuous(vector: KnotVector, seed: int, rational: bool) -> None:
     """Up to multiplicity p the very same numbers; at p + 1 two control points."""
     p = vector.degree
     points = points_for(vector.points, seed)
     weights = weights_for(vector.points, seed) if rational else None
-    lowered, _ = bezier_points(points, *vector, weights)
+    lowered, _ = extract_bezier_points(points, *vector, weights)
     at = knots.spans(*vector)
     for k, gap in enumerate(np.diff(at)):
         if gap <= p:
@@ -83,18 +83,18 @@ def test_equal_control_points_stay_that_point(rational: bool) -> None:
     vector = np.array([0, 0.1, 0.1, 0.27, 0.5, 0.61, 0.9, 1, 1.3, 1.7])
     points = np.broadcast_to([0.1, -1e6 / 3, 7e30 / 11], (6, 3)).copy()
     weights = weights_for(6, 3) if rational else None
-    lowered, _ = bezier_points(points, vector, 3, weights)
+    lowered, _ = extract_bezier_points(points, vector, 3, weights)
     np.testing.assert_array_equal(lowered, np.broadcast_to(points[0], lowered.shape))
 
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> None:
     """Over knots like k/7, whose differences are not equal in floating point."""
-    points = knots.wrapped(points_for(7, 1), 3)
-    weights = knots.wrapped(weights_for(7, 1), 3) if rational else None
-    vector = knots.periodic(7, 3) / 7
+    points = knots.wrap_points(points_for(7, 1), 3)
+    weights = knots.wrap_points(weights_for(7, 1), 3) if rational else None
+    vector = knots.periodic_knots(7, 3) / 7
     assert len(set(np.diff(vector))) > 1
-    lowered, heavy = bezier_points(points, vector, 3, weights)
+    lowered, heavy = extract_bezier_points(points, vector, 3, weights)
     np.testing.assert_array_equal(lowered[0, 0], lowered[-1, -1])
     if heavy is not None:
         assert heavy[0, 0] == heavy[-1, -1]
@@ -102,33 +102,33 @@ def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> 
 
 def test_other_ends_stay_apart() -> None:
     """Points that repeat over knots that do not: no loop."""
-    points = knots.wrapped(points_for(7, 1), 3)
-    vector = knots.periodic(7, 3)
+    points = knots.wrap_points(points_for(7, 1), 3)
+    vector = knots.periodic_knots(7, 3)
     vector[-1] += 1e-6
     vector[-3] += 1e-6
-    lowered, _ = bezier_points(points, vector, 3)
+    lowered, _ = extract_bezier_points(points, vector, 3)
     assert (lowered[0, 0] != lowered[-1, -1]).all()
 
 
 @pytest.mark.parametrize("degree", [3, 40])
-def test_in_chunks_it_is_the_same(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_chunks_give_the_same_points(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Bit for bit, and nothing large is held at once."""
     rng = np.random.default_rng(3)
     vector = np.sort(rng.uniform(0, 1, 60 + 2 * degree))
     vector[degree + 5 : degree + 8] = vector[degree + 5]
     count = len(vector) - degree - 1
     points, weights = points_for(count, 2, 3), weights_for(count, 2, 3)
-    at_once, heavy = bezier_points(points, vector, degree, weights)
+    at_once, heavy = extract_bezier_points(points, vector, degree, weights)
     monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
     MESH_PLANS.clear()
-    in_turn, other = bezier_points(points, vector, degree, weights)
+    in_turn, other = extract_bezier_points(points, vector, degree, weights)
     np.testing.assert_array_equal(in_turn, at_once)
     np.testing.assert_array_equal(other, heavy)
 
 
-def test_extractions_are_kept_for_the_knots_and_for_whether_the_curve_closes() -> None:
+def test_extractions_are_cached_by_knots_and_closure() -> None:
     """One knot vector, one extraction, and another one for curves that end as they begin."""
-    vector, points = knots.periodic(7, 3), points_for(7, 1)
+    vector, points = knots.periodic_knots(7, 3), points_for(7, 1)
     kept = plan_extraction(vector, 3, points_for(10, 2))
     assert plan_extraction(vector.copy(), 3, points_for(10, 3)) is kept
-    assert plan_extraction(vector, 3, knots.wrapped(points, 3)) is not kept
+    assert plan_extraction(vector, 3, knots.wrap_points(points, 3)) is not kept

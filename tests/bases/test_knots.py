@@ -21,21 +21,21 @@ def parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
 
 def test_the_three_named_vectors() -> None:
     """Whole numbers; every span of length one; the domain begins at zero."""
-    np.testing.assert_array_equal(knot.uniform(5, 3), [-3, -2, -1, 0, 1, 2, 3, 4, 5])
-    np.testing.assert_array_equal(knot.clamped(5, 3), [0, 0, 0, 0, 1, 2, 2, 2, 2])
-    np.testing.assert_array_equal(knot.periodic(4, 2), [-2, -1, 0, 1, 2, 3, 4, 5, 6])
-    np.testing.assert_array_equal(knot.wrapped(np.arange(4.0), 2), [0, 1, 2, 3, 0, 1])
-    np.testing.assert_array_equal(knot.wrapped(np.arange(3.0), 5), [0, 1, 2, 0, 1, 2, 0, 1])
+    np.testing.assert_array_equal(knot.uniform_knots(5, 3), [-3, -2, -1, 0, 1, 2, 3, 4, 5])
+    np.testing.assert_array_equal(knot.clamped_knots(5, 3), [0, 0, 0, 0, 1, 2, 2, 2, 2])
+    np.testing.assert_array_equal(knot.periodic_knots(4, 2), [-2, -1, 0, 1, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(knot.wrap_points(np.arange(4.0), 2), [0, 1, 2, 3, 0, 1])
+    np.testing.assert_array_equal(knot.wrap_points(np.arange(3.0), 5), [0, 1, 2, 0, 1, 2, 0, 1])
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 64])
 def test_the_named_vectors_have_the_length_they_need(degree: int) -> None:
     """n + p + 1 knots, and as many spans as there can be."""
-    for make in (knot.uniform, knot.clamped):
+    for make in (knot.uniform_knots, knot.clamped_knots):
         vector = make(degree + 4, degree)
         assert len(vector) == 2 * degree + 5
         np.testing.assert_array_equal(knot.breaks(vector, degree), np.arange(5))
-    vector = knot.periodic(7, degree)
+    vector = knot.periodic_knots(7, degree)
     assert len(vector) == 7 + 2 * degree + 1
     np.testing.assert_array_equal(knot.breaks(vector, degree), np.arange(8))
 
@@ -54,7 +54,7 @@ def test_spans_are_right_continuous() -> None:
 def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[float]) -> None:
     """Every function at every parameter, the breaks included; the others vanish there."""
     t = parameters(vector, shares)
-    span, values = knot.basis(*vector, t)
+    span, values = knot.evaluate_basis(*vector, t)
     exact = fractions(vector.knots)
     for row, parameter in enumerate(t):
         (at,) = fractions([parameter])

@@ -55,7 +55,7 @@ def turned(net: Net) -> Net:
 
 @settings(max_examples=60)
 @given(curves(), st.integers(0, 6))
-def test_raised_it_has_the_same_points(net: Net, more: int) -> None:
+def test_elevation_keeps_the_curve(net: Net, more: int) -> None:
     higher = elevate(net, len(net[0]) - 1 + more)
     assert len(higher[0]) == len(net[0]) + more
     for t in PARAMETERS:
@@ -65,7 +65,7 @@ def test_raised_it_has_the_same_points(net: Net, more: int) -> None:
 
 @settings(max_examples=40)
 @given(curves(), st.integers(1, 6))
-def test_raised_backwards_it_has_the_same_bits(net: Net, more: int) -> None:
+def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) -> None:
     degree = len(net[0]) - 1 + more
     assert bits(turned(elevate(turned(net), degree))) == bits(elevate(net, degree))
 
@@ -103,7 +103,7 @@ def test_a_piece(net: Net, ends: list[float]) -> None:
 
 @settings(max_examples=40)
 @given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)
-def test_what_is_one_point_stays_one_point(count: int, x: float, weight: float, t: float) -> None:
+def test_equal_points_stay_one_point(count: int, x: float, weight: float, t: float) -> None:
     """Bit for bit, whatever the weights: poles are found by equality."""
     points = np.full((count, 3), x)
     weights = np.linspace(1, weight, count)
@@ -113,7 +113,7 @@ def test_what_is_one_point_stays_one_point(count: int, x: float, weight: float, 
             assert (made[0] == x).all()
 
 
-def test_whatever_else_has_axes_comes_along() -> None:
+def test_other_axes_are_kept() -> None:
     rng = np.random.default_rng(5)
     points, weights = rng.uniform(-1, 1, (4, 5, 2, 3)), rng.uniform(1, 2, (4, 5, 2))
     together = elevate((points, weights), 6)
@@ -124,7 +124,7 @@ def test_whatever_else_has_axes_comes_along() -> None:
     np.testing.assert_array_equal(together[1][:, 3, 1], one[1])
 
 
-def test_shares_of_nothing_have_no_say() -> None:
+def test_points_with_share_0_have_no_effect() -> None:
     """A term without a share neither pulls nor widens the bounds of the mean."""
     points = np.array([[0.1], [0.1], [9.0]])
     index = np.array([[0], [2], [1]])

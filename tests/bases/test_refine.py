@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from service.bases.affine_combination import combine
 from service.bases.knots import breaks, domain
-from service.bases.refine import blossoms, raised_knots
+from service.bases.refine import find_refinement, raise_knots
 from tests.oracles.splines import fractions, spline_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
 
@@ -34,7 +34,7 @@ def exact(
 
 @settings(max_examples=80)
 @given(knot_vectors(parted=True), seeds, st.integers(0, 3), shares, st.booleans())
-def test_over_other_knots_it_has_the_same_points(
+def test_other_knots_give_the_same_curve(
     vector: KnotVector, seed: int, more: int, ends: list[float], whole: bool
 ) -> None:
     """Raised, clamped and cut out at once: shares are not negative and add up to one."""
@@ -44,8 +44,8 @@ def test_over_other_knots_it_has_the_same_points(
     if not first < last:
         return
     raised = degree + more
-    target = raised_knots(knots, degree, raised, first, last)
-    index, parts = blossoms(knots, degree, target, raised)
+    target = raise_knots(knots, degree, raised, first, last)
+    index, parts = find_refinement(knots, degree, target, raised)
     assert index.shape[1] == len(target) - raised - 1
     assert index.min() >= 0
     assert index.max() < count
@@ -69,33 +69,31 @@ def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int)
     """A clamped spline over its own knots is itself, however often its knots come."""
     knots, degree = vector
     low, high = domain(knots, degree)
-    own = raised_knots(knots, degree, degree, low, high)
+    own = raise_knots(knots, degree, degree, low, high)
     count = len(own) - degree - 1
     points, weights = points_for(count, seed), weights_for(count, seed)
-    made, loads = combine(points, weights, *blossoms(own, degree, own, degree))
+    made, loads = combine(points, weights, *find_refinement(own, degree, own, degree))
     np.testing.assert_array_equal(made, points)
     np.testing.assert_array_equal(loads, weights)
 
 
 @settings(max_examples=40)
 @given(knot_vectors(), seeds, st.integers(1, 4))
-def test_raised_it_begins_and_ends_at_the_same_bits(
-    vector: KnotVector, seed: int, more: int
-) -> None:
+def test_elevation_keeps_the_bits_of_the_ends(vector: KnotVector, seed: int, more: int) -> None:
     knots, degree = vector
     low, high = domain(knots, degree)
-    own = raised_knots(knots, degree, degree, low, high)
+    own = raise_knots(knots, degree, degree, low, high)
     points = points_for(len(own) - degree - 1, seed)
-    target = raised_knots(own, degree, degree + more, low, high)
-    made, _ = combine(points, None, *blossoms(own, degree, target, degree + more))
+    target = raise_knots(own, degree, degree + more, low, high)
+    made, _ = combine(points, None, *find_refinement(own, degree, target, degree + more))
     np.testing.assert_array_equal(made[[0, -1]], points[[0, -1]])
 
 
 def test_the_highest_degree_loses_nothing() -> None:
     knots = np.array([0.0, 0, 0, 0, 1, 2, 2, 3.5, 4, 4, 4, 4])
     points, weights = points_for(8, 2), weights_for(8, 2)
-    target = raised_knots(knots, 3, 64, 0.0, 4.0)
-    index, parts = blossoms(knots, 3, target, 64)
+    target = raise_knots(knots, 3, 64, 0.0, 4.0)
+    index, parts = find_refinement(knots, 3, target, 64)
     made, loads = combine(points, weights, index, parts)
     assert loads is not None
     for t in (Fraction(1, 3), Fraction(2), Fraction(15, 4)):

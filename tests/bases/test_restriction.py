@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.bases.restriction import restricted, restrictions
+from service.bases.restriction import restrict_to_cells, restriction_matrices
 from tests.oracles.exact import curve_point, exact_net, surface_point
 
 breaks_of = st.lists(st.integers(-20, 20), min_size=2, max_size=6, unique=True).map(
@@ -28,7 +28,7 @@ def blossom(points: list[tuple[Fraction, ...]], places: list[Fraction]) -> tuple
 @settings(max_examples=30)
 @given(st.integers(0, 12), breaks_of)
 def test_rows_are_blossoms(degree: int, breaks: np.ndarray) -> None:
-    rows = restrictions(degree, breaks)
+    rows = restriction_matrices(degree, breaks)
     unit = [tuple(Fraction(int(i == k)) for k in range(degree + 1)) for i in range(degree + 1)]
     first, last = Fraction(breaks[0]), Fraction(breaks[-1])
     t = [(Fraction(b) - first) / (last - first) for b in breaks]
@@ -39,7 +39,7 @@ def test_rows_are_blossoms(degree: int, breaks: np.ndarray) -> None:
 
 
 def test_high_degrees_keep_their_digits_and_meet() -> None:
-    rows = restrictions(64, np.array([0.0, 1e-3, 0.3, 0.5, 0.9, 1.0]))
+    rows = restriction_matrices(64, np.array([0.0, 1e-3, 0.3, 0.5, 0.9, 1.0]))
     assert rows.min() >= 0
     np.testing.assert_allclose(rows.sum(axis=2), 1, rtol=1e-14)
     np.testing.assert_array_equal(rows[1:, 0], rows[:-1, -1])
@@ -50,7 +50,7 @@ def test_high_degrees_keep_their_digits_and_meet() -> None:
 def test_cells_are_in_order_and_have_the_same_values() -> None:
     net = np.random.default_rng(4).random((4, 3, 2))
     u, v = np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 2.5, 3.0])
-    cells = restricted(net, u, v)
+    cells = restrict_to_cells(net, u, v)
     assert cells.shape == (6, 4, 3, 2)
     whole = exact_net(net)
     half = Fraction(1, 2)

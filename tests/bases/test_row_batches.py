@@ -3,12 +3,12 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 
 
 @given(st.integers(0, 50), st.integers(1, 20), st.integers(0, 100))
 def test_every_row_comes_once_and_chunks_fit(count: int, width: int, room: int) -> None:
-    found = list(chunks(count, width, room))
+    found = list(row_slices(count, width, room))
     assert [row for part in found for row in range(part.start, part.stop)] == list(range(count))
     for part in found:
         length = part.stop - part.start

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import triangle, triangle_basis, triangle_polynomials
-from service.bases.bernstein import bernstein, elevation
+from service.bases.bernstein import bernstein, elevation_matrix
 from tests.oracles import triangles
 
 
@@ -23,7 +23,7 @@ def exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fraction]:
 
 
 def test_sizes_and_degrees_are_each_others_inverse() -> None:
-    sizes = {triangle.size(n): n for n in range(70)}
+    sizes = {triangle.count_points(n): n for n in range(70)}
     assert list(sizes)[:5] == [1, 3, 6, 10, 15]
     for count in range(max(sizes)):
         assert triangle.degree_or_none(count) == sizes.get(count)
@@ -37,7 +37,7 @@ def test_order_is_that_of_the_conventions(degree: int) -> None:
     keys = triangles.keys(degree)
     starts = triangle.row_starts(degree)
     assert [keys[first][1:] for first in starts[:-1]] == [(0, k) for k in range(degree + 1)]
-    assert starts[-1] == triangle.size(degree)
+    assert starts[-1] == triangle.count_points(degree)
     for row, (zero, rising) in zip(
         triangle.side_rows(degree), ((1, 2), (0, 2), (2, 1)), strict=True
     ):
@@ -91,9 +91,9 @@ def test_corners_and_sides_need_no_rounding() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
-    basis = triangle_basis.sampled_triangle(4, 11, dtype)
-    assert basis is triangle_basis.sampled_triangle(4, 11, dtype)
+def test_sampled_basis_is_cached_and_read_only(dtype: type[np.floating]) -> None:
+    basis = triangle_basis.sample_triangle_basis(4, 11, dtype)
+    assert basis is triangle_basis.sample_triangle_basis(4, 11, dtype)
     assert basis.shape == (15, 78)
     assert basis.dtype == dtype
     with pytest.raises(ValueError, match="read-only"):
@@ -105,7 +105,7 @@ def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
 def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
     """Evaluation in blocks of rows equals that by the whole basis."""
     rng = np.random.default_rng(degree)
-    nets = rng.uniform(-1, 1, (triangle.size(degree), 4))
+    nets = rng.uniform(-1, 1, (triangle.count_points(degree), 4))
     truth = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions)).T @ nets
     curves = triangle_basis.row_curves(nets)
     assert curves.shape == (degree + 1, degree + 1, 4)
@@ -120,7 +120,7 @@ def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
 @pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 3), (1, 2), (2, 5), (3, 3), (20, 64)])
 def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
     """Its columns are Bernstein polynomials of the lower degree written in the higher one."""
-    matrix = elevation(low, high)
+    matrix = elevation_matrix(low, high)
     t = np.arange(12) / 11
     np.testing.assert_allclose(bernstein(high, t) @ matrix, bernstein(low, t), atol=1e-15)
     assert matrix.min() >= 0
@@ -132,7 +132,7 @@ def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
 @given(st.integers(1, 6), st.integers(0, 5), st.integers(0, 5))
 def test_the_tensor_net_is_the_same_polynomial(degree: int, i: int, j: int) -> None:
     """At s = u (1 − v), t = v."""
-    net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.size(degree), 2))
+    net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.count_points(degree), 2))
     u, v = i / 5, j / 5
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
     square = triangle_polynomials.tensor_net(net)[0]

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from service.bases import polynomials
 from service.bases.polynomials import Net
-from service.bases.triangle_polynomials import elevate, place
+from service.bases.triangle_polynomials import elevate, row_number
 
 seeds = st.integers(0, 10**6)
 small = st.integers(1, 5)
@@ -20,7 +20,7 @@ def net_for(degree: int, seed: int) -> Net:
 
 @settings(max_examples=20)
 @given(small, st.integers(1, 4), seeds)
-def test_its_sides_are_raised_as_those_of_other_patches(degree: int, more: int, seed: int) -> None:
+def test_sides_are_elevated_like_curves(degree: int, more: int, seed: int) -> None:
     """Bit for bit, in either direction: what shares an edge shares it afterwards."""
     points, weights = net_for(degree, seed)
     assert weights is not None
@@ -37,7 +37,7 @@ def test_its_sides_are_raised_as_those_of_other_patches(degree: int, more: int, 
 def _sides(degree: int) -> list[np.ndarray]:
     rising, nothing = np.arange(degree + 1), np.zeros(degree + 1, dtype=int)
     return [
-        place(degree, rising, nothing),
-        place(degree, nothing, rising),
-        place(degree, degree - rising, rising),
+        row_number(degree, rising, nothing),
+        row_number(degree, nothing, rising),
+        row_number(degree, degree - rising, rising),
     ]

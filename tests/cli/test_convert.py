@@ -9,7 +9,7 @@ import pytest
 from service.cli.main import main
 from service.cli.operations import operations_from_text
 from service.pipeline.documents import plan_conversion
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
 from service.surface.examples import find
 
@@ -57,7 +57,7 @@ def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) 
     wanted = plan_conversion(
         find("saddle").surface(),
         (Elevate((2, 3)), Reverse("u"), Split(v=0.5), Transpose()),
-        Allowed(),
+        SizeLimits(),
     ).run()
     assert main(["convert", "saddle", "-o", str(output), *flags]) == 0
     assert output.read_bytes() == wanted

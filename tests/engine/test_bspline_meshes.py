@@ -99,8 +99,8 @@ def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
         assert len(np.unique(mesh.uvs[:, 1])) == 7
     assert np.isin([-1, 0.1, 0.7, 2], mesh.uvs[:, 0]).all()
     for (u, v), place in zip(mesh.uvs, mesh.positions, strict=True):
-        (s,), rows = knots.basis(vector, 2, [u])
-        (t,), columns = knots.basis(knots.uniform(5, 3), 3, [v])
+        (s,), rows = knots.evaluate_basis(vector, 2, [u])
+        (t,), columns = knots.evaluate_basis(knots.uniform_knots(5, 3), 3, [v])
         window = surface.control_net[s - 2 : s + 1, t - 3 : t + 1]
         wanted = np.einsum("i,j,ijd->d", rows[0], columns[0], window)
         np.testing.assert_allclose(place, wanted, atol=1e-13)

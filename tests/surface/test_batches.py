@@ -1,10 +1,10 @@
-"""What batches know of their patches: bounds, and sides of one point."""
+"""Batches of patches: bounds, and sides of one point."""
 
 import numpy as np
 import pytest
 
 from service.surface.batches import TensorPatches
-from service.surface.sides import side_of
+from service.surface.sides import take_side
 
 
 @pytest.mark.parametrize("count", [1, 2, 63, 64, 81])
@@ -16,6 +16,6 @@ def test_bounds_and_collapsed_sides(count: int) -> None:
     points[2::4, -1, 0] = points[2::4, -1, -1] = points[2::4, 0, 0]
     batch, flat = TensorPatches(points), points.reshape(-1, 3)
     np.testing.assert_array_equal(batch.bounds, (flat.min(axis=0), flat.max(axis=0)))
-    sides = (side_of(points, number) for number in range(4))
+    sides = (take_side(points, number) for number in range(4))
     collapsed = np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
     np.testing.assert_array_equal(batch.collapsed, collapsed)

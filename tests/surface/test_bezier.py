@@ -13,7 +13,7 @@ FLAT = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2, 3], indexing="ij"), np.ze
 
 
 def issues_of(**fields: object) -> tuple[Issue, ...]:
-    """What is wrong with the surface of these fields."""
+    """The issues of a surface with these fields."""
     with pytest.raises(InvalidRequest) as caught:
         BezierSurface(**fields)  # type: ignore[arg-type]
     return caught.value.issues
@@ -27,7 +27,7 @@ def spoilt(value: float, *place: int) -> np.ndarray:
 
 
 @given(weighted_nets())
-def test_lowers_to_the_patch_it_is(weighted: tuple[Array, Array | None]) -> None:
+def test_lowers_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
     """One batch of one patch, the numbers untouched."""
     net, weights = weighted
     model = BezierSurface(net, weights, up="z", name="bowl").lower()
@@ -42,7 +42,7 @@ def test_lowers_to_the_patch_it_is(weighted: tuple[Array, Array | None]) -> None
         np.testing.assert_array_equal(batch.weights, weights[None])
 
 
-def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+def test_is_frozen_and_copies_its_input() -> None:
     """Changing the caller's array afterwards changes nothing; the own arrays cannot be written."""
     mine, weights = FLAT.copy(), np.ones((3, 4))
     surface = BezierSurface(mine, weights)
@@ -65,7 +65,7 @@ def test_minus_zero_is_zero() -> None:
 
 
 def test_names_at_most_twenty_faults() -> None:
-    """Every coordinate is wrong; the first twenty are told, in order."""
+    """Every coordinate is wrong; there are issues for the first twenty, in order."""
     issues = issues_of(control_net=np.full((4, 4, 3), np.nan))
     assert len(issues) == 20
     assert [i.pointer for i in issues[:4]] == [

@@ -79,7 +79,7 @@ def test_is_the_surface_of_cox_and_de_boor(
             np.testing.assert_allclose(got[k, a, b], [float(x) for x in wanted], atol=1e-13)
 
 
-def test_one_span_is_a_bezier_patch_as_it_is() -> None:
+def test_one_span_keeps_its_control_net() -> None:
     """Nothing is computed where nothing is to be lowered."""
     net, weights = points_for(4, 3, 3), weights_for(4, 3, 3)
     model = BsplineSurface(net, (3, 2), weights=weights, up="z", name="bowl").lower()
@@ -109,7 +109,7 @@ def test_patches_share_their_edges_bit_for_bit(
 
 @settings(max_examples=20, deadline=None)
 @given(knot_vectors(), knot_vectors(), seeds, st.booleans())
-def test_reversed_it_has_the_same_patches_reversed(
+def test_the_reversed_surface_has_reversed_patches(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
     """Bit for bit, in both directions at once."""
@@ -126,7 +126,7 @@ def test_reversed_it_has_the_same_patches_reversed(
         np.testing.assert_array_equal(back.weights[::-1, ::-1, ::-1], forth.weights)
 
 
-def test_in_blocks_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_blocks_give_the_same_patches(monkeypatch: pytest.MonkeyPatch) -> None:
     """Large nets are lowered piece by piece."""
     surface = BsplineSurface(points_for(9, 1, 8), weights=weights_for(9, 1, 8))
     (at_once,) = surface.lower().batches
@@ -162,14 +162,14 @@ def test_a_pole_stays_one_point() -> None:
     assert collapsed.sum() == 12
 
 
-def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+def test_is_frozen_and_copies_its_input() -> None:
     """Changing the caller's arrays afterwards changes nothing; its own cannot be written."""
-    net, knots = points_for(4, 1, 4), knot.clamped(4, 3)
+    net, knots = points_for(4, 1, 4), knot.clamped_knots(4, 3)
     surface = BsplineSurface(net, knots=(knots, "clamped"))
     before = net.copy()
     net[:], knots[:] = 7, 7
     np.testing.assert_array_equal(surface.control_net, before)
-    np.testing.assert_array_equal(surface.knots[0], knot.clamped(4, 3))
+    np.testing.assert_array_equal(surface.knots[0], knot.clamped_knots(4, 3))
     (batch,) = surface.lower().batches
     for array in (surface.control_net, surface.knots[0], batch.points):
         with pytest.raises(ValueError, match="read-only"):
@@ -181,7 +181,7 @@ KNOTS = [0, 0, 0, 1, 2, 3, 3, 3]
 
 
 def issues_of(**fields: Any) -> tuple[Issue, ...]:
-    """What is wrong with the good surface once these fields are replaced."""
+    """The issues of the good surface with these fields replaced."""
     with pytest.raises(InvalidRequest) as caught:
         BsplineSurface(**(GOOD | fields))
     return caught.value.issues
@@ -222,14 +222,14 @@ def u_knots(*vector: float) -> dict[str, Any]:
     ],
 )
 def test_refuses_and_points(fields: dict[str, Any], code: str, pointer: str) -> None:
-    """Where it is, what was got and what was needed."""
+    """Code and pointer of the issue; its got and needed have texts."""
     issue = issues_of(**fields)[0]
     assert (issue.code, issue.pointer) == (code, pointer)
     assert issue.got
     assert issue.needed
 
 
-def test_says_how_many_knots_there_must_be() -> None:
+def test_the_issue_names_the_number_of_knots() -> None:
     """n + p + 1, added up."""
     (issue,) = issues_of(**u_knots(*KNOTS[1:]))
     assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1, or 6")
@@ -250,7 +250,7 @@ ROUNDED = 1e-13
     ],
     ids=["equal", "near", "at the ends", "never more than p", "far from zero"],
 )
-def test_knots_that_rounding_tells_apart_are_equal(
+def test_knots_that_differ_by_rounding_are_made_equal(
     given: list[float], meant: list[float] | None, count: int
 ) -> None:
     net = np.random.default_rng(1).random((len(given) - 3, 4, 3))
@@ -276,7 +276,7 @@ def test_the_first_and_the_last_knot_may_be_left_out() -> None:
     assert issues_of(**u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
 
 
-def test_takes_what_is_just_within_the_limits() -> None:
+def test_accepts_surfaces_just_within_the_limits() -> None:
     """The highest degree, knots of full multiplicity, a domain of any place and size."""
     assert BsplineSurface(np.zeros((65, 2, 3)), (64, 1)).lower().patch_count == 1
     parted = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])

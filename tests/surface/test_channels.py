@@ -1,4 +1,4 @@
-"""What a surface may carry beside its points, and what is refused at birth."""
+"""Channels of surfaces: their checks, copies and lowering."""
 
 from fractions import Fraction
 from typing import Any
@@ -19,7 +19,7 @@ from service.surface.channels import (
     MAX_DIMENSION,
     MAX_NUMBERS,
     Channels,
-    only_channels,
+    keep_channels,
 )
 from service.surface.checks import MAX_DEGREE
 from service.surface.patches import PatchSurface
@@ -30,7 +30,7 @@ SQUARE = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
 ONE = np.ones((1, 1, 1))
 
 
-def refused(**channels: Any) -> tuple[str, str]:
+def issue_of(**channels: Any) -> tuple[str, str]:
     """Code and pointer of the only issue."""
     with pytest.raises(InvalidRequest) as caught:
         BezierSurface(SQUARE, channels=Channels(**channels))
@@ -51,28 +51,28 @@ def refused(**channels: Any) -> tuple[str, str]:
         (np.ones((0, 1, 3)), "wrong_dimension", "/colors"),
     ],
 )
-def test_colors_that_are_none(colors: Any, code: str, pointer: str) -> None:
-    assert refused(colors=np.array(colors)) == (code, pointer)
+def test_invalid_colors(colors: Any, code: str, pointer: str) -> None:
+    assert issue_of(colors=np.array(colors)) == (code, pointer)
 
 
-def test_texture_coordinates_that_are_none() -> None:
-    assert refused(uvs=np.ones((2, 2, 3))) == ("wrong_dimension", "/uvs")
-    assert refused(uvs=np.full((1, 1, 2), 1e39)[:, :, :1].repeat(2, axis=2) * [1, 0]) == (
+def test_invalid_texture_coordinates() -> None:
+    assert issue_of(uvs=np.ones((2, 2, 3))) == ("wrong_dimension", "/uvs")
+    assert issue_of(uvs=np.full((1, 1, 2), 1e39)[:, :, :1].repeat(2, axis=2) * [1, 0]) == (
         "coordinate_too_large",
         "/uvs/0/0/0",
     )
 
 
-def test_attributes_that_are_none() -> None:
+def test_invalid_attributes() -> None:
     wide = np.ones((1, 1, MAX_DIMENSION + 1))
-    assert refused(attributes=(("a", wide),)) == ("wrong_dimension", "/attributes/a")
+    assert issue_of(attributes=(("a", wide),)) == ("wrong_dimension", "/attributes/a")
     infinite = np.full((1, 2, 1), [[[0.0], [np.inf]]])
-    assert refused(attributes=(("a", infinite),)) == ("not_finite", "/attributes/a/0/1/0")
+    assert issue_of(attributes=(("a", infinite),)) == ("not_finite", "/attributes/a/0/1/0")
 
 
 @pytest.mark.parametrize("name", ["", "1st", "_x", "a b", "ä", "a/b", "a" * 33, "a\n"], ids=repr)
-def test_names_that_are_no_words(name: str) -> None:
-    code, pointer = refused(attributes=((name, ONE),))
+def test_invalid_names_of_attributes(name: str) -> None:
+    code, pointer = issue_of(attributes=((name, ONE),))
     assert code == "wrong_value"
     assert len(pointer) < 64
 
@@ -81,18 +81,18 @@ def test_names_that_are_no_words(name: str) -> None:
     ("names", "at"),
     [(("temp", "TEMP"), "TEMP"), (("flow", "Flow_0"), "Flow_0"), (("b_12", "b"), "b_12")],
 )
-def test_names_that_formats_could_not_tell_apart(names: tuple[str, ...], at: str) -> None:
+def test_names_that_formats_could_not_distinguish(names: tuple[str, ...], at: str) -> None:
     attributes = tuple((name, ONE) for name in names)
-    assert refused(attributes=attributes) == ("name_clash", f"/attributes/{at}")
+    assert issue_of(attributes=attributes) == ("name_clash", f"/attributes/{at}")
 
 
-def test_so_many_attributes_and_no_more() -> None:
+def test_the_number_of_attributes_is_limited() -> None:
     attributes = tuple((f"a{k}", ONE) for k in range(MAX_ATTRIBUTES + 1))
     assert len(Channels(attributes=attributes[1:]).attributes) == MAX_ATTRIBUTES
-    assert refused(attributes=attributes) == ("wrong_length", "/attributes")
+    assert issue_of(attributes=attributes) == ("wrong_length", "/attributes")
 
 
-def test_one_value_a_vertex() -> None:
+def test_one_value_for_each_vertex() -> None:
     vertices, index = SQUARE.reshape(4, 3), np.arange(4).reshape(1, 2, 2)
     for colors in (np.ones((3, 3)), np.ones((5, 3)), np.ones((2, 2, 3))):
         with pytest.raises(InvalidRequest) as caught:
@@ -121,17 +121,17 @@ def test_values_are_copied_and_read_only() -> None:
     assert not colors.flags.writeable
 
 
-def test_only_some_channels() -> None:
+def test_keeps_some_channels() -> None:
     channels = Channels(np.ones((1, 1, 3)), np.ones((1, 1, 2)), (("a", ONE), ("b", ONE)))
     model = BezierSurface(SQUARE, channels=channels).lower()
-    assert only_channels(model, frozenset({"colors", "uvs", "attribute"})) is model
+    assert keep_channels(model, frozenset({"colors", "uvs", "attribute"})) is model
     cases: list[tuple[list[ChannelKind], list[str]]] = [
         (["attribute"], ["a", "b"]),
         (["uvs"], ["uvs"]),
         ([], []),
     ]
     for kinds, names in cases:
-        (batch,) = only_channels(model, frozenset(kinds)).batches
+        (batch,) = keep_channels(model, frozenset(kinds)).batches
         assert [channel.name for channel in batch.channels] == names
 
 

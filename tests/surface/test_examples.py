@@ -31,7 +31,7 @@ PATCHES = {
     "bspline-ring": (60, (3, 3)),
 }
 OTHERS = {"rounded-box": [(8, 4)]}
-"""What further batches have."""
+"""Numbers of patches and degrees of further batches."""
 
 ON = {
     ("cylinder", "side"): quadrics.cylinder,
@@ -47,7 +47,7 @@ def points_of(example: str) -> np.ndarray:
     return batch.points
 
 
-def test_each_has_its_id_and_a_text_for_people() -> None:
+def test_each_has_an_id_and_a_description() -> None:
     """Which there are is written down in tests/test_registries.py."""
     for key, example in EXAMPLES.items():
         assert example.id == key
@@ -56,7 +56,7 @@ def test_each_has_its_id_and_a_text_for_people() -> None:
 
 
 @pytest.mark.parametrize("example", PATCHES)
-def test_lowers_to_so_many_patches(example: str) -> None:
+def test_numbers_of_patches(example: str) -> None:
     """The part names, the number and the degree of the patches."""
     model = patches_of(example)
     batch = model.batches[0]

@@ -8,7 +8,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member, content_key
 from service.surface.lowered import PatchModel
-from service.surface.placement import placed_bounds, upright
+from service.surface.placement import place_bounds, turn_upright
 from tests.strategies import Array, placements
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
@@ -19,7 +19,7 @@ def scaled(x: float, y: float, z: float) -> Array:
     return np.diag([x, y, z, 1.0])
 
 
-def test_equal_surfaces_are_one_model_whatever_they_are_called() -> None:
+def test_equal_surfaces_are_one_model_under_any_name() -> None:
     """Equal in what they say, not in being the same object."""
     group = GroupSurface(
         (
@@ -50,24 +50,24 @@ def test_content_keys_are_of_values() -> None:
 
 @pytest.mark.parametrize("matrix", [None, scaled(2, 3, -4)])
 def test_members_of_another_up_are_turned_upright_exactly(matrix: Array | None) -> None:
-    """What pointed along the member's vertical axis points along the group's."""
+    """A point along the member's vertical axis ends up along the group's."""
     point = np.array([0.1, 0.2, 0.3, 1.0])
     place = np.eye(4) if matrix is None else matrix
-    turned = upright(matrix, "z", "y")
+    turned = turn_upright(matrix, "z", "y")
     assert turned is not None
     assert (turned @ point).tolist() == (place @ [0.1, 0.3, -0.2, 1]).tolist()
-    back = upright(matrix, "y", "z")
+    back = turn_upright(matrix, "y", "z")
     assert back is not None
     assert (back @ point).tolist() == (place @ [0.1, -0.3, 0.2, 1]).tolist()
-    assert upright(turned, "y", "y") is turned
-    assert upright(np.eye(4), "z", "z") is None
+    assert turn_upright(turned, "y", "y") is turned
+    assert turn_upright(np.eye(4), "z", "z") is None
 
 
 @given(placements())
 def test_placed_bounds_hold_the_placed_corners(matrix: Array) -> None:
     model = find("tveit").surface().lower()
     assert isinstance(model, PatchModel)
-    low, high = placed_bounds(model.bounds, matrix)
+    low, high = place_bounds(model.bounds, matrix)
     points = model.batches[0].points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
     assert (points >= low - 1e-12).all()
     assert (points <= high + 1e-12).all()

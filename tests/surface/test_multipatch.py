@@ -1,4 +1,4 @@
-"""Several patches and splines as one surface: seams, parts, parameters, and what is refused."""
+"""Several patches and splines as one surface: seams, parts, parameters and refusals."""
 
 from dataclasses import replace
 
@@ -105,7 +105,7 @@ def test_parameters_are_those_of_each_surface() -> None:
         assert caught.value.issues[0].pointer == where
 
 
-def test_refuses_nothing_too_many_and_what_carries_other_values() -> None:
+def test_refuses_empty_too_long_and_different_channels() -> None:
     saddle = find("saddle").surface()
     assert isinstance(saddle, BezierSurface)
     painted = replace(saddle, channels=Channels(uvs=np.zeros((1, 1, 2))))

@@ -1,4 +1,4 @@
-"""Patches over shared vertices: lowering, parts, and what is refused."""
+"""Patches over shared vertices: lowering, parts and refusals."""
 
 from itertools import permutations
 
@@ -20,13 +20,13 @@ QUADS = np.array([[[0, 1], [2, 3]], [[2, 3], [4, 5]], [[4, 5], [6, 7]]])
 
 
 def issues_of(**fields: object) -> tuple[Issue, ...]:
-    """What is wrong with the strip when these fields are replaced."""
+    """The issues of the strip with these fields replaced."""
     with pytest.raises(InvalidRequest) as caught:
         PatchSurface(**({"vertices": STRIP, "patches": QUADS} | fields))  # type: ignore[arg-type]
     return caught.value.issues
 
 
-def test_lowers_to_the_points_that_are_named() -> None:
+def test_lowers_to_the_indexed_vertices() -> None:
     """Index by index, weights likewise."""
     weights = np.arange(1.0, 9)
     model = PatchSurface(STRIP, QUADS, weights, up="z", name="strip").lower()
@@ -91,7 +91,7 @@ def test_grids_of_several_degrees_close(
         assert (report.patches, report.boundary_edges) == (2, 0)
 
 
-def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+def test_is_frozen_and_copies_its_input() -> None:
     """Changing the caller's arrays afterwards changes nothing."""
     vertices, patches = STRIP.copy(), QUADS.copy()
     surface = PatchSurface(vertices, patches)

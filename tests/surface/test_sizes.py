@@ -14,7 +14,7 @@ from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
 
 
-def test_every_kind_answers_for_itself() -> None:
+def test_every_kind_has_its_size() -> None:
     kinds = get_args(Surface)
     assert len(kinds) > 6
     for kind in kinds:
@@ -22,7 +22,7 @@ def test_every_kind_answers_for_itself() -> None:
         assert {"size", "lower"} <= vars(kind).keys()
 
 
-def test_a_kind_that_does_not_answer_cannot_be_made() -> None:
+def test_a_kind_without_size_cannot_be_created() -> None:
     assert issubclass(SurfaceKind, ABC)
     silent = type("Silent", (SurfaceKind,), {"lower": lambda _: None})
     with pytest.raises(TypeError, match="size"):
@@ -37,7 +37,7 @@ def models_of(model: Model) -> list[PatchModel | SweepModel]:
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_sizes_are_those_of_what_a_surface_is_lowered_to(example: str) -> None:
+def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
     surface = find(example).surface()
     size, models = surface.size(), models_of(surface.lower())
     batches = [b for own in models if isinstance(own, PatchModel) for b in own.batches]

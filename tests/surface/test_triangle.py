@@ -1,4 +1,4 @@
-"""Triangular surfaces: lowering, tensor form, and what is refused."""
+"""Triangular surfaces: lowering, tensor form and refusals."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from tests.oracles import triangles
 NET = np.array([(j, k, j * k) for _, j, k in triangles.keys(2)], dtype=float)
 
 
-def test_lowers_to_the_one_patch_it_is() -> None:
+def test_lowers_to_one_patch() -> None:
     weights = np.arange(1.0, 7)
     carried = Channels(uvs=np.array([[0.0, 0], [1, 0], [0, 1]]))
     surface = TriangleSurface(NET, weights, "z", "sail", carried)
@@ -28,7 +28,7 @@ def test_lowers_to_the_one_patch_it_is() -> None:
     assert (model.name, model.up, model.patch_count) == ("sail", "z", 1)
 
 
-def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+def test_is_frozen_and_copies_its_input() -> None:
     net = NET.copy()
     surface = TriangleSurface(net)
     net[:] = 9
@@ -44,7 +44,7 @@ def test_channels_follow_into_the_tensor_form() -> None:
     carried = Channels(colors=net)
     (batch,) = TriangleSurface(NET, channels=carried).lower().batches
     assert isinstance(batch, TrianglePatches)
-    (channel,) = batch.tensor().channels
+    (channel,) = batch.to_tensor().channels
     assert channel.nets.shape == (1, 4, 4, 3)
     u, v = 0.3, 0.6
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])

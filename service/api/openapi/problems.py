@@ -39,7 +39,7 @@ from service.schemas.validation import parse_request
 from service.settings.values import Settings
 from service.storage.failures import disk_full
 from service.storage.quota import quota_exceeded
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Split
 from service.surface.examples import find
 
@@ -104,7 +104,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "knots": _post(_KNOTS),
             "parameters": lambda: plan_points(find("trefoil-tube").surface(), _PLACE).run(),
             "conversion": lambda: plan_conversion(
-                find("sphere").surface(), (Split(u=0.5),), Allowed()
+                find("sphere").surface(), (Split(u=0.5),), SizeLimits()
             ).run(),
         },
         "InvalidQuery": {

@@ -17,7 +17,7 @@ from service.pipeline.points import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.points import PointsRequest
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 
 
 class CurveRoute(BodyRoute):
@@ -45,7 +45,7 @@ show_answers(
     "convertSurface",
     _CONVERSIONS,
     ConvertRequest,
-    lambda wanted: plan_conversion(wanted.to_surface(), wanted.to_operations(), Allowed()).run(),
+    lambda wanted: plan_conversion(wanted.to_surface(), wanted.to_operations(), SizeLimits()).run(),
 )
 show_answers(
     "createCurve",
@@ -101,7 +101,7 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
     """
     services, job, *_ = context
     settings = services.settings
-    allowed = Allowed(settings.max_control_points, settings.max_degree)
+    allowed = SizeLimits(settings.max_control_points, settings.max_degree)
     operations = wanted.to_operations()
     work = plan_conversion(wanted.to_surface(), operations, allowed, services.limits)
     return bytes_response(await job.run(work, "convert"), job)

@@ -9,7 +9,7 @@ import base64
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
 
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
@@ -83,7 +83,7 @@ def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
     """The base64 of chunks, as if they were one."""
     left = b""
     for chunk in chunks:
-        for first, last in runs(len(chunk), PIECE):
+        for first, last in row_runs(len(chunk), PIECE):
             piece = left + chunk[first:last]
             # 3 bytes are 4 letters; the rest goes to the next chunk.
             whole = len(piece) - len(piece) % 3

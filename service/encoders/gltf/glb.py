@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Ints
-from service.bases.cache import derived
+from service.bases.cache import derive_once
 from service.encoders.colors import translucent
 from service.encoders.content import drawn, report_object
 from service.encoders.format import EncodeOptions
@@ -149,7 +149,7 @@ def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),
         tuple((name, column.values.shape[1]) for name, column in columns.items()),
     )
-    template = derived((mesh.triangles,), key, lambda: _template(mesh, options, len(columns)))
+    template = derive_once((mesh.triangles,), key, lambda: _template(mesh, options, len(columns)))
     return template.fill(mesh, columns) if template.indices else None
 
 

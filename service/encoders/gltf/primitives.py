@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, IndexArray, Ints
-from service.bases.cache import derived
+from service.bases.cache import derive_once
 from service.cancellation import checkpoint
 from service.encoders.colors import translucent
 from service.encoders.content import drawn, refuse_quads
@@ -88,7 +88,7 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
     """Every part with faces: its vertices, and its triangles with indices into these."""
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
-    split = derived(
+    split = derive_once(
         (mesh.triangles,),
         ("glTF", runs, vertices),
         lambda: _split(mesh.triangles, runs, vertices),

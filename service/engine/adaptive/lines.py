@@ -91,7 +91,7 @@ def _across(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
         bound = triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
         pieces = _pieces(8 * bound, allowed)
         if goal.angle < np.inf:
-            square = batch.tensor().points
+            square = batch.to_tensor().points
             turns = np.maximum(_turns(square), _turns(square.swapaxes(1, 2)))
             pieces = np.maximum(pieces, _by_angle(turns, goal))
         return pieces, pieces

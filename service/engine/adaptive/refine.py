@@ -26,7 +26,7 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells, whole
 from service.engine.adaptive.cutting.subdivision import divided
@@ -122,7 +122,7 @@ class Proofs:
         todo &= draft.alive & (draft.host >= 0)
         these = todo.nonzero()[0]
         self.close[these] = False
-        for first, last in runs(len(these), SOME):
+        for first, last in row_runs(len(these), SOME):
             self._prove(draft, these[first:last])
 
     def _prove(self, draft: Draft, these: Ints) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.triangulation import Triangulation
@@ -115,7 +115,7 @@ def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> Floa
     values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
     for batch, first, rows in by_batch(model.batches, samples.patch):
         nets = batch.channels[number].nets
-        for part in chunks(len(rows), nets[0].size, CHUNK_VALUES):
+        for part in row_slices(len(rows), nets[0].size, CHUNK_VALUES):
             some = rows[part]
             own, u, v = nets[samples.patch[some] - first], samples.u[some], samples.v[some]
             if isinstance(batch, TrianglePatches):

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.engine.adaptive.lines import goal_divisions
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import second_derivative_bounds
@@ -72,8 +72,8 @@ def least_by_angle(model: PatchModel, angle: float) -> float:
     """
     area = 0.0
     for batch in model.batches:
-        grids = batch.tensor() if isinstance(batch, TrianglePatches) else batch
-        for rows in chunks(grids.count, SAMPLES**2, CHUNK):
+        grids = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
+        for rows in row_slices(grids.count, SAMPLES**2, CHUNK):
             some = grids.take(np.arange(grids.count)[rows])
             normals = evaluate(some, (SAMPLES, SAMPLES)).normals
             assert normals is not None
@@ -91,7 +91,7 @@ def _cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     part = max(float(goal.allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
     cells = pieces = 0
     for batch in model.batches:
-        patches = batch.tensor() if isinstance(batch, TrianglePatches) else batch
+        patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
         bends = second_derivative_bounds(patches, (1, 1), (1, 1))
         uu, uv, vv = (each[0, 0] / (8 * part) for each in (bends.uu, 2 * bends.uv, bends.vv))
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]

@@ -16,7 +16,7 @@ from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.goal import Goal, View, too_small
 from service.engine.scenes.placing import placing_error, scalings
 from service.surface.lowered import GroupModel, PatchModel
-from service.surface.placement import placed_bounds
+from service.surface.placement import place_bounds
 
 Bounds: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
@@ -98,7 +98,7 @@ def in_place(goal: Goal, matrix: FloatArray | None, bounds: Bounds, error: float
     allows r s d; and an error there is at most S times that of the model.
     """
     (least, most), taken = scalings(matrix), placing_error(matrix, *bounds) + error
-    goal = without(goal, taken, placed_bounds(bounds, matrix))
+    goal = without(goal, taken, place_bounds(bounds, matrix))
     view = goal.view
     if view is not None:
         eye = view.eye

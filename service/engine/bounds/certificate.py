@@ -38,7 +38,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.bases.unique_rows import unique_values
 from service.engine.bounds.clip import Pieces, clipped, images
 from service.engine.bounds.degree_reduction import DIRECT, box_order
@@ -194,7 +194,7 @@ class _Measure:
             if is_high:
                 numbers = 2 * (p + 1) * (q + 1)
                 here = here[box_order(pieces.patch[here], pieces.places[..., here])]
-            for chunk in chunks(len(here), numbers, CHUNK):
+            for chunk in row_slices(len(here), numbers, CHUNK):
                 some = here[chunk]
                 patch, places = pieces.patch[some], pieces.places[..., some]
                 frames = self._frames(nets, some)
@@ -215,7 +215,7 @@ class _Measure:
         """Bounds of the deviation of the whole patches that these pieces are in."""
         bounds = np.empty(len(wanted))
         for nets, rows in self.ground.by_group(self.pieces.patch[wanted]):
-            for chunk in chunks(len(rows), nets.items[0].size, CHUNK):
+            for chunk in row_slices(len(rows), nets.items[0].size, CHUNK):
                 some = wanted[rows[chunk]]
                 own = nets.items[self.ground.row[self.pieces.patch[some]]]
                 bounds[rows[chunk]] = self._frames(nets, some).hulls(own)

@@ -149,7 +149,7 @@ def _rim(shape: AnyShape) -> IndexArray:
         corners = faces(shape, "triangles")[0]
         cells = 2 * len(faces(shape, "quads")[1])
         if isinstance(shape, TriangleShape):
-            border = np.zeros(triangle.size(shape.divisions), dtype=bool)
+            border = np.zeros(triangle.count_points(shape.divisions), dtype=bool)
             border[triangle.side_rows(shape.divisions)] = True
         else:
             grid = np.arange((shape.resolution[0] + 1) * (shape.resolution[1] + 1))

@@ -19,7 +19,7 @@ Triangles that share a box share all of this, so they are handled in the order o
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.bernstein import bernstein, elevation
+from service.bases.bernstein import bernstein, elevation_matrix
 from service.bases.cache import PLANS
 from service.engine.bounds.blossoms import box_nets, rows
 
@@ -94,9 +94,9 @@ def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         low = low @ _reduction(q).T
     raised = low
     if p > LOW:
-        raised = elevation(LOW, p) @ raised
+        raised = elevation_matrix(LOW, p) @ raised
     if q > LOW:
-        raised = raised @ elevation(LOW, q).T
+        raised = raised @ elevation_matrix(LOW, q).T
     away = (boxes - raised).reshape(*boxes.shape[:2], -1)
     away *= away
     points = np.sqrt((away[:, 0] + away[:, 1] + away[:, 2]).max(axis=1))

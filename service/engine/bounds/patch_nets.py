@@ -13,7 +13,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of, row_starts
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -152,7 +152,7 @@ class PatchNets:
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The same as `by_group`, so few places at a time that their nets stay small."""
         for nets, here in self.by_group(patch):
-            for rows in chunks(len(here), nets.values[..., 0].size, CHUNK):
+            for rows in row_slices(len(here), nets.values[..., 0].size, CHUNK):
                 yield nets, here[rows]
 
 

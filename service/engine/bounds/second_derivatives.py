@@ -42,9 +42,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import PLANS
-from service.bases.homogeneous import homogeneous
-from service.bases.restriction import restrictions
-from service.bases.row_batches import chunks
+from service.bases.homogeneous import to_homogeneous
+from service.bases.restriction import restriction_matrices
+from service.bases.row_batches import row_slices
 from service.engine.evaluation.triangle_nets import differences
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
@@ -93,7 +93,7 @@ def second_derivative_bounds(
     found = np.zeros((4, *blocks, patches.count))
     found[3] = patches.diagonal
     each = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
-    for rows in chunks(patches.count, each, CHUNK):
+    for rows in row_slices(patches.count, each, CHUNK):
         net = _local(patches, rows)
         du, dv = _steps(net, 1), _steps(net, 2)
         middles = None
@@ -126,7 +126,7 @@ def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
     found = np.zeros(patches.count)
     if degree < 2:
         return found
-    for rows in chunks(patches.count, 4 * patches.points.shape[1], CHUNK):
+    for rows in row_slices(patches.count, 4 * patches.points.shape[1], CHUNK):
         # The whole patch is one block; its net is the first of the two axes of a grid's.
         net = _local(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
         ds, dt = differences(net.swapaxes(0, 1))
@@ -149,7 +149,7 @@ def _local(patches: Patches, rows: slice) -> FloatArray:
     Coordinates are the outermost axis and patches the innermost one, so that whatever is computed
     runs over long contiguous rows.
     """
-    net = homogeneous(
+    net = to_homogeneous(
         patches.points[rows] - patches.middle,
         None if patches.weights is None else patches.weights[rows] / patches.weights.max(),
     )
@@ -179,7 +179,7 @@ def shares(degree: int, divisions: int, blocks: int) -> FloatArray:
 
     def build() -> FloatArray:
         lines = np.arange(blocks + 1) * divisions // blocks / divisions
-        return restrictions(degree, lines).swapaxes(0, 1).reshape(-1, degree + 1)
+        return restriction_matrices(degree, lines).swapaxes(0, 1).reshape(-1, degree + 1)
 
     return PLANS.array(("blocks", degree, divisions, blocks), build)
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import sampled
-from service.bases.homogeneous import homogeneous
-from service.bases.row_batches import chunks
+from service.bases.bernstein import sample_basis
+from service.bases.homogeneous import to_homogeneous
+from service.bases.row_batches import row_slices
 from service.engine.evaluation.evaluate import choose
 from service.engine.mesh.connectivity import SAME_WEIGHT
 from service.engine.mesh.degree_matching import SAME_CURVE
@@ -128,9 +128,9 @@ def measured_errors(
         The samples of the patches of the block, as they are stored.
     """
     shift = origin - patches.middle
-    nets = homogeneous(patches.points - patches.middle, patches.weights)
+    nets = to_homogeneous(patches.points - patches.middle, patches.weights)
     largest = np.empty(patches.count)
-    for rows in chunks(patches.count, positions.shape[1], CHUNK_SAMPLES):
+    for rows in row_slices(patches.count, positions.shape[1], CHUNK_SAMPLES):
         exact = _evaluated(nets[rows], resolution)
         squares = np.zeros(exact.shape[1:])
         for axis in range(3):
@@ -163,7 +163,9 @@ def _evaluated(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
     """Nets (m, p+1, q+1, d), or of triangles (m, K, d), at all samples: shape (d, m, samples)."""
     if nets.ndim == 3:
         return np.moveaxis(triangle_basis.evaluate_triangles(nets, resolution[0]), -1, 0)
-    along_u, along_v = (sampled(n - 1, r) for n, r in zip(nets.shape[1:3], resolution, strict=True))
+    along_u, along_v = (
+        sample_basis(n - 1, r) for n, r in zip(nets.shape[1:3], resolution, strict=True)
+    )
     values: FloatArray = along_u @ np.ascontiguousarray(np.moveaxis(nets, -1, 0)) @ along_v.T
     return values.reshape(*values.shape[:2], -1)
 
@@ -182,7 +184,7 @@ def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tupl
     if isinstance(patches, TrianglePatches):
         n, divisions = patches.degree, resolution[0]
         small = triangle_basis.is_small(n, divisions)
-        return triangle.size(n) if small else n + 1, 2 * n
+        return triangle.count_points(n) if small else n + 1, 2 * n
     p, q = patches.degree
     at_once = choose(patches, resolution, normals) == "kronecker"
     return (p + 1) * (q + 1) if at_once else p + q + 2, p + q

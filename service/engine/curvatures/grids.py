@@ -11,9 +11,9 @@ import numpy as np
 
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, Ints
-from service.bases.bernstein import sampled, sampled_columns, sampled_grid
-from service.bases.homogeneous import homogeneous
-from service.bases.row_batches import runs
+from service.bases.bernstein import sample_basis, sample_basis_columns, sample_grid_basis
+from service.bases.homogeneous import to_homogeneous
+from service.bases.row_batches import row_runs
 from service.engine.curvatures.forms import Planes, measure_of
 from service.engine.evaluation.evaluate import choose
 from service.engine.evaluation.nets import PARTIALS, PatchNets
@@ -59,7 +59,7 @@ def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterat
         nets = PatchNets(patches, np.arange(first, last))
         of = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
         measure = measure_of(*(_needed(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
-        for begin, end in runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
+        for begin, end in row_runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
             empty = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
@@ -72,9 +72,9 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
     """Of all samples of triangles; partials along s and t."""
     n = patches.degree
     starts = triangle.row_starts(divisions)
-    for first, last in _patch_runs(patches, triangle.size(divisions)):
+    for first, last in _patch_runs(patches, triangle.count_points(divisions)):
         local = local_triangles(patches.take(np.arange(first, last)))
-        net = homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
+        net = to_homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
         ds, dt = (n * part for part in differences(net))
         of: list[FloatArray | None] = [net, ds, dt, None, None, None]
         if n > 1:
@@ -97,7 +97,7 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
 def _patch_runs(patches: TensorPatches | TrianglePatches, each: int) -> Iterator[tuple[int, int]]:
     """As many patches at a time as keep both samples and nets few."""
     numbers = len(PARTIALS) * 4 * patches.points[0].size // 3
-    return runs(patches.count, max(1, min(CHUNK_SAMPLES // each, CHUNK_NUMBERS // numbers)))
+    return row_runs(patches.count, max(1, min(CHUNK_SAMPLES // each, CHUNK_NUMBERS // numbers)))
 
 
 def _row_runs(starts: Ints) -> Iterator[tuple[int, int]]:
@@ -125,15 +125,17 @@ def _by_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Plane
     """Some rows of samples (d, r, n) of nets (d, r, m, n), by one product with a cached basis."""
     planes, count, m, n = net.shape
     columns = resolution[1] + 1
-    basis = sampled_grid((m - 1, n - 1), resolution)[:, rows.start * columns : rows.stop * columns]
+    basis = sample_grid_basis((m - 1, n - 1), resolution)[
+        :, rows.start * columns : rows.stop * columns
+    ]
     return (net.reshape(planes * count, m * n) @ basis).reshape(planes, count, -1)
 
 
 def _by_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
     """The same, first along u, then along v."""
     planes, count, m, n = net.shape
-    along_u = sampled(m - 1, resolution[0])[rows] @ net
-    return (along_u @ sampled_columns(n - 1, resolution[1])).reshape(planes, count, -1)
+    along_u = sample_basis(m - 1, resolution[0])[rows] @ net
+    return (along_u @ sample_basis_columns(n - 1, resolution[1])).reshape(planes, count, -1)
 
 
 def _on_triangle(
@@ -143,7 +145,7 @@ def _on_triangle(
     count, planes, patches = net.shape
     columns = net.reshape(count, -1)
     if small:
-        basis = triangle_basis.sampled_triangle(triangle.degree_of(count), divisions)
+        basis = triangle_basis.sample_triangle_basis(triangle.degree_of(count), divisions)
         values = columns.T @ basis[:, slice(*samples)]
     else:
         values = np.empty((planes * patches, samples[1] - samples[0]))

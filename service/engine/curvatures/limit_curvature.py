@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.engine.points.answer import SERIES, near_poles
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
@@ -38,7 +38,7 @@ class Care:
             `too_costly`, where there are too many poles.
         """
         found = np.empty((2, len(index)))
-        for first, last in runs(len(index), CHUNK_SAMPLES):
+        for first, last in row_runs(len(index), CHUNK_SAMPLES):
             some = slice(first, last)
             here = index[some], u[some], v[some]
             if isinstance(patches, TrianglePatches):

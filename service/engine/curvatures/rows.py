@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
-from service.bases.bernstein import samples
+from service.bases.bernstein import sample_parameters
 from service.bases.triangle import row_starts
 from service.engine.curvatures.forms import curvatures_of
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
@@ -119,4 +119,4 @@ def parameters_of(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
         row = np.searchsorted(starts, sample, side="right") - 1
         return (sample - starts[row]) / divisions, row / divisions
     i, j = np.divmod(sample, block.resolution[1] + 1)
-    return samples(block.resolution[0])[i], samples(block.resolution[1])[j]
+    return sample_parameters(block.resolution[0])[i], sample_parameters(block.resolution[1])[j]

@@ -8,8 +8,8 @@ that rounding leaves room for; smaller ones are refused.
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.homogeneous import homogeneous
-from service.bases.row_batches import chunks
+from service.bases.homogeneous import to_homogeneous
+from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import deviations, halves, projected
 from service.engine.curves.evaluation import Samples
 from service.errors import InvalidRequest, Issue, TooLarge
@@ -130,7 +130,7 @@ def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: Float
     net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)
     worst = 0.0
-    for rows in chunks(len(at) - 1, net[0].size, CHUNK):
+    for rows in row_slices(len(at) - 1, net[0].size, CHUNK):
         piece, begin = at.piece[rows], at.t[rows]
         following = slice(rows.start + 1, rows.stop + 1)
         end = np.where(at.piece[following] == piece, at.t[following], 1.0)
@@ -143,7 +143,7 @@ def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: Float
 
 def local_nets(pieces: CurvePieces) -> FloatArray:
     """Nets about the middle of the curve: (S, n+1, d), or (w x …, w) of shape (S, n+1, d+1)."""
-    return homogeneous(pieces.points - pieces.middle, pieces.weights)
+    return to_homogeneous(pieces.points - pieces.middle, pieces.weights)
 
 
 def restricted(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:

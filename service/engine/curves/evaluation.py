@@ -11,7 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.engine.extent import powers_of_two
 from service.surface.curve_pieces import CurvePieces
 
@@ -44,7 +44,7 @@ class Samples:
 
     def chunks(self, width: int) -> Iterator[slice]:
         """Runs of samples for which `width` numbers each are not too many at once."""
-        return chunks(len(self), width, CHUNK)
+        return row_slices(len(self), width, CHUNK)
 
     def parameters(self, breaks: FloatArray) -> FloatArray:
         """Parameters in the curve's own domain, joints and ends exact."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import sampled_partials
+from service.bases.bernstein import sample_partials_basis
 from service.cancellation import checkpoint
 from service.engine.extent import is_moved
 from service.engine.scratch import Real, Workspaces
@@ -107,7 +107,7 @@ class _Workspace:
         size, end = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
         self.steps, means = _operators(p, q)
         self.means = means * TRUSTED[dtype]
-        basis = sampled_partials(degree, resolution, dtype)
+        basis = sample_partials_basis(degree, resolution, dtype)
         self.of_at, self.of_du, self.of_dv = basis[:size], basis[size:end], basis[end:]
         each = basis.shape[1]
         self.nets = np.empty((3 * count, self.steps.shape[1]))

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import samples
+from service.bases.bernstein import sample_parameters
 from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
@@ -37,7 +37,7 @@ def grids(work: GridEvaluation) -> None:
     end, since its four points show both partials.
     """
     p, q = work.patches.degree
-    lines: list[RealArray] = [samples(r).astype(work.dtype) for r in work.resolution]
+    lines: list[RealArray] = [sample_parameters(r).astype(work.dtype) for r in work.resolution]
     out = work.positions.reshape(work.patches.count, work.each, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
     for first, last, begin, end in _pieces(work.patches.count, work.each, (p + 1) * (q + 1)):
@@ -81,7 +81,9 @@ def triangles(work: TriangleEvaluation) -> None:
     The last three points show the partials.
     """
     degree = work.patches.degree
-    for first, last, begin, end in _pieces(work.patches.count, work.each, triangle.size(degree)):
+    for first, last, begin, end in _pieces(
+        work.patches.count, work.each, triangle.count_points(degree)
+    ):
         nets = work.nets(first, last)
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T
         points = work.local(first, last).astype(work.dtype)[..., np.newaxis]
@@ -103,7 +105,7 @@ def curves(points: FloatArray, divisions: int) -> FloatArray:
 
     Every number is computed by itself: its bits do not depend on what is computed beside it.
     """
-    t = samples(divisions)[:, np.newaxis]
+    t = sample_parameters(divisions)[:, np.newaxis]
     out = np.empty((len(points), divisions + 1, points.shape[2]))
     for first, last, begin, end in _pieces(len(points), divisions + 1, points.shape[1]):
         level: RealArray = points[first:last, :, np.newaxis]
@@ -120,7 +122,7 @@ def effort(model: PatchModel, resolution: tuple[int, int]) -> int:
     for batch in model.batches:
         each = (ru + 1) * (rv + 1)
         if isinstance(batch, TrianglePatches):
-            each = triangle.size(max(ru, rv))
+            each = triangle.count_points(max(ru, rv))
         total += batch.count * each * multiplications(batch)
     return total
 
@@ -129,7 +131,7 @@ def multiplications(patches: Patches) -> int:
     """How many each sample takes: of the order of p³."""
     planes = 3 if patches.weights is None else 4
     if isinstance(patches, TrianglePatches):
-        return planes * 3 * sum(triangle.size(n) for n in range(patches.degree))
+        return planes * 3 * sum(triangle.count_points(n) for n in range(patches.degree))
     rows, columns = patches.degree
     count = 0
     while rows and columns:

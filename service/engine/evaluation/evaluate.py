@@ -96,7 +96,7 @@ def evaluate(
     if out is None:
         each: tuple[int, ...] = (resolution[0] + 1, resolution[1] + 1)
         if isinstance(patches, TrianglePatches):
-            each = (triangle.size(divisions),)
+            each = (triangle.count_points(divisions),)
         shape = (patches.count, *each, 3)
         out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
     work: Evaluation

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.engine.evaluation.at_once import (
     CHUNK_SAMPLES,
     ORDINARY,
@@ -221,7 +221,7 @@ class Evaluation(ABC):
             if len(index):
                 poles = int(np.count_nonzero(~crowded[doubtful[~owed] // self.each]))
                 rest = rest[~crowded[rest // self.each]]
-            for first, last in runs(len(index), max(1, CHUNK_SAMPLES // self.each)):
+            for first, last in row_runs(len(index), max(1, CHUNK_SAMPLES // self.each)):
                 anew = in_double(index[first:last])
                 self.normals[index[first:last]] = anew.normals
                 poles += anew.poles

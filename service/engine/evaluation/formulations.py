@@ -16,12 +16,12 @@ import numpy as np
 from service.bases.arrays import RealArray
 from service.bases.bernstein import (
     product_coefficients,
-    sampled,
-    sampled_columns,
-    sampled_interleaved,
-    sampled_partials,
+    sample_basis,
+    sample_basis_columns,
+    sample_interleaved_basis,
+    sample_partials_basis,
 )
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.scratch import Real, scratch
@@ -38,12 +38,12 @@ MOST_PAIRS = 6
 
 def kronecker(work: GridEvaluation) -> None:
     """All samples of some patches at a time: nets (3 r, (p+1)(q+1)) times one cached matrix."""
-    basis = sampled_partials(work.patches.degree, work.resolution, work.dtype)
+    basis = sample_partials_basis(work.patches.degree, work.resolution, work.dtype)
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.
     step = max(16, CHUNK_SAMPLES // work.each // 16 * 16)
     out = work.positions.reshape(work.patches.count, work.each, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
-    for first, last in runs(work.patches.count, step):
+    for first, last in row_runs(work.patches.count, step):
         nets = work.nets(first, last)
         rows = nets.rows.reshape(len(nets.rows), -1)
         rounded = scratch("rounded", rows.shape, work.dtype)
@@ -68,8 +68,8 @@ def _multiply(nets: RealArray, basis: RealArray, out: RealArray) -> None:
 def separable(work: GridEvaluation) -> None:
     """B(u) P B(v)ᵀ for S and both partials, patch by patch, some rows at a time."""
     (p, q), (ru, rv) = work.patches.degree, work.resolution
-    u, u_below = (sampled(degree, ru, work.dtype) for degree in (p, p - 1))
-    v, v_below = (sampled_columns(degree, rv, work.dtype) for degree in (q, q - 1))
+    u, u_below = (sample_basis(degree, ru, work.dtype) for degree in (p, p - 1))
+    v, v_below = (sample_basis_columns(degree, rv, work.dtype) for degree in (q, q - 1))
     write_positions = _position_writer(work)
     for patch, (net, *partial_nets), trust in _single(work, work.dtype):
         at_u = np.matmul(u, net)
@@ -88,8 +88,8 @@ def separable(work: GridEvaluation) -> None:
 def normal_polynomial(work: GridEvaluation) -> None:
     """Separable, with one net for S_u × S_v; polynomial patches only, and with normals only."""
     (p, q), (ru, rv) = work.patches.degree, work.resolution
-    u, u_normal = (sampled(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
-    v_normal = sampled_columns(2 * q - 1, rv, work.dtype)
+    u, u_normal = (sample_basis(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
+    v_normal = sample_basis_columns(2 * q - 1, rv, work.dtype)
     write_positions = _position_writer(work)
     for patch, (net, *partial_nets), trust in _single(work, np.float64):
         if not partial_nets:
@@ -118,7 +118,7 @@ def _single(work: GridEvaluation, dtype: Real) -> Iterator[tuple[int, list[RealA
     forms = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
     parts = [*forms][: 1 if work.normals is None else 3]
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
-    for first, last in runs(work.patches.count, step):
+    for first, last in row_runs(work.patches.count, step):
         nets = work.nets(first, last)
         trust = nets.least(work.dtype)
         for k in range(last - first):
@@ -151,14 +151,14 @@ def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, Re
     """
     degree, divisions = work.patches.degree[1], work.resolution[1]
     if work.rational or degree > 6:
-        columns = sampled_columns(degree, divisions, work.dtype)
+        columns = sample_basis_columns(degree, divisions, work.dtype)
 
         def write_planes(along_u: RealArray, at: RealArray, out: RealArray) -> None:
             np.matmul(along_u, columns, out=at)
             work.write_positions(at, out)
 
         return write_planes
-    interleaved = sampled_interleaved(degree, divisions, work.dtype)
+    interleaved = sample_interleaved_basis(degree, divisions, work.dtype)
 
     def write_points(along_u: RealArray, _: RealArray, out: RealArray) -> None:
         # Points side by side in one product: three times the multiplications, no second pass.
@@ -172,7 +172,7 @@ def _row_runs(work: GridEvaluation, patch: int) -> Iterator[RowRun]:
     """Rows of a patch some at a time."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
     normals = work.positions if work.normals is None else work.normals
-    for first, last in runs(work.shape[0], step):
+    for first, last in row_runs(work.shape[0], step):
         rows = slice(first, last)
         planes = work.sample_planes(last - first, work.shape[1])
         at = patch * work.each + first * work.shape[1]

@@ -18,8 +18,8 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints, RealArray
-from service.bases.bernstein import bernstein, binomials, sampled
-from service.bases.row_batches import chunks
+from service.bases.bernstein import bernstein, binomials, sample_basis
+from service.bases.row_batches import row_slices
 from service.bases.triangle_polynomials import tensor_net
 from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
@@ -57,7 +57,7 @@ def grids(work: GridEvaluation) -> None:
 
 def _rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
     """Planes (d, r, rows, Rv+1) of nets (m+1, n+1, d, r)."""
-    basis = sampled(len(net) - 1, work.resolution[0])[rows]
+    basis = sample_basis(len(net) - 1, work.resolution[0])[rows]
     curves = np.moveaxis(np.tensordot(basis, net, axes=(1, 0)), 0, -1)
     divisions = np.full(len(basis), work.resolution[1])
     return np.moveaxis(_marched(curves, divisions, work.dtype), 0, -1)
@@ -107,7 +107,7 @@ def curves(points: FloatArray, divisions: int) -> FloatArray:
     Every number is computed by itself: its bits do not depend on what is computed beside it.
     """
     out = np.empty((len(points), divisions + 1, points.shape[2]))
-    for rows in chunks(len(points), divisions + 1, CHUNK_SAMPLES):
+    for rows in row_slices(len(points), divisions + 1, CHUNK_SAMPLES):
         part = points[rows].transpose(1, 2, 0)
         values = _marched(part, np.full(part.shape[2], divisions), np.float64)
         out[rows] = values.transpose(2, 0, 1)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import samples
+from service.bases.bernstein import sample_parameters
 from service.engine.evaluation.evaluation_state import ChunkNets, Evaluation, Samples
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.poles import write_pole_normals
@@ -61,7 +61,7 @@ class GridEvaluation(Evaluation):
     ) -> tuple[FloatArray, int]:
         """Normals of samples, by their number in a patch, one by one; how many are limits."""
         i, j = np.divmod(sample, self.shape[1])
-        u, v = (samples(r) for r in self.resolution)
+        u, v = (sample_parameters(r) for r in self.resolution)
         return unit_normals(self.patches, patch, u[i], v[j])
 
     def _write_poles(self, normals: RealArray) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
-from service.bases.bernstein import sampled_with_slopes
+from service.bases.bernstein import sample_basis_with_slopes
 from service.bases.cache import MESH_PLANS
 from service.surface.batches import TensorPatches
 
@@ -124,7 +124,7 @@ def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
                     beside,
                     np.where(end != axis, -1.0, 1.0)[:, np.newaxis],
                     samples[index, -end].ravel(),
-                    sampled_with_slopes(degree[across], resolution[across]).T,
+                    sample_basis_with_slopes(degree[across], resolution[across]).T,
                 )
             )
     return _Plan(tuple(found))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.row_batches import runs
+from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
 from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.evaluation_state import (
@@ -48,7 +48,7 @@ class TriangleEvaluation(Evaluation):
         origin: FloatArray | None,
     ) -> None:
         self.divisions = divisions
-        super().__init__(patches, triangle.size(divisions), dtype, out, origin)
+        super().__init__(patches, triangle.count_points(divisions), dtype, out, origin)
 
     def run(self) -> None:
         """Writes all samples: those of some patches at a time, or some of one patch."""
@@ -59,7 +59,7 @@ class TriangleEvaluation(Evaluation):
 
     def nets(self, first: int, last: int) -> ChunkNets:
         """Planes of the nets of patches [first, last): (K, d, r)."""
-        size = triangle.size(self.patches.degree)
+        size = triangle.count_points(self.patches.degree)
         at = scratch("nets", (size, self.dimension, last - first), np.float64)
         net = self.points(first, last, at)
         if self.normals is None:
@@ -70,14 +70,14 @@ class TriangleEvaluation(Evaluation):
     def _at_once(self) -> None:
         # Sixteen numbers are a cache line: every plane of a chunk begins at one.
         count = max(16, CHUNK_SAMPLES // self.each // 16 * 16)
-        for first, last in runs(self.patches.count, 1 if self.each > CHUNK_SAMPLES else count):
+        for first, last in row_runs(self.patches.count, 1 if self.each > CHUNK_SAMPLES else count):
             nets = self.nets(first, last)
-            for begin, end in runs(self.each, CHUNK_SAMPLES):
+            for begin, end in row_runs(self.each, CHUNK_SAMPLES):
                 samples = slice(begin, end)
                 self._write(nets, slice(first, last), samples, partial(self._product, samples))
 
     def _by_rows(self) -> None:
-        for first, last in runs(self.patches.count, max(1, CHUNK_SAMPLES // self.each)):
+        for first, last in row_runs(self.patches.count, max(1, CHUNK_SAMPLES // self.each)):
             nets = self.nets(first, last)
             at = _curves(nets.at)
             if nets.du is not None and nets.dv is not None:
@@ -115,7 +115,7 @@ class TriangleEvaluation(Evaluation):
         """Nets (K, d, r) times the basis."""
         count, planes, patches = nets.shape
         degree = triangle.degree_of(count)
-        basis = triangle_basis.sampled_triangle(degree, self.divisions, self.dtype)[:, samples]
+        basis = triangle_basis.sample_triangle_basis(degree, self.divisions, self.dtype)[:, samples]
         out = scratch(name, (planes, patches, basis.shape[1]), self.dtype)
         rounded = nets.reshape(count, -1).astype(self.dtype, copy=False)
         np.matmul(rounded.T, basis, out=out.reshape(planes * patches, -1))

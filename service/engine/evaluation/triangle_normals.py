@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from service.bases import triangle_basis
 from service.bases.arrays import Bools, FloatArray
-from service.bases.homogeneous import homogeneous
-from service.bases.row_batches import chunks
+from service.bases.homogeneous import to_homogeneous
+from service.bases.row_batches import row_slices
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import barycentric_places, differences
@@ -64,7 +64,7 @@ def normals_at(
         used, which = np.unique(index[zero], return_inverse=True)
         around = local_triangles(patches.take(used)).patches
         u = across(around, which, barycentric_places(s[zero], t[zero]))
-        normals[zero], _ = unit_normals(around.tensor(), which, u, t[zero])
+        normals[zero], _ = unit_normals(around.to_tensor(), which, u, t[zero])
     return normals, vanishes
 
 
@@ -94,7 +94,7 @@ def triangles_of_samples(
         The row of `local` for each of them.
     """
     order = np.argsort(index, kind="stable")
-    for part in chunks(len(order), patches.points.shape[1], CHUNK_NUMBERS):
+    for part in row_slices(len(order), patches.points.shape[1], CHUNK_NUMBERS):
         rows = order[part]
         used, which = np.unique(index[rows], return_inverse=True)
         yield local_triangles(patches.take(used)), rows, which
@@ -105,7 +105,7 @@ def _regular(
 ) -> tuple[FloatArray, Bools]:
     """S_s × S_t of rows `which` of patches at hand, made unit where it does not vanish."""
     places = barycentric_places(s, t)
-    nets = homogeneous(local.points, local.weights).swapaxes(0, 1)
+    nets = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     along = differences(nets)
     below = triangle_basis.triangle_bernstein(local.degree - 1, places)
     ds, dt = (_sums(below, net, which) for net in along)

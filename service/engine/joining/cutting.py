@@ -15,7 +15,7 @@ from service.engine.joining.near_points import run_starts
 from service.engine.joining.shared_curves import Cuts
 from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, Part, PatchModel
-from service.surface.multipatch import joined
+from service.surface.multipatch import join_batches
 
 UNIT = np.array([0.0, 1.0])
 UNIT.flags.writeable = False
@@ -160,7 +160,7 @@ def _rebuilt(
     model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
 ) -> PatchModel:
     """The model of these patches, of which each was a part of its `owner` (P',)."""
-    batches = tuple(joined(some) for some in pieces)
+    batches = tuple(join_batches(some) for some in pieces)
     listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
     position = np.empty(model.patch_count, dtype=np.intp)
     position[listed] = np.arange(model.patch_count)

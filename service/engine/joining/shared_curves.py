@@ -20,7 +20,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.cache import Cache
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.clustering import leaders
 from service.engine.joining.near_points import run_starts
@@ -214,7 +214,7 @@ def _places(
         mine = np.flatnonzero(of[edge] >= 0)
         degree = group.points.shape[1] - 1
         samples = np.linspace(0, 1, 8 * degree + 1)
-        for part in chunks(len(mine), 3 * len(samples), CHUNK):
+        for part in row_slices(len(mine), 3 * len(samples), CHUNK):
             here = mine[part]
             own, target = of[edge[here]], points[here]
             nets = group.points[own] - target[:, None]
@@ -266,7 +266,7 @@ def _beside_shared(found: _Open, edge: Ints, corner: Ints, at: FloatArray, reach
         of = np.full(len(found.side), -1)
         of[number] = rows
         mine = np.flatnonzero(of[owner] >= 0)
-        for part in chunks(len(mine), 4 * len(shares) * (degree + 1), CHUNK):
+        for part in row_slices(len(mine), 4 * len(shares) * (degree + 1), CHUNK):
             here = mine[part]
             own = of[owner[here]]
             weights = None if group.weights is None else group.weights[own]

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, Ints, RealArray
-from service.bases.bernstein import bernstein, sampled
-from service.bases.bernstein import samples as parameters
-from service.bases.row_batches import chunks
+from service.bases.bernstein import bernstein, sample_basis
+from service.bases.bernstein import sample_parameters as parameters
+from service.bases.row_batches import row_slices
 from service.bases.triangle import row_starts
 from service.bases.triangle_basis import evaluate_triangles
 from service.engine.clustering import leaders
@@ -25,7 +25,7 @@ from service.engine.mesh.runs import Block
 from service.engine.scratch import Real
 from service.surface.batches import Channel, ChannelKind
 from service.surface.lowered import Domain, PatchModel
-from service.surface.sides import side_of
+from service.surface.sides import take_side
 
 CHUNK_VALUES = 1 << 20
 """Values computed at a time."""
@@ -144,7 +144,7 @@ def _rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealAr
             continue
         _write_grids(channel, block, out)
         for side, patches, along, samples in layout.extras_of(block):
-            edges = side_of(channel.nets, side)[patches]
+            edges = take_side(channel.nets, side)[patches]
             basis = bernstein(edges.shape[1] - 1, along)
             rows[samples] = np.einsum("ni,nid->nd", basis, edges)
     if channel.kind == "colors":
@@ -157,8 +157,8 @@ def _rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealAr
 def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
     """B(u) C B(v)ᵀ for every component of every patch; in float64, however it is stored."""
     a, b = channel.nets.shape[1] - 1, channel.nets.shape[2] - 1
-    along_u, along_v = sampled(a, block.resolution[0]), sampled(b, block.resolution[1]).T
-    for rows in chunks(len(block.patches), block.count, CHUNK_VALUES):
+    along_u, along_v = sample_basis(a, block.resolution[0]), sample_basis(b, block.resolution[1]).T
+    for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
         nets = channel.nets[block.patches[rows]]
         for component in range(channel.dimension):
             plane = along_u @ np.ascontiguousarray(nets[..., component]) @ along_v
@@ -167,7 +167,7 @@ def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
 
 def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
     """The same over the rows of triangles."""
-    for rows in chunks(len(block.patches), block.count, CHUNK_VALUES):
+    for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
         nets = channel.nets[block.patches[rows]]
         out[rows] = evaluate_triangles(nets, block.resolution[0])
 

@@ -21,12 +21,12 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.bernstein import bernstein, samples
+from service.bases.bernstein import bernstein, sample_parameters
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.vectors import cross
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel
-from service.surface.sides import side_of
+from service.surface.sides import take_side
 
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]
 
@@ -85,7 +85,7 @@ def _along(
     batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
     """Continuity of the seam between this side of the first patches and the next of the last."""
-    begin, end = side_of(batch.points, side)[first], side_of(batch.points, side + 1)[last]
+    begin, end = take_side(batch.points, side)[first], take_side(batch.points, side + 1)[last]
     if not np.array_equal(begin, end):
         return None
     return _continuity(
@@ -151,9 +151,9 @@ class _Border:
 
 
 def _border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _Border:
-    line, beside = (side_of(batch.points, side, k)[patches] - batch.middle for k in range(2))
+    line, beside = (take_side(batch.points, side, k)[patches] - batch.middle for k in range(2))
     weights = np.ones(batch.points.shape[:-1]) if batch.weights is None else batch.weights
-    heavy, heavy_beside = (side_of(weights, side, k)[patches] for k in range(2))
+    heavy, heavy_beside = (take_side(weights, side, k)[patches] for k in range(2))
     return _Border(line, beside, heavy, heavy_beside, -factor if side % 2 else factor)
 
 
@@ -162,7 +162,7 @@ def _continuity(first: _Border, last: _Border) -> Continuity | None:
     if not _same_weights(first, last):
         return None
     degree = first.line.shape[1] - 1
-    places = samples(4 * degree)
+    places = sample_parameters(4 * degree)
     basis, below = bernstein(degree, places), bernstein(degree - 1, places)
     longest = max(first.longest, last.longest)
     apart, planes, smooth = 0.0, 0, True

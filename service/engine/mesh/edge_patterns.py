@@ -108,7 +108,7 @@ def with_border(batch: Patches, points: FloatArray, weights: FloatArray | None) 
 def _border_rows(triangular: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
     """Which points of a net lie on its border, and among these its sides and its corners."""
     if triangular:
-        sides = [*triangle.side_rows(p), np.array([triangle.size(p) - 1])]
+        sides = [*triangle.side_rows(p), np.array([triangle.count_points(p) - 1])]
     else:
         number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
         sides = [number[0], number[-1], number[:, 0], number[:, -1]]

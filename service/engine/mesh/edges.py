@@ -12,9 +12,9 @@ from types import MappingProxyType
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.bernstein import sampled
+from service.bases.bernstein import sample_basis
 from service.bases.cache import PLANS
-from service.bases.homogeneous import homogeneous
+from service.bases.homogeneous import to_homogeneous
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.options import Method
 
@@ -111,7 +111,7 @@ def _sample_by(
     if weights is None:
         values = method(points, divisions)
     else:
-        values = method(homogeneous(points, weights), divisions)
+        values = method(to_homogeneous(points, weights), divisions)
         values[_plain(weights), :, 3] = 1.0
         values = values[..., :3] / values[..., 3:]
     values[:, 0], values[:, -1] = points[:, 0], points[:, -1]
@@ -123,7 +123,7 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
     """Samples (R+1, E, 3) of all edges, over long contiguous rows."""
     count, terms = points.shape[:2]
     basis = PLANS.array(
-        ("edges", terms, divisions), lambda: sampled(terms - 1, divisions).T[:, :, np.newaxis]
+        ("edges", terms, divisions), lambda: sample_basis(terms - 1, divisions).T[:, :, np.newaxis]
     )
     rows = points.transpose(1, 0, 2).reshape(terms, 1, -1)
     if weights is None:

@@ -68,7 +68,7 @@ def sample(
     results = []
     for block, patches in layout.cut(model.batches):
         if layout.has_poles and isinstance(patches, TensorPatches):
-            patches.tell_collapsed(seams.collapsed[block.first + block.patches])
+            patches.set_collapsed(seams.collapsed[block.first + block.patches])
         results.append(
             evaluate(
                 patches,

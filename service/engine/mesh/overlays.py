@@ -64,7 +64,7 @@ def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
 
 def _triangle_pattern(degree: int) -> Ints:
     """Segments (L, 2) of one triangular net: along its rows, then to both sides of the next."""
-    left = np.delete(np.arange(triangle.size(degree)), triangle.side_rows(degree)[1])
+    left = np.delete(np.arange(triangle.count_points(degree)), triangle.side_rows(degree)[1])
     above = degree + 1 + np.arange(len(left))
     lines = [(left, left + 1), (left, above), (left + 1, above)]
     return np.concatenate([np.stack(ends, axis=1) for ends in lines])

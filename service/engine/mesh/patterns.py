@@ -148,7 +148,7 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     """Triangles (m,j) (m,j+1) (m+1,j) and (m,j+1) (m+1,j+1) (m+1,j), shape (T, 3)."""
     divisions = shape.divisions
     ends = triangle.side_rows(divisions)[1]
-    left = np.delete(np.arange(triangle.size(divisions)), ends).astype(np.uint32)
+    left = np.delete(np.arange(triangle.count_points(divisions)), ends).astype(np.uint32)
     above = np.uint32(divisions + 1) + np.arange(len(left), dtype=np.uint32)
     one = np.uint32(1)
     pairs = np.stack([left, left + one, above, left + one, above + one, above], axis=1)
@@ -182,7 +182,7 @@ def _halves(cells: NDArray[Index]) -> NDArray[Index]:
 def merged_samples(shape: AnyShape) -> NDArray[np.intp]:
     """Local indices with those of a collapsed side made equal."""
     if isinstance(shape, TriangleShape):
-        merged = np.arange(triangle.size(shape.divisions))
+        merged = np.arange(triangle.count_points(shape.divisions))
         borders = list(triangle.side_rows(shape.divisions))
     else:
         ru, rv = shape.resolution

@@ -35,7 +35,7 @@ class Block:
     def count(self) -> int:
         """Samples of one patch."""
         if self.triangular:
-            return triangle.size(self.resolution[0])
+            return triangle.count_points(self.resolution[0])
         return (self.resolution[0] + 1) * (self.resolution[1] + 1)
 
 
@@ -103,7 +103,7 @@ class SampleRuns:
     def patch_samples(self, patches: Ints, shape: AnyShape) -> Ints:
         """Samples of patches of one shape in the local numbering of its pattern: (n, …)."""
         if isinstance(shape, TriangleShape):
-            return self.base[patches, None] + np.arange(triangle.size(shape.divisions))
+            return self.base[patches, None] + np.arange(triangle.count_points(shape.divisions))
         count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
         runs = [self.base[patches, None] + np.arange(count)]
         runs += [

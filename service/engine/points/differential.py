@@ -11,7 +11,7 @@ from service.engine.evaluation.normals import normals_of
 from service.engine.points.curvature import Curvatures, regular_curvatures
 from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
 from service.surface.batches import TensorPatches
-from service.surface.sides import corners_of
+from service.surface.sides import take_corners
 
 COUNTS = (1, 3, 6)
 """How many of them there are up to each order."""
@@ -126,7 +126,7 @@ def _write_ends(
     patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, points: FloatArray
 ) -> None:
     """Corners, and sides that are one point, are their control points bit for bit."""
-    corners = corners_of(patches.points)
+    corners = take_corners(patches.points)
     for side, (here, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
         rows = np.flatnonzero(here)
         rows = rows[patches.collapsed[index[rows], side]]

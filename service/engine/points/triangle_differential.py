@@ -8,7 +8,7 @@ import numpy as np
 
 from service.bases import triangle_basis
 from service.bases.arrays import FloatArray, Ints
-from service.bases.homogeneous import homogeneous
+from service.bases.homogeneous import to_homogeneous
 from service.engine.evaluation.nets import PARTIALS, PatchNets
 from service.engine.evaluation.triangle_nets import barycentric_places, differences
 from service.engine.evaluation.triangle_normals import across, normals_at, triangles_of_samples
@@ -58,7 +58,7 @@ def triangle_jets(
 def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: int) -> FloatArray:
     """Partials of the patches as they are: (1, 3 or 6, m, 3)."""
     n = local.degree
-    net = homogeneous(local.points, local.weights).swapaxes(0, 1)
+    net = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     nets = {(0, 0): net}
     if order > 0:
         nets[1, 0], nets[0, 1] = differences(net)
@@ -80,7 +80,7 @@ def _at_poles(
 ) -> FloatArray:
     """The curvatures again where S_s × S_t vanishes, and beside sides that are one point."""
     used, row = np.unique(which, return_inverse=True)
-    nets = PatchNets(local.take(used).tensor(), np.arange(len(used)))
+    nets = PatchNets(local.take(used).to_tensor(), np.arange(len(used)))
     # The corner t = 1 is a pole of this form only.
     nets.collapsed[:, 3] = False
     u, v = across(local, which, places), places[:, 2]

@@ -21,7 +21,7 @@ from dataclasses import fields
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
@@ -137,7 +137,7 @@ class _Chunk:
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """The pairs of the next level; those that are settled in this one are put aside."""
         low = np.empty(len(point))
-        for rows in chunks(len(point), 1, PAIRS):
+        for rows in row_slices(len(point), 1, PAIRS):
             model = self.cells.models[:5].take(cell[rows], axis=1)
             low[rows], upper = sphere_bounds(model, self.x.take(point[rows], axis=1))
             self.nearest.add_centers(point[rows], cell[rows], upper)

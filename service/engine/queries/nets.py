@@ -30,7 +30,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
-from service.bases.homogeneous import homogeneous
+from service.bases.homogeneous import to_homogeneous
 from service.bases.triangle_polynomials import tensor_net
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.curve_pieces import CurvePieces
@@ -128,7 +128,7 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
     groups: list[NetGroup] = []
     patches, corners, first, net = [], [], 0, 0
     for batch in batches:
-        points = homogeneous((batch.points - origin) / scale, batch.weights)
+        points = to_homogeneous((batch.points - origin) / scale, batch.weights)
         numbers = np.arange(first, first + batch.count)
         if isinstance(batch, TrianglePatches):
             if batch.degree <= HIGHEST:
@@ -151,10 +151,10 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
 
 def curve_nets(pieces: CurvePieces) -> QueryNets:
     """The nets of the pieces of a curve, of degree (n, 0); a place is (t, 0)."""
-    points = pieces.solid
+    points = pieces.space_points
     flat = points.reshape(-1, 3)
     origin, scale, diagonal = _frame(flat.min(axis=0), flat.max(axis=0))
-    nets = homogeneous((points - origin) / scale, pieces.weights)[:, :, np.newaxis]
+    nets = to_homogeneous((points - origin) / scale, pieces.weights)[:, :, np.newaxis]
     corners = np.broadcast_to(UNIT_CORNERS, (pieces.count, 4, 2))
     group = NetGroup(np.ascontiguousarray(nets), 0)
     return QueryNets((group,), origin, scale, np.arange(pieces.count), corners, diagonal)

@@ -16,7 +16,7 @@ from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import QueryNets, curve_nets, surface_nets
 from service.engine.vectors import cross, dot
-from service.surface.curve_pieces import CurvePieces, raised
+from service.surface.curve_pieces import CurvePieces, to_space
 from service.surface.lowered import PatchModel
 
 Columns: TypeAlias = dict[str, NDArray[Any]]
@@ -77,7 +77,7 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    found, columns = _closest(nets, ProjectQuery(raised(query.points), query.relative_tolerance))
+    found, columns = _closest(nets, ProjectQuery(to_space(query.points), query.relative_tolerance))
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     places = Samples(found.net, found.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)

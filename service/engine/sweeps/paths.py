@@ -17,7 +17,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.curves.arc_length import Speeds, arc_lengths
 from service.engine.curves.evaluation import Samples, positions, tangents
 from service.engine.sweeps.frames import perpendicular
-from service.surface.curve_pieces import CurvePieces, raised
+from service.surface.curve_pieces import CurvePieces, to_space
 
 SHARPEST_MITRE = radians(90)
 """A mitred tube is 1 / cos(half the turn) times as wide across the corner: here 1.41 times."""
@@ -103,7 +103,7 @@ def path_of(
     arrives = (counts[sample] > 1) & (share == 0)
     speeds = np.where(arrives, _speeds(pieces, arriving)[sample], _speeds(pieces, at)[sample])
     return Paths(
-        points=raised(positions(pieces, at))[np.newaxis, sample],
+        points=to_space(positions(pieces, at))[np.newaxis, sample],
         tangents=directions[np.newaxis],
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
         closed=closed,
@@ -160,8 +160,8 @@ def _directions(
     pieces: CurvePieces, at: Samples, arriving: Samples, closed: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Unit tangents with which the curve arrives at each sample, and with which it goes on."""
-    after = raised(tangents(pieces, at))
-    before = raised(tangents(pieces, arriving, before=True))
+    after = to_space(tangents(pieces, at))
+    before = to_space(tangents(pieces, arriving, before=True))
     if closed:
         # The corner between end and beginning belongs to both.
         after[-1], before[0] = after[0], before[-1]

@@ -1,1 +1,1 @@
-"""Surfaces in another form with the same points: degrees, pieces, directions, kinds."""
+"""Conversions of surfaces that keep their points: degrees, pieces, directions, kinds."""

@@ -1,4 +1,4 @@
-"""A surface in pieces, and a piece of a surface."""
+"""Splitting and restricting Bézier patches and triangles, and half of a patch as a triangle."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,35 +11,36 @@ from service.bases import polynomials, triangle, triangle_polynomials
 from service.bases.polynomials import Net
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
-from service.surface.convert.elevate import raised, raised_triangles
+from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
 from service.surface.convert.nets import (
-    Allowed,
-    along,
-    changed,
+    SizeLimits,
+    apply_along,
     check_count,
     check_degree,
     check_size,
-    moved,
-    one_patch,
-    one_triangle,
-    width,
+    count_channel_numbers,
+    map_channels,
+    move_axis,
+    require_patch,
+    require_triangle,
 )
 from service.surface.convert.operations import Interval, Restrict, Split, ToTriangle
-from service.surface.convert.sharing import Batch, shared
+from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
 
 def split_patch(
-    surface: BezierSurface | PatchSurface, operation: Split, allowed: Allowed
+    surface: BezierSurface | PatchSurface, operation: Split, allowed: SizeLimits
 ) -> PatchSurface:
-    """Two patches, or four: piece (k, l) has number k · (pieces along v) + l.
+    """Split a patch into two or four: piece (k, l) has number k · (pieces along v) + l.
 
-    Patches carry channels in their own degree: of degrees that differ all take the highest.
+    A surface of several patches has its channels in their degree, so points and channels are all
+    raised to the highest degree among them.
     """
-    patch = one_patch(surface)
+    patch = require_patch(surface)
     if operation.at is not None:
-        raise InvalidRequest(not_barycentric())
+        raise InvalidRequest(barycentric_issue())
     cuts = operation.u, operation.v
     for name, t in zip("uv", cuts, strict=True):
         if t is not None:
@@ -48,38 +49,42 @@ def split_patch(
     rows, columns = (max(net.shape[axis] for net in nets) for axis in (0, 1))
     pieces = 2 ** sum(t is not None for t in cuts)
     degree = rows - 1, columns - 1
-    check_size(degree, pieces, allowed, width(patch.channels))
+    check_size(degree, pieces, allowed, count_channel_numbers(patch.channels))
     whole = Batch((patch.control_net, patch.weights), patch.channels)
-    batch = whole.changed(partial(_pieces, cuts=cuts, degree=degree))
+    batch = whole.apply(partial(_cut_net, cuts=cuts, degree=degree))
     titles = surface.parts if isinstance(surface, PatchSurface) else ()
     parts = tuple((title, tuple(range(pieces))) for title, _ in titles)
-    return shared(batch, None, parts, surface.up, surface.name)
+    return share_vertices(batch, None, parts, surface.up, surface.name)
 
 
 def restrict_bezier(
-    surface: BezierSurface, operation: Restrict, _allowed: Allowed
+    surface: BezierSurface, operation: Restrict, _allowed: SizeLimits
 ) -> BezierSurface:
-    """The piece as a patch of the same degree over [0, 1]²."""
+    """Restrict a patch to a piece, which becomes a patch of the same degree over [0, 1]²."""
     for name, piece in (("u", operation.u), ("v", operation.v)):
         if piece is not None:
             check_within(name, piece, (0.0, 1.0))
-    points, weights = _piece((surface.control_net, surface.weights), operation)
-    channels = changed(surface.channels, lambda values: _piece((values, None), operation)[0])
+    points, weights = _restrict_net((surface.control_net, surface.weights), operation)
+    channels = map_channels(
+        surface.channels, lambda values: _restrict_net((values, None), operation)[0]
+    )
     return replace(surface, control_net=points, weights=weights, channels=channels)
 
 
-def restrict_patches(surface: PatchSurface, operation: Restrict, allowed: Allowed) -> PatchSurface:
-    """The same of a surface of one patch."""
-    patch = restrict_bezier(one_patch(surface), operation, allowed)
-    batch = Batch((patch.control_net, patch.weights), patch.channels).changed(_single)
-    return shared(batch, None, surface.parts, surface.up, surface.name)
+def restrict_patches(
+    surface: PatchSurface, operation: Restrict, allowed: SizeLimits
+) -> PatchSurface:
+    """Restrict a surface of one patch to a piece."""
+    patch = restrict_bezier(require_patch(surface), operation, allowed)
+    batch = Batch((patch.control_net, patch.weights), patch.channels).apply(_add_batch_axis)
+    return share_vertices(batch, None, surface.parts, surface.up, surface.name)
 
 
 def split_triangle(
-    surface: TriangleSurface | PatchSurface, operation: Split, allowed: Allowed
+    surface: TriangleSurface | PatchSurface, operation: Split, allowed: SizeLimits
 ) -> PatchSurface:
-    """Three triangles over shared vertices; of channels of other degrees all take the highest."""
-    patch = one_triangle(surface)
+    """Split a triangle into three over shared vertices, all nets in the highest degree."""
+    patch = require_triangle(surface)
     if operation.at is None:
         raise InvalidRequest(
             Issue(
@@ -92,38 +97,38 @@ def split_triangle(
         )
     nets = (patch.control_net, *(net for _, _, _, net in patch.channels.each()))
     degree = max(triangle.degree_of(len(net)) for net in nets)
-    check_count(3 * triangle.size(degree), allowed, width(patch.channels))
+    check_count(3 * triangle.count_points(degree), allowed, count_channel_numbers(patch.channels))
     r, s, t = (x / sum(operation.at) for x in operation.at)
     whole = Batch((patch.control_net, patch.weights), patch.channels)
-    batch = whole.changed(partial(_thirds, at=(r, s, t), degree=degree))
+    batch = whole.apply(partial(_cut_triangle, at=(r, s, t), degree=degree))
     titles = surface.parts if isinstance(surface, PatchSurface) else ()
     parts = tuple((title, (0, 1, 2)) for title, _ in titles)
-    return shared(None, batch, parts, surface.up, surface.name)
+    return share_vertices(None, batch, parts, surface.up, surface.name)
 
 
-def split_patches(surface: PatchSurface, operation: Split, allowed: Allowed) -> PatchSurface:
-    """A surface of one patch, whichever kind that is."""
+def split_patches(surface: PatchSurface, operation: Split, allowed: SizeLimits) -> PatchSurface:
+    """Split a surface of one patch or of one triangle."""
     is_triangle = len(surface.triangles) == 1 and not len(surface.patches)
     cut = split_triangle if is_triangle else split_patch
     return cut(surface, operation, allowed)
 
 
 def triangle_of_patch(
-    surface: BezierSurface | PatchSurface, operation: ToTriangle, allowed: Allowed
+    surface: BezierSurface | PatchSurface, operation: ToTriangle, allowed: SizeLimits
 ) -> TriangleSurface:
     """Half of a patch of degree (p, q) as a triangle of degree p + q."""
-    patch = one_patch(surface)
+    patch = require_patch(surface)
     for net in (patch.control_net, *(net for _, _, _, net in patch.channels.each())):
         check_degree(sum(net.shape[:2]) - 2, allowed)
-    check_count(triangle.size(sum(patch.degree)), allowed)
-    half = partial(_half, upper=operation.half == "upper")
-    batch = Batch((patch.control_net, patch.weights), patch.channels).changed(half)
+    check_count(triangle.count_points(sum(patch.degree)), allowed)
+    half = partial(_take_half, upper=operation.half == "upper")
+    batch = Batch((patch.control_net, patch.weights), patch.channels).apply(half)
     points, weights = batch.net
     return TriangleSurface(points, weights, surface.up, surface.name, batch.channels)
 
 
 def check_inside(name: str, parameter: float, domain: Interval) -> None:
-    """Refuses a parameter that is not strictly inside the domain: one side would be empty."""
+    """Refuse a parameter that is not strictly inside the domain: one side would be empty."""
     first, last = domain
     if not first < parameter < last:
         raise InvalidRequest(
@@ -138,7 +143,7 @@ def check_inside(name: str, parameter: float, domain: Interval) -> None:
 
 
 def check_within(name: str, piece: Interval, domain: Interval) -> None:
-    """Refuses an interval that leaves the domain."""
+    """Refuse an interval that is not inside the domain."""
     for end, parameter in enumerate(piece):
         if not domain[0] <= parameter <= domain[1]:
             raise InvalidRequest(
@@ -152,56 +157,58 @@ def check_within(name: str, piece: Interval, domain: Interval) -> None:
             )
 
 
-def _pieces(net: Net, cuts: tuple[float | None, float | None], degree: tuple[int, int]) -> Net:
-    """The pieces that one or two cuts make, along a new first axis, raised to a degree."""
+def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[int, int]) -> Net:
+    """The pieces after one or two cuts, along a new first axis, raised to a degree."""
     nets = [net]
     for axis, t in enumerate(cuts):
         if t is not None:
-            nets = list(chain.from_iterable(_halves(net, axis, t) for net in nets))
-    return raised(_batched(nets), degree, 1)
+            nets = list(chain.from_iterable(_split_along(net, axis, t) for net in nets))
+    return elevate_nets(_stack_nets(nets), degree, 1)
 
 
-def _single(net: Net) -> Net:
+def _add_batch_axis(net: Net) -> Net:
     """A net as a batch of one."""
     points, weights = net
     return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
-def _thirds(net: Net, at: tuple[float, float, float], degree: int) -> Net:
-    """The triangles that a point makes, along a new first axis, raised to a degree."""
-    return raised_triangles(_batched(triangle_polynomials.split(net, at)), degree)
+def _cut_triangle(net: Net, at: tuple[float, float, float], degree: int) -> Net:
+    """The three triangles around a point, along a new first axis, raised to a degree."""
+    return elevate_triangle_nets(_stack_nets(triangle_polynomials.split(net, at)), degree)
 
 
-def _half(net: Net, *, upper: bool) -> Net:
-    """Half of a net; the upper one is the lower one of the net turned by half a turn."""
+def _take_half(net: Net, *, upper: bool) -> Net:
+    """Half of a net; the upper half is the lower half of the net turned by 180°."""
     points, weights = net
     if upper:
         points, weights = points[::-1, ::-1], None if weights is None else weights[::-1, ::-1]
     return triangle_polynomials.lower_half((points, weights))
 
 
-def _batched(nets: Sequence[Net]) -> Net:
+def _stack_nets(nets: Sequence[Net]) -> Net:
     """Nets along a new first axis."""
     weights = [weights for _, weights in nets if weights is not None]
     return np.stack([points for points, _ in nets]), np.stack(weights) if weights else None
 
 
-def _halves(net: Net, axis: int, t: float) -> tuple[Net, Net]:
+def _split_along(net: Net, axis: int, t: float) -> tuple[Net, Net]:
     """Both sides of a cut across one axis."""
-    first, last = polynomials.split(moved(net, 0, axis), t)
-    return moved(first, axis, 0), moved(last, axis, 0)
+    first, last = polynomials.split(move_axis(net, 0, axis), t)
+    return move_axis(first, axis, 0), move_axis(last, axis, 0)
 
 
-def _piece(net: Net, operation: Restrict) -> Net:
+def _restrict_net(net: Net, operation: Restrict) -> Net:
     """The net over the piece, a rectangle of [0, 1]²."""
     for axis, piece in enumerate((operation.u, operation.v)):
         if piece is not None:
-            net = along(net, axis, partial(polynomials.restrict, first=piece[0], last=piece[1]))
+            net = apply_along(
+                net, axis, partial(polynomials.restrict, first=piece[0], last=piece[1])
+            )
     return net
 
 
-def not_barycentric() -> Issue:
-    """The issue of a point of a triangle where there is none."""
+def barycentric_issue() -> Issue:
+    """The issue for barycentric coordinates of a surface that is no triangle."""
     return Issue(
         "unknown_field",
         "Only triangles have barycentric coordinates.",

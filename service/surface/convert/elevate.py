@@ -1,4 +1,4 @@
-"""The degree raised."""
+"""Degree elevation of Bézier patches and triangles."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,42 +13,44 @@ from service.bases.unique_rows import unique_rows
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import (
-    Allowed,
-    along,
+    SizeLimits,
+    apply_along,
     check_count,
     check_degree,
     check_size,
-    width,
+    count_channel_numbers,
 )
-from service.surface.convert.operations import Elevate, degree_place
-from service.surface.convert.seams import agree
-from service.surface.convert.sharing import Batch, shared
+from service.surface.convert.operations import Elevate, degree_pointer
+from service.surface.convert.seams import match_shared_edges
+from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.patches import PatchSurface
-from service.surface.sides import side_of
+from service.surface.sides import take_side
 from service.surface.triangle import TriangleSurface
 
 
-def elevate_bezier(surface: BezierSurface, operation: Elevate, allowed: Allowed) -> BezierSurface:
-    """One patch; channels have degrees of their own and keep them."""
+def elevate_bezier(
+    surface: BezierSurface, operation: Elevate, allowed: SizeLimits
+) -> BezierSurface:
+    """Elevate one patch; channels keep their own degrees."""
     check_degrees(surface.degree, operation.degree)
     check_size(operation.degree, 1, allowed)
-    points, weights = raised((surface.control_net, surface.weights), operation.degree)
+    points, weights = elevate_nets((surface.control_net, surface.weights), operation.degree)
     return replace(surface, control_net=points, weights=weights)
 
 
-def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed) -> PatchSurface:
-    """All patches; an edge that two of them share is raised alike from either side."""
+def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimits) -> PatchSurface:
+    """Elevate all patches; an edge that two patches share gets the same points in both."""
     degree = operation.degree
-    grids = [Batch.of(surface, indices) for _, indices in surface.by_degree]
-    triangles = Batch.of(surface, surface.triangles) if len(surface.triangles) else None
+    grids = [Batch.from_surface(surface, indices) for _, indices in surface.by_degree]
+    triangles = Batch.from_surface(surface, surface.triangles) if len(surface.triangles) else None
     if grids:
         check_degrees(surface.degree, degree)
     if triangles is not None:
         check_triangle_degree(surface.triangle_degree, degree)
     count = len(surface.patches) * (degree[0] + 1) * (degree[1] + 1)
-    count += len(surface.triangles) * triangle.size(degree[0])
+    count += len(surface.triangles) * triangle.count_points(degree[0])
     check_degree(max(degree), allowed, "/degree")
-    check_count(count, allowed, width(surface.channels))
+    check_count(count, allowed, count_channel_numbers(surface.channels))
     shapes = {indices.shape[1:] for _, indices in surface.by_degree}
     if shapes <= {(degree[0] + 1, degree[1] + 1)} and (
         triangles is None or surface.triangle_degree == degree[0]
@@ -58,43 +60,43 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed)
         _check_seams([batch.net[0] for batch in grids])
     pairs: list[tuple[Net, FloatArray]] = []
     before = [batch.net for batch in grids]
-    grids = [batch.changed(partial(raised, degree=degree, first_axis=1)) for batch in grids]
+    grids = [batch.apply(partial(elevate_nets, degree=degree, first_axis=1)) for batch in grids]
     pairs += ((net, batch.net[0]) for net, batch in zip(before, grids, strict=True))
     if triangles is not None:
         net = triangles.net
-        triangles = triangles.changed(partial(raised_triangles, degree=degree[0]))
+        triangles = triangles.apply(partial(elevate_triangle_nets, degree=degree[0]))
         pairs.append((net, triangles.net[0]))
-    agree(pairs)
-    listed = Batch.joined(grids, [members for members, _ in surface.by_degree]) if grids else None
-    return shared(listed, triangles, surface.parts, surface.up, surface.name)
+    match_shared_edges(pairs)
+    listed = Batch.join(grids, [members for members, _ in surface.by_degree]) if grids else None
+    return share_vertices(listed, triangles, surface.parts, surface.up, surface.name)
 
 
 def elevate_triangle(
-    surface: TriangleSurface, operation: Elevate, allowed: Allowed
+    surface: TriangleSurface, operation: Elevate, allowed: SizeLimits
 ) -> TriangleSurface:
-    """One triangle; channels have degrees of their own and keep them."""
+    """Elevate one triangle; channels keep their own degrees."""
     check_triangle_degree(surface.degree, operation.degree)
     n = operation.degree[0]
     check_degree(n, allowed, "/degree")
-    check_count(triangle.size(n), allowed)
+    check_count(triangle.count_points(n), allowed)
     points, weights = triangle_polynomials.elevate((surface.control_net, surface.weights), n)
     return replace(surface, control_net=points, weights=weights)
 
 
-def raised(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
+def elevate_nets(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
     """A net or a batch of nets in a higher degree (p, q)."""
     for axis, n in enumerate(degree, first_axis):
-        net = along(net, axis, partial(polynomials.elevate, degree=n))
+        net = apply_along(net, axis, partial(polynomials.elevate, degree=n))
     return net
 
 
-def raised_triangles(net: Net, degree: int) -> Net:
+def elevate_triangle_nets(net: Net, degree: int) -> Net:
     """A batch of nets of triangles in a higher degree."""
-    return along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
+    return apply_along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
 
 
 def check_triangle_degree(present: int, wanted: tuple[int, int]) -> None:
-    """Refuses to lower the degree of triangles, and two degrees for what has one."""
+    """Refuse a lower degree, and two different degrees, for triangles."""
     if wanted[0] != wanted[1]:
         raise InvalidRequest(
             Issue(
@@ -109,14 +111,14 @@ def check_triangle_degree(present: int, wanted: tuple[int, int]) -> None:
 
 
 def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
-    """Refuses to lower a degree: that would be another surface."""
+    """Refuse a lower degree, which would change the surface."""
     for axis, (old, new) in enumerate(zip(present, wanted, strict=True)):
         if new < old:
             raise InvalidRequest(
                 Issue(
                     "degree_too_low",
                     "A degree can be raised without changing the surface, not lowered.",
-                    degree_place(wanted, axis),
+                    degree_pointer(wanted, axis),
                     f"degree {new}",
                     f"at least {old}, the present degree",
                 )
@@ -124,27 +126,27 @@ def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
 
 
 def _check_seams(nets: Sequence[FloatArray]) -> None:
-    """Refuses to open a seam: where a side along u is one along v, both need one degree."""
+    """Refuse degrees that open a seam: where a side along u meets one along v, they must agree."""
     for rows in {points.shape[1] for points in nets} & {points.shape[2] for points in nets}:
         along_v, along_u = (
-            np.concatenate([side_of(n, s) for n in nets if n.shape[axis] == rows for s in two])
+            np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == rows for s in two])
             for axis, two in ((2, (0, 1)), (1, (2, 3)))
         )
         _check_sides(along_v, along_u)
 
 
 def _check_sides(along_v: FloatArray, along_u: FloatArray) -> None:
-    """Refuses sides (N, n+1, 3) along v of which one is a side along u."""
+    """Refuse if one of the sides (N, n+1, 3) along v is also a side along u."""
     sides = np.concatenate([along_v, along_v[:, ::-1], along_u])
     _, number = unique_rows(sides.reshape(len(sides), -1))
-    # A side that is one point has no length to part along.
+    # A side that is one point cannot open.
     number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
     known, met = number[: 2 * len(along_v)], number[2 * len(along_v) :]
     if np.isin(met[met >= 0], known).any():
         raise InvalidRequest(
             Issue(
                 "seam_would_open",
-                "A side along u is the same edge as a side along v: of two degrees, they part.",
+                "A side along u is the same edge as a side along v: two degrees would open it.",
                 "/degree",
                 "two different degrees",
                 "the same degree along u and v",

@@ -1,4 +1,4 @@
-"""A surface of several: each of them converted for itself, or all as Bézier patches."""
+"""Conversions of a multipatch: of each surface by itself, or of all to Bézier patches."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -11,26 +11,26 @@ from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
 from service.bases.triangle import degree_of
 from service.surface.bspline import BsplineSurface
-from service.surface.convert.elevate import raised, raised_triangles
-from service.surface.convert.nets import Allowed, changed, check_count
+from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
+from service.surface.convert.nets import SizeLimits, check_count, map_channels
 from service.surface.convert.operations import Operation, ToBezier
-from service.surface.convert.sharing import Batch, shared
+from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.convert.spline import bezier_of_spline
-from service.surface.grids import by_degree
+from service.surface.grids import group_by_degree
 from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 from service.surface.triangle import TriangleSurface
 
 
-def each_surface(
+def convert_each(
     surface: MultipatchSurface,
-    convert: Mapping[type, Callable[[Any, Any, Allowed], object]],
+    convert: Mapping[type, Callable[[Any, Any, SizeLimits], object]],
     operation: Operation,
-    allowed: Allowed,
+    allowed: SizeLimits,
 ) -> MultipatchSurface:
-    """Every surface converted for itself, each kind by its own function of `convert`.
+    """Convert every surface by itself, each kind by its own function in `convert`.
 
-    Together they may have the control points of one.
+    `allowed` limits the control points of all surfaces together.
     """
     surfaces: list[Single] = []
     for single in surface.surfaces:
@@ -42,11 +42,11 @@ def each_surface(
 
 
 def bezier_of_multipatch(
-    surface: MultipatchSurface, operation: ToBezier, allowed: Allowed
+    surface: MultipatchSurface, operation: ToBezier, allowed: SizeLimits
 ) -> PatchSurface:
     """The Bézier patches of all surfaces, part by part; triangles take the highest degree.
 
-    Parts are named after the surfaces, the second of a name with a number behind it.
+    Parts have the names of the surfaces; a repeated name gets a number at its end.
     """
     triangles = [s for s in surface.surfaces if isinstance(s, TriangleSurface)]
     degree = max(map(_triangle_degree, triangles), default=1)
@@ -55,15 +55,15 @@ def bezier_of_multipatch(
         if isinstance(single, BsplineSurface):
             pieces.append(bezier_of_spline(single, operation, allowed))
         else:
-            pieces.append(_one(single, degree))
+            pieces.append(_to_patches(single, degree))
         used = pieces[-1].indices
         check_count(used, allowed)
         allowed = replace(allowed, control_points=allowed.control_points - used)
-    return _joined(surface, pieces)
+    return _join_pieces(surface, pieces)
 
 
 def _triangle_degree(single: TriangleSurface) -> int:
-    """The degree in which a triangle carries its channels."""
+    """The highest degree of a triangle and its channels."""
     return max(degree_of(len(net)) for net in _nets(single))
 
 
@@ -71,28 +71,30 @@ def _nets(single: Single) -> list[FloatArray]:
     return [single.control_net, *(net for *_, net in single.channels.each())]
 
 
-def _one(single: Single, degree: int) -> PatchSurface:
-    """One patch over vertices, or one triangle of a degree; its channels in its own degree."""
-    whole = Batch((single.control_net, single.weights), single.channels).changed(_batched)
+def _to_patches(single: Single, degree: int) -> PatchSurface:
+    """One surface as patches over vertices, triangles in this degree, channels in the patches'."""
+    whole = Batch((single.control_net, single.weights), single.channels).apply(_add_batch_axis)
     if isinstance(single, TriangleSurface):
-        whole = whole.changed(partial(raised_triangles, degree=degree))
-        return shared(None, whole)
+        whole = whole.apply(partial(elevate_triangle_nets, degree=degree))
+        return share_vertices(None, whole)
     rows, columns = (max(net.shape[axis] for net in _nets(single)) for axis in (0, 1))
-    return shared(whole.changed(partial(raised, degree=(rows - 1, columns - 1), first_axis=1)))
+    return share_vertices(
+        whole.apply(partial(elevate_nets, degree=(rows - 1, columns - 1), first_axis=1))
+    )
 
 
-def _batched(net: Net) -> Net:
+def _add_batch_axis(net: Net) -> Net:
     points, weights = net
     return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
-def _joined(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> PatchSurface:
-    """Surfaces of patches, all with the same channels, as one."""
+def _join_pieces(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> PatchSurface:
+    """Surfaces of patches, all with the same channels, joined to one."""
     first = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
     grids = [
         grid + start
         for piece, start in zip(pieces, first, strict=False)
-        for _, some in by_degree(piece.patches)
+        for _, some in group_by_degree(piece.patches)
         for grid in some
     ]
     triangles = [
@@ -122,6 +124,6 @@ def _joined(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> Patch
         tuple(parts.items()),
         surface.up,
         surface.name,
-        changed(pieces[0].channels, lambda _: next(values)),
+        map_channels(pieces[0].channels, lambda _: next(values)),
         np.concatenate(triangles or [NO_TRIANGLES]),
     )

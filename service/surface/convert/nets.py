@@ -1,4 +1,4 @@
-"""What the operations do to nets and to surfaces that are one patch."""
+"""Helpers of the conversions: functions along an axis, surfaces of one patch, limits of size."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,28 +12,28 @@ from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bezier import BezierSurface
 from service.surface.channels import MAX_NUMBERS, Channels
 from service.surface.checks import MAX_DEGREE
-from service.surface.convert.operations import degree_place
+from service.surface.convert.operations import degree_pointer
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
-Change: TypeAlias = Callable[[Net], Net]
+NetChange: TypeAlias = Callable[[Net], Net]
 
 
 @dataclass(frozen=True, slots=True)
-class Allowed:
-    """How large a surface may be, at every step of a conversion."""
+class SizeLimits:
+    """Limits of the surface at every step of a conversion."""
 
     control_points: int = 1_000_000
     degree: int = MAX_DEGREE
 
 
-def along(net: Net, axis: int, change: Change) -> Net:
-    """A net changed in the direction of one axis, by a function that works on the first."""
-    return moved(change(moved(net, 0, axis)), axis, 0)
+def apply_along(net: Net, axis: int, change: NetChange) -> Net:
+    """Apply a function that works along the first axis to a net along another axis."""
+    return move_axis(change(move_axis(net, 0, axis)), axis, 0)
 
 
-def moved(net: Net, to: int, axis: int) -> Net:
-    """The net with one of its axes at another place."""
+def move_axis(net: Net, to: int, axis: int) -> Net:
+    """The net with one of its axes moved to another position."""
     points, weights = net
     return (
         np.moveaxis(points, axis, to),
@@ -41,8 +41,8 @@ def moved(net: Net, to: int, axis: int) -> Net:
     )
 
 
-def changed(channels: Channels, change: Callable[[FloatArray], FloatArray]) -> Channels:
-    """The channels with each net changed by the same function."""
+def map_channels(channels: Channels, change: Callable[[FloatArray], FloatArray]) -> Channels:
+    """The channels with a function applied to each net."""
     return Channels(
         None if channels.colors is None else change(channels.colors),
         None if channels.uvs is None else change(channels.uvs),
@@ -50,8 +50,8 @@ def changed(channels: Channels, change: Callable[[FloatArray], FloatArray]) -> C
     )
 
 
-def one_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
-    """The patch that a surface is.
+def require_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
+    """A surface of one patch as a Bézier surface.
 
     Raises
     ------
@@ -73,34 +73,40 @@ def one_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
         )
     grid = surface.patches[0]
     weights = None if surface.weights is None else surface.weights[grid]
-    channels = changed(surface.channels, lambda values: values[grid])
+    channels = map_channels(surface.channels, lambda values: values[grid])
     return BezierSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
 
 
-def one_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface:
-    """The triangle that a surface is, if it is no more than one."""
+def require_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface:
+    """A surface of one triangle as a triangle surface.
+
+    Raises
+    ------
+    InvalidRequest
+        `several_patches`.
+    """
     if isinstance(surface, TriangleSurface):
         return surface
     grid = surface.triangles[0]
     weights = None if surface.weights is None else surface.weights[grid]
-    channels = changed(surface.channels, lambda values: values[grid])
+    channels = map_channels(surface.channels, lambda values: values[grid])
     return TriangleSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
 
 
-def width(channels: Channels) -> int:
-    """Numbers of all channels at one place."""
+def count_channel_numbers(channels: Channels) -> int:
+    """Numbers of all channels at one parameter."""
     return sum(net.shape[-1] for _, _, _, net in channels.each())
 
 
-def check_size(degree: tuple[int, int], patches: int, allowed: Allowed, beside: int = 0) -> None:
-    """Refuses grids that would have a higher degree, or more numbers, than a surface may have."""
+def check_size(degree: tuple[int, int], patches: int, allowed: SizeLimits, beside: int = 0) -> None:
+    """Refuse grids whose degree or number of control points is above the limits."""
     for axis, n in enumerate(degree):
-        check_degree(n, allowed, degree_place(degree, axis))
+        check_degree(n, allowed, degree_pointer(degree, axis))
     check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, beside)
 
 
-def check_count(count: int, allowed: Allowed, beside: int = 0) -> None:
-    """Refuses more control points, or numbers beside their four, than a surface may have."""
+def check_count(count: int, allowed: SizeLimits, beside: int = 0) -> None:
+    """Refuse too many control points; `beside` counts the numbers of channels at each."""
     most = min(allowed.control_points, MAX_NUMBERS // (4 + beside))
     if count > most:
         raise TooLarge(
@@ -115,13 +121,13 @@ def check_count(count: int, allowed: Allowed, beside: int = 0) -> None:
         )
 
 
-def check_degree(degree: int, allowed: Allowed, where: str = "") -> None:
-    """Refuses a degree that no surface may have."""
+def check_degree(degree: int, allowed: SizeLimits, where: str = "") -> None:
+    """Refuse a degree above the limit."""
     if degree > allowed.degree:
         raise InvalidRequest(
             Issue(
                 "degree_too_high",
-                "The surface would be of a degree that is of no use.",
+                "The degree of the surface would be too high to be useful.",
                 where,
                 f"degree {degree}",
                 f"degrees up to {allowed.degree}",

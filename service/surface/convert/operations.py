@@ -11,20 +11,20 @@ Half: TypeAlias = Literal["lower", "upper"]
 Interval: TypeAlias = tuple[float, float]
 
 MAX_OPERATIONS = 20
-"""Operations of one conversion: each may cost as much as a mesh."""
+"""Most operations of one conversion: each may cost as much as a mesh."""
 
 UNIT = 1e-9
-"""How far the sum of barycentric coordinates may be from one."""
+"""Largest difference of the sum of barycentric coordinates from 1."""
 
 
-def degree_place(degree: tuple[int, int], axis: int) -> str:
-    """Pointer to one of two degrees; two that are equal may have been given as one number."""
+def degree_pointer(degree: tuple[int, int], axis: int) -> str:
+    """Pointer to one of two degrees, or to both where they are equal: they may be one number."""
     return "/degree" if degree[0] == degree[1] else f"/degree/{axis}"
 
 
 @dataclass(frozen=True, slots=True)
 class Elevate:
-    """The degree raised to (p, q); triangles take p, which must then equal q."""
+    """Raise the degree to (p, q); triangles take p, which must equal q."""
 
     degree: tuple[int, int]
 
@@ -36,7 +36,7 @@ class Elevate:
                     Issue(
                         "out_of_range",
                         "Degrees are whole numbers of a limited size.",
-                        degree_place(self.degree, axis),
+                        degree_pointer(self.degree, axis),
                         str(degree),
                         needed,
                     )
@@ -77,7 +77,7 @@ class Split:
 
 @dataclass(frozen=True, slots=True)
 class Restrict:
-    """The piece over [u₀, u₁] × [v₀, v₁]; a direction that is left out stays whole."""
+    """Take the piece over [u₀, u₁] × [v₀, v₁]; None keeps the whole direction."""
 
     u: Interval | None = None
     v: Interval | None = None
@@ -108,24 +108,24 @@ class Restrict:
 
 @dataclass(frozen=True, slots=True)
 class Transpose:
-    """u and v exchanged; the normal turns to the other side."""
+    """Exchange u and v; the normal changes its sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reverse:
-    """One parameter run backwards; the normal turns to the other side."""
+    """Reverse one parameter; the normal changes its sign."""
 
     direction: Direction
 
 
 @dataclass(frozen=True, slots=True)
 class ToBezier:
-    """A B-spline as the Bézier patches of its spans."""
+    """Convert a B-spline to the Bézier patches of its spans."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToTriangle:
-    """One half of a patch as a triangular patch, either side of its diagonal (1, 0)–(0, 1)."""
+    """Take the half of a patch on one side of its diagonal (1, 0)–(0, 1) as a triangular patch."""
 
     half: Half
 

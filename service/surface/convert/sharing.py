@@ -1,4 +1,4 @@
-"""Patches over shared vertices, out of nets: equal control points become one vertex."""
+"""Surfaces of patches over shared vertices from nets: equal control points become one vertex."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -11,14 +11,14 @@ from service.bases.polynomials import Net
 from service.bases.unique_rows import unique_rows
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up
-from service.surface.convert.nets import Change, changed
+from service.surface.convert.nets import NetChange, map_channels
 from service.surface.grids import NO_GRIDS
 from service.surface.parts import PartMembers
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 
 
 class Batch(NamedTuple):
-    """Nets of some patches, and those of their channels in the same degree.
+    """Nets of some patches, and nets of their channels in the same degree.
 
     Points (P, p+1, q+1, 3) of grids, or (P, (n+1)(n+2)/2, 3) of triangles; weights without the
     last axis, or None; channels with the same first axes.
@@ -28,15 +28,15 @@ class Batch(NamedTuple):
     channels: Channels = NO_CHANNELS
 
     @staticmethod
-    def of(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
+    def from_surface(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
         """The nets of the grids of one degree, or of the triangles, of a surface."""
         weights = None if surface.weights is None else surface.weights[indices]
-        channels = changed(surface.channels, lambda values: values[indices])
+        channels = map_channels(surface.channels, lambda values: values[indices])
         return Batch((surface.vertices[indices], weights), channels)
 
     @staticmethod
-    def joined(batches: Sequence["Batch"], members: Sequence[Ints]) -> "Batch":
-        """Batches of one degree as one, `members` telling the place of each patch in it."""
+    def join(batches: Sequence["Batch"], members: Sequence[Ints]) -> "Batch":
+        """Join batches of one degree; `members` are the numbers of their patches in the result."""
         if len(batches) == 1:
             return batches[0]
         place = np.argsort(np.concatenate(members))
@@ -46,21 +46,21 @@ class Batch(NamedTuple):
 
         first = batches[0]
         nets = [iter(batch.channels.each()) for batch in batches]
-        channels = changed(first.channels, lambda _: join(next(each)[3] for each in nets))
+        channels = map_channels(first.channels, lambda _: join(next(each)[3] for each in nets))
         weights = None
         if first.net[1] is not None:
             weights = join(batch.net[1] for batch in batches if batch.net[1] is not None)
         return Batch((join(batch.net[0] for batch in batches), weights), channels)
 
-    def changed(self, change: Change) -> "Batch":
-        """All nets changed by the same function."""
+    def apply(self, change: NetChange) -> "Batch":
+        """The batch with a function applied to all nets."""
         return Batch(
-            change(self.net), changed(self.channels, lambda values: change((values, None))[0])
+            change(self.net), map_channels(self.channels, lambda values: change((values, None))[0])
         )
 
     @property
     def columns(self) -> list[FloatArray]:
-        """What makes control points different: their numbers, one row a control point."""
+        """Position, weight and channels of the control points, one row for each point."""
         points, weights = self.net
         count = points.size // 3
         values = [points, *(net for _, _, _, net in self.channels.each())]
@@ -68,20 +68,20 @@ class Batch(NamedTuple):
         return [value.reshape(count, -1) for value in values]
 
 
-def shared(
+def share_vertices(
     grids: Batch | None,
     triangles: Batch | None = None,
     parts: PartMembers = (),
     up: Up = "y",
     name: str = "surface",
 ) -> PatchSurface:
-    """Patches over vertices in the order in which they first come, grids before triangles.
+    """A surface of patches; vertices are numbered as they first occur, grids before triangles.
 
-    Control points are one vertex if they are equal in position, weight and all channels.
+    Control points with equal position, weight and channels are one vertex.
     """
     batches = [batch for batch in (grids, triangles) if batch is not None]
     columns = [np.concatenate(same) for same in zip(*(b.columns for b in batches), strict=True)]
-    rows = np.concatenate(columns, axis=1) + 0.0  # −0 and 0 are one number
+    rows = np.concatenate(columns, axis=1) + 0.0  # −0 becomes 0
     first, number = unique_rows(rows)
     order = np.argsort(first)
     rank = np.empty_like(order)
@@ -91,7 +91,7 @@ def shared(
     count = 0 if grids is None else grids.net[0].size // 3
     return PatchSurface(
         vertices=next(vertices),
-        channels=changed(batches[0].channels, lambda _: next(vertices)),
+        channels=map_channels(batches[0].channels, lambda _: next(vertices)),
         weights=None if batches[0].net[1] is None else next(vertices)[:, 0],
         patches=NO_GRIDS if grids is None else indices[:count].reshape(grids.net[0].shape[:-1]),
         triangles=(

@@ -1,4 +1,4 @@
-"""Operations on a B-spline: over other knots, in a higher degree, turned about, lowered."""
+"""Conversions of a B-spline: elevate, restrict, split, transpose, reverse, to Bézier patches."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,20 +12,20 @@ from service.bases.affine_combination import combine
 from service.bases.arrays import FloatArray, Ints
 from service.bases.extraction import SAME_SHARE
 from service.bases.polynomials import Net
-from service.bases.refine import blossoms, raised_knots
+from service.bases.refine import find_refinement, raise_knots
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
-from service.surface.convert.cut import check_inside, check_within, not_barycentric
-from service.surface.convert.elevate import check_degrees, raised
+from service.surface.convert.cut import barycentric_issue, check_inside, check_within
+from service.surface.convert.elevate import check_degrees, elevate_nets
 from service.surface.convert.nets import (
-    Allowed,
-    along,
-    changed,
+    SizeLimits,
+    apply_along,
     check_count,
     check_degree,
     check_size,
-    width,
+    count_channel_numbers,
+    map_channels,
 )
 from service.surface.convert.operations import (
     Elevate,
@@ -35,77 +35,81 @@ from service.surface.convert.operations import (
     Split,
     ToBezier,
     Transpose,
-    degree_place,
+    degree_pointer,
 )
-from service.surface.convert.sharing import Batch, shared
+from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.group import GroupSurface, Member
 from service.surface.knots import Knots, check_bezier_points, least_span
 from service.surface.patches import PatchSurface
 
 MAX_WORK = 1 << 26
-"""Control points times both degrees, along one direction: some ten seconds."""
+"""Most work along one direction, in control points × both degrees: about ten seconds."""
 
 
-def elevate_spline(surface: BsplineSurface, operation: Elevate, allowed: Allowed) -> BsplineSurface:
-    """Each distinct knot stands as many times more as the degree rises."""
+def elevate_spline(
+    surface: BsplineSurface, operation: Elevate, allowed: SizeLimits
+) -> BsplineSurface:
+    """Raise the degree; the multiplicity of each knot rises with it."""
     check_degrees(surface.degree, operation.degree)
     for axis, degree in enumerate(operation.degree):
         if degree > surface.degree[axis]:
-            where = degree_place(operation.degree, axis)
+            where = degree_pointer(operation.degree, axis)
             check_degree(degree, allowed, where)
-            whole = domain_of(surface, axis)
-            surface = _over(surface, _Change(axis, degree, whole, where), allowed)
+            whole = find_domain(surface, axis)
+            surface = _refine_over(surface, _Change(axis, degree, whole, where), allowed)
     return surface
 
 
 def restrict_spline(
-    surface: BsplineSurface, operation: Restrict, allowed: Allowed
+    surface: BsplineSurface, operation: Restrict, allowed: SizeLimits
 ) -> BsplineSurface:
-    """The piece keeps its parameters and its knots; a direction that is cut is clamped.
+    """Take a piece, which keeps its parameters and knots; directions that are cut become clamped.
 
-    A parameter that differs from a knot by rounding alone is that knot.
+    A parameter that differs from a knot by rounding alone counts as this knot.
     """
     pieces: list[tuple[str, Interval | None]] = []
     for axis, given in enumerate((operation.u, operation.v)):
         ends = None
         if given is not None:
-            ends = at_knot(surface, axis, given[0]), at_knot(surface, axis, given[1])
+            ends = snap_to_knot(surface, axis, given[0]), snap_to_knot(surface, axis, given[1])
         pieces.append(("uv"[axis], ends))
     for axis, (name, piece) in enumerate(pieces):
         if piece is not None:
-            check_within(name, piece, domain_of(surface, axis))
+            check_within(name, piece, find_domain(surface, axis))
     for axis, (name, piece) in enumerate(pieces):
-        if piece is not None and piece != domain_of(surface, axis):
+        if piece is not None and piece != find_domain(surface, axis):
             change = _Change(axis, surface.degree[axis], piece, f"/{name}")
-            surface = _over(surface, change, allowed)
+            surface = _refine_over(surface, change, allowed)
     return surface
 
 
-def split_spline(surface: BsplineSurface, operation: Split, allowed: Allowed) -> GroupSurface:
-    """A group of two B-splines or four, in the order of the pieces of a patch."""
+def split_spline(surface: BsplineSurface, operation: Split, allowed: SizeLimits) -> GroupSurface:
+    """Split into a group of two or four B-splines: (k, l) has number k · (pieces along v) + l."""
     if operation.at is not None:
-        raise InvalidRequest(not_barycentric())
+        raise InvalidRequest(barycentric_issue())
     cuts = [
-        (name, None if t is None else at_knot(surface, axis, t))
+        (name, None if t is None else snap_to_knot(surface, axis, t))
         for axis, (name, t) in enumerate((("u", operation.u), ("v", operation.v)))
     ]
     for axis, (name, t) in enumerate(cuts):
         if t is not None:
-            check_inside(name, t, domain_of(surface, axis))
+            check_inside(name, t, find_domain(surface, axis))
     pieces = [surface]
     for axis, (name, t) in enumerate(cuts):
         if t is not None:
-            first, last = domain_of(surface, axis)
+            first, last = find_domain(surface, axis)
             changes = [
                 _Change(axis, surface.degree[axis], interval, f"/{name}")
                 for interval in ((first, t), (t, last))
             ]
-            pieces = [_over(piece, change, allowed) for piece in pieces for change in changes]
+            pieces = [
+                _refine_over(piece, change, allowed) for piece in pieces for change in changes
+            ]
     return GroupSurface(tuple(map(Member, pieces)), surface.up, surface.name)
 
 
 def transpose_spline(
-    surface: BsplineSurface, _operation: Transpose, _allowed: Allowed
+    surface: BsplineSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> BsplineSurface:
     """S'(u, v) = S(v, u)."""
     weights = None if surface.weights is None else surface.weights.swapaxes(0, 1)
@@ -115,14 +119,14 @@ def transpose_spline(
         degree=surface.degree[::-1],
         knots=surface.knots[::-1],
         weights=weights,
-        channels=changed(surface.channels, lambda net: net.swapaxes(0, 1)),
+        channels=map_channels(surface.channels, lambda net: net.swapaxes(0, 1)),
     )
 
 
 def reverse_spline(
-    surface: BsplineSurface, operation: Reverse, _allowed: Allowed
+    surface: BsplineSurface, operation: Reverse, _allowed: SizeLimits
 ) -> BsplineSurface:
-    """S'(−u, v) = S(u, v), for negative knots are exact; named knots keep their domain."""
+    """S'(−u, v) = S(u, v), since negating knots is exact; named knots keep their domain."""
     axis = "uv".index(operation.direction)
     knots = list(surface.knots)
     given = knots[axis]
@@ -130,7 +134,7 @@ def reverse_spline(
     if not isinstance(given, str):
         knots[axis] = 0.0 - given[::-1]
     elif given == "periodic":
-        # The first p points, which come once more at the end, come first.
+        # The p points that are repeated at the end must come first after the reversal.
         order = np.roll(order, surface.degree[axis])
     own = surface.control_net.shape[:2]
     weights = None if surface.weights is None else np.take(surface.weights, order, axis)
@@ -139,7 +143,7 @@ def reverse_spline(
         control_net=np.take(surface.control_net, order, axis),
         knots=(knots[0], knots[1]),
         weights=weights,
-        channels=changed(
+        channels=map_channels(
             surface.channels,
             lambda net: np.take(net, order, axis) if net.shape[:2] == own else np.flip(net, axis),
         ),
@@ -147,9 +151,9 @@ def reverse_spline(
 
 
 def bezier_of_spline(
-    surface: BsplineSurface, _operation: ToBezier, allowed: Allowed
+    surface: BsplineSurface, _operation: ToBezier, allowed: SizeLimits
 ) -> PatchSurface:
-    """The Bézier patches of the spans, over shared vertices; all carry channels in one degree."""
+    """The Bézier patches of the spans over shared vertices, points and channels in one degree."""
     own = surface.control_net.shape[:2]
     degrees = [surface.degree]
     degrees += [
@@ -161,39 +165,39 @@ def bezier_of_spline(
     rows, columns = (
         len(knot.spans(u, p)) for u, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
-    check_size(degree, rows * columns, allowed, width(surface.channels))
+    check_size(degree, rows * columns, allowed, count_channel_numbers(surface.channels))
     (batch,) = surface.lower().batches
     nets = iter(batch.channels)
 
     def carried(net: FloatArray) -> FloatArray:
         values = next(nets).nets
         if net.shape[:2] != own:
-            values = _joined(values.reshape(rows, columns, *values.shape[1:]).copy())
+            values = _join_nets(values.reshape(rows, columns, *values.shape[1:]).copy())
             values = values.reshape(rows * columns, *values.shape[2:])
-        # Rounding can lead beyond the net that the values are means of, and white is the limit.
+        # Rounding must not take means beyond the values of the net: colours end at 1.
         values = np.clip(values, net.min(axis=(0, 1)), net.max(axis=(0, 1)))
-        return raised((values, None), degree, 1)[0]
+        return elevate_nets((values, None), degree, 1)[0]
 
-    channels = changed(surface.channels, carried)
-    net = raised((batch.points, batch.weights), degree, 1)
-    return shared(Batch(net, channels), None, (), surface.up, surface.name)
+    channels = map_channels(surface.channels, carried)
+    net = elevate_nets((batch.points, batch.weights), degree, 1)
+    return share_vertices(Batch(net, channels), None, (), surface.up, surface.name)
 
 
-def at_knot(surface: BsplineSurface, axis: int, parameter: float) -> float:
-    """The knot that a parameter along u or v differs from by rounding alone; else the parameter."""
+def snap_to_knot(surface: BsplineSurface, axis: int, parameter: float) -> float:
+    """The knot nearest to a parameter if they differ by rounding alone, else the parameter."""
     breaks = knot.breaks(surface.knot_vectors[axis], surface.degree[axis])
     nearest = float(breaks[np.abs(breaks - parameter).argmin()])
-    is_knot = abs(parameter - nearest) < least_span(*domain_of(surface, axis))
+    is_knot = abs(parameter - nearest) < least_span(*find_domain(surface, axis))
     return nearest if is_knot else parameter
 
 
-def domain_of(surface: BsplineSurface, axis: int) -> Interval:
+def find_domain(surface: BsplineSurface, axis: int) -> Interval:
     """First and last parameter along u or v."""
     return knot.domain(surface.knot_vectors[axis], surface.degree[axis])
 
 
 class _Change(NamedTuple):
-    """A degree and a piece of the domain along one axis; `where` asked for them."""
+    """A new degree and a piece of the domain along one axis; `where` points to its field."""
 
     axis: int
     degree: int
@@ -201,12 +205,12 @@ class _Change(NamedTuple):
     where: str
 
 
-def _over(surface: BsplineSurface, change: _Change, allowed: Allowed) -> BsplineSurface:
-    """The spline over a piece of its domain along one axis, clamped, in a degree."""
+def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) -> BsplineSurface:
+    """The spline over a piece of its domain along one axis, clamped, in the new degree."""
     axis, degree, piece, where = change
     knots, old = surface.knot_vectors[axis], surface.degree[axis]
-    target = raised_knots(knots, old, degree, *piece)
-    _check_spans(target, degree, least_span(*domain_of(surface, axis)), where)
+    target = raise_knots(knots, old, degree, *piece)
+    _check_spans(target, degree, least_span(*find_domain(surface, axis)), where)
     count = len(target) - degree - 1
     own = surface.control_net.shape[:2]
     beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == own)
@@ -215,29 +219,29 @@ def _over(surface: BsplineSurface, change: _Change, allowed: Allowed) -> Bspline
     vectors[axis], degrees[axis] = target, degree
     check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
     _check_work(count * degree * old, where)
-    index, shares = blossoms(knots, old, target, degree)
+    index, shares = find_refinement(knots, old, target, degree)
     periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
 
     def refined(net: Net) -> Net:
         if periodic:
             points, weights = net
             net = (
-                knot.wrapped(points, old),
-                None if weights is None else knot.wrapped(weights, old),
+                knot.wrap_points(points, old),
+                None if weights is None else knot.wrap_points(weights, old),
             )
-        return _closed(combine(*net, index, shares), net, index, shares)
+        return _close_rows(combine(*net, index, shares), net, index, shares)
 
-    points, weights = along((surface.control_net, surface.weights), axis, refined)
+    points, weights = apply_along((surface.control_net, surface.weights), axis, refined)
     new = list(own)
     new[axis] = count
-    low, high = domain_of(surface, axis)
+    low, high = find_domain(surface, axis)
     ends = tuple((t - low) / (high - low) for t in piece)
 
     def carried(net: FloatArray) -> FloatArray:
         if net.shape[:2] == own:
-            return along((net, None), axis, refined)[0]
+            return apply_along((net, None), axis, refined)[0]
         cut = partial(polynomials.restrict, first=ends[0], last=ends[1])
-        return _told_apart(along((net, None), axis, cut)[0], (new[0], new[1]))
+        return _elevate_ambiguous(apply_along((net, None), axis, cut)[0], (new[0], new[1]))
 
     given: list[Knots] = list(surface.knots)
     given[axis] = target
@@ -247,14 +251,14 @@ def _over(surface: BsplineSurface, change: _Change, allowed: Allowed) -> Bspline
         degree=(degrees[0], degrees[1]),
         knots=(given[0], given[1]),
         weights=weights,
-        channels=changed(surface.channels, carried),
+        channels=map_channels(surface.channels, carried),
     )
 
 
-def _closed(made: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
-    """The last row made the first one, where both are the same mean of the same points.
+def _close_rows(made: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
+    """Copy the first row to the last where both are equal means of equal points.
 
-    So the ends of a periodic spline are; rounding makes them differ.
+    The ends of a periodic spline are equal in exact arithmetic, and rounding must not part them.
     """
     first, last = (np.flatnonzero(shares[:, end]) for end in (0, -1))
     same = len(first) == len(last) and bool(
@@ -268,28 +272,30 @@ def _closed(made: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
     return made
 
 
-def _told_apart(net: FloatArray, own: tuple[int, int]) -> FloatArray:
-    """The net of a channel over the whole domain, raised where it would look like a spline's."""
+def _elevate_ambiguous(net: FloatArray, own: tuple[int, int]) -> FloatArray:
+    """A channel's net over the whole domain, elevated if it would have the form of a spline's."""
     axis = 0 if len(net) <= MAX_DEGREE else 1
     while net.shape[:2] == own:
-        net = along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[0]
+        net = apply_along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[
+            0
+        ]
     return net
 
 
-def _joined(nets: FloatArray) -> FloatArray:
-    """Nets (rows, columns, a+1, b+1, d) of one polynomial, equal where they meet bit for bit."""
+def _join_nets(nets: FloatArray) -> FloatArray:
+    """Nets (rows, columns, a+1, b+1, d) of one polynomial, equal bit for bit where they meet."""
     nets[1:, :, 0] = nets[:-1, :, -1]
     nets[:, 1:, :, 0] = nets[:, :-1, :, -1]
     return nets
 
 
 def _check_work(work: int, where: str) -> None:
-    """Refuses what would take minutes, by the number of knots and both degrees."""
+    """Refuse conversions that would take minutes, by the number of knots and both degrees."""
     if work > MAX_WORK:
         raise TooLarge(
             Issue(
                 "too_many_knots",
-                "So many knots of so high a degree would take too long.",
+                "The conversion would take too long for this number of knots and these degrees.",
                 where,
                 f"{work} = control points × degree before × degree after",
                 f"at most {MAX_WORK}",
@@ -298,13 +304,13 @@ def _check_work(work: int, where: str) -> None:
 
 
 def _check_spans(knots: FloatArray, degree: int, least: float, where: str) -> None:
-    """Refuses a piece so short that rounding would tell no parameters within it apart."""
+    """Refuse a piece so short that rounding would make its parameters equal."""
     shortest = float(np.diff(knot.breaks(knots, degree)).min())
     if shortest < least:
         raise InvalidRequest(
             Issue(
                 "knots_too_close",
-                "So near a knot there is no room for a piece of the surface.",
+                "The cut is too near to a knot: the piece between them would be too short.",
                 where,
                 f"{shortest:.3g} from the next knot",
                 f"the knot itself, or at least {least:.3g} from it",

@@ -1,4 +1,4 @@
-"""Which conversion is done by which function, and one after the other."""
+"""The table of conversions by operation and kind of surface, and running several in sequence."""
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -17,8 +17,8 @@ from service.surface.convert.cut import (
     triangle_of_patch,
 )
 from service.surface.convert.elevate import elevate_bezier, elevate_patches, elevate_triangle
-from service.surface.convert.multipatch import bezier_of_multipatch, each_surface
-from service.surface.convert.nets import Allowed
+from service.surface.convert.multipatch import bezier_of_multipatch, convert_each
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
     Operation,
@@ -49,20 +49,20 @@ from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
-Conversion: TypeAlias = Callable[[Any, Any, Allowed], Surface]
-"""Of a surface, an operation, and how large the outcome may be."""
+Conversion: TypeAlias = Callable[[Any, Any, SizeLimits], Surface]
+"""A function of a surface, an operation and the limits of the result."""
 
 
-ANY = Allowed()
+ANY = SizeLimits()
 
 
-def unchanged(surface: Surface, _operation: ToBezier, _allowed: Allowed) -> Surface:
-    """What is made of Bézier patches already."""
+def keep_surface(surface: Surface, _operation: ToBezier, _allowed: SizeLimits) -> Surface:
+    """The surface itself: it consists of Bézier patches already."""
     return surface
 
 
-def _each(surface: MultipatchSurface, operation: Operation, allowed: Allowed) -> Surface:
-    return each_surface(surface, CONVERSIONS[type(operation)], operation, allowed)
+def _convert_each(surface: MultipatchSurface, operation: Operation, allowed: SizeLimits) -> Surface:
+    return convert_each(surface, CONVERSIONS[type(operation)], operation, allowed)
 
 
 NAMES: Mapping[type[Surface], str] = MappingProxyType(
@@ -74,14 +74,14 @@ NAMES: Mapping[type[Surface], str] = MappingProxyType(
         TriangleSurface: "triangle",
     }
 )
-"""Kinds of surface that have parameters, as requests call them."""
+"""Names in requests of the kinds of surface that have parameters."""
 
 CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = MappingProxyType(
     {
         Elevate: {
             BezierSurface: elevate_bezier,
             PatchSurface: elevate_patches,
-            MultipatchSurface: _each,
+            MultipatchSurface: _convert_each,
             BsplineSurface: elevate_spline,
             TriangleSurface: elevate_triangle,
         },
@@ -99,59 +99,61 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         Transpose: {
             BezierSurface: transpose_bezier,
             PatchSurface: transpose_patches,
-            MultipatchSurface: _each,
+            MultipatchSurface: _convert_each,
             BsplineSurface: transpose_spline,
             TriangleSurface: transpose_triangle,
         },
         Reverse: {
             BezierSurface: reverse_bezier,
             PatchSurface: reverse_patches,
-            MultipatchSurface: _each,
+            MultipatchSurface: _convert_each,
             BsplineSurface: reverse_spline,
             TriangleSurface: reverse_triangle,
         },
         ToBezier: {
-            BezierSurface: unchanged,
-            PatchSurface: unchanged,
+            BezierSurface: keep_surface,
+            PatchSurface: keep_surface,
             BsplineSurface: bezier_of_spline,
-            TriangleSurface: unchanged,
+            TriangleSurface: keep_surface,
             MultipatchSurface: bezier_of_multipatch,
         },
         ToTriangle: {BezierSurface: triangle_of_patch, PatchSurface: triangle_of_patch},
     }
 )
-"""What is done for each operation and each kind of surface; the others are refused."""
+"""The function for each operation and kind of surface; other pairs are refused."""
 
 
-def convert(surface: Surface, operations: Sequence[Operation], allowed: Allowed = ANY) -> Surface:
-    """The surface after all operations, one after the other.
+def convert(
+    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits = ANY
+) -> Surface:
+    """The surface after all operations in sequence.
 
     Raises
     ------
     InvalidRequest, TooLarge
-        With pointers `/operations/k`; what would be too large is refused from the shapes alone.
+        With pointers `/operations/k`; too large results are refused by their shapes alone.
     """
     for number, operation in enumerate(operations):
         try:
-            surface = _converted(surface, operation, allowed)
+            surface = _apply(surface, operation, allowed)
         except SurfaceError as error:
             raise error.within(pointer(("operations", number))) from None
     return surface
 
 
-def _converted(surface: Surface, operation: Operation, allowed: Allowed) -> Surface:
+def _apply(surface: Surface, operation: Operation, allowed: SizeLimits) -> Surface:
     conversion = CONVERSIONS[type(operation)].get(type(surface))
     if conversion is None:
-        raise InvalidRequest(_refused(surface, operation))
+        raise InvalidRequest(_refusal(surface, operation))
     return conversion(surface, operation, allowed)
 
 
-def _refused(surface: Surface, operation: Operation) -> Issue:
-    """Why nothing is done with a surface: it has no parameters, or not the right ones."""
+def _refusal(surface: Surface, operation: Operation) -> Issue:
+    """The issue of an operation that this kind of surface does not have."""
     kinds = CONVERSIONS[type(operation)]
     needed = "one of " + ", ".join(name for kind, name in NAMES.items() if kind in kinds)
     if type(surface) not in NAMES:
-        message = "Parameters mean nothing on the whole of it; each of its pieces has its own."
+        message = "The surface as a whole has no parameters; each of its pieces has its own."
         return Issue("not_parametric", message, "", "a group, a tube or a ribbon", needed)
     message = "This kind of surface cannot be converted in this way."
     got = f"the kind {NAMES[type(surface)]}"

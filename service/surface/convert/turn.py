@@ -1,4 +1,4 @@
-"""Parameters exchanged or run backwards: rows in another order, no number changed."""
+"""Parameters exchanged or reversed: only the order of the numbers changes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -9,92 +9,94 @@ import numpy as np
 from service.bases import triangle, triangle_polynomials
 from service.bases.arrays import FloatArray
 from service.surface.bezier import BezierSurface
-from service.surface.convert.nets import Allowed, changed
+from service.surface.convert.nets import SizeLimits, map_channels
 from service.surface.convert.operations import Direction, Reverse, Transpose
-from service.surface.grids import changed_grids
+from service.surface.grids import map_grids
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
 _AXIS: Mapping[Direction, int] = MappingProxyType({"u": 0, "v": 1})
 
 _EXCHANGED: Mapping[str, tuple[int, int]] = MappingProxyType({"": (1, 2), "u": (0, 1), "v": (0, 2)})
-"""Which of r, s, t change places: those that u = s and v = t, and 1 − u − v = r, exchange."""
+"""Numbers of the two coordinates among r, s, t to exchange; u = s, v = t and r = 1 − u − v."""
 
 
 def transpose_bezier(
-    surface: BezierSurface, _operation: Transpose, _allowed: Allowed
+    surface: BezierSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> BezierSurface:
     """S'(u, v) = S(v, u)."""
-    return _rearranged(surface, lambda net: net.swapaxes(0, 1))
+    return _rearrange(surface, lambda net: net.swapaxes(0, 1))
 
 
 def transpose_patches(
-    surface: PatchSurface, _operation: Transpose, _allowed: Allowed
+    surface: PatchSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> PatchSurface:
-    """Every patch for itself."""
-    order = triangle_polynomials.exchanged(surface.triangle_degree, *_EXCHANGED[""])
+    """Exchange u and v of every patch."""
+    order = triangle_polynomials.exchange_order(surface.triangle_degree, *_EXCHANGED[""])
     return replace(
         surface,
-        patches=changed_grids(surface.patches, lambda grids: grids.swapaxes(1, 2)),
+        patches=map_grids(surface.patches, lambda grids: grids.swapaxes(1, 2)),
         triangles=surface.triangles[:, order],
     )
 
 
-def reverse_bezier(surface: BezierSurface, operation: Reverse, _allowed: Allowed) -> BezierSurface:
+def reverse_bezier(
+    surface: BezierSurface, operation: Reverse, _allowed: SizeLimits
+) -> BezierSurface:
     """S'(u, v) = S(1 − u, v), or S(u, 1 − v)."""
-    return _rearranged(surface, lambda net: np.flip(net, axis=_AXIS[operation.direction]))
+    return _rearrange(surface, lambda net: np.flip(net, axis=_AXIS[operation.direction]))
 
 
-def reverse_patches(surface: PatchSurface, operation: Reverse, _allowed: Allowed) -> PatchSurface:
-    """Every patch for itself."""
+def reverse_patches(
+    surface: PatchSurface, operation: Reverse, _allowed: SizeLimits
+) -> PatchSurface:
+    """Reverse u or v of every patch."""
     axis = 1 + _AXIS[operation.direction]
-    order = triangle_polynomials.exchanged(
+    order = triangle_polynomials.exchange_order(
         surface.triangle_degree, *_EXCHANGED[operation.direction]
     )
     return replace(
         surface,
-        patches=changed_grids(surface.patches, lambda grids: np.flip(grids, axis=axis)),
+        patches=map_grids(surface.patches, lambda grids: np.flip(grids, axis=axis)),
         triangles=surface.triangles[:, order],
     )
 
 
 def transpose_triangle(
-    surface: TriangleSurface, _operation: Transpose, _allowed: Allowed
+    surface: TriangleSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> TriangleSurface:
     """S'(r, s, t) = S(r, t, s)."""
-    return _exchanged(surface, *_EXCHANGED[""])
+    return _exchange(surface, *_EXCHANGED[""])
 
 
 def reverse_triangle(
-    surface: TriangleSurface, operation: Reverse, _allowed: Allowed
+    surface: TriangleSurface, operation: Reverse, _allowed: SizeLimits
 ) -> TriangleSurface:
     """S'(r, s, t) = S(s, r, t), or S(t, s, r)."""
-    return _exchanged(surface, *_EXCHANGED[operation.direction])
+    return _exchange(surface, *_EXCHANGED[operation.direction])
 
 
-def _rearranged(
-    surface: BezierSurface, change: Callable[[FloatArray], FloatArray]
-) -> BezierSurface:
+def _rearrange(surface: BezierSurface, change: Callable[[FloatArray], FloatArray]) -> BezierSurface:
     """The surface with its nets in another order."""
     weights = None if surface.weights is None else change(surface.weights)
     return replace(
         surface,
         control_net=change(surface.control_net),
         weights=weights,
-        channels=changed(surface.channels, change),
+        channels=map_channels(surface.channels, change),
     )
 
 
-def _exchanged(surface: TriangleSurface, first: int, second: int) -> TriangleSurface:
+def _exchange(surface: TriangleSurface, first: int, second: int) -> TriangleSurface:
     """The triangle with two of its barycentric coordinates exchanged."""
 
     def change(net: FloatArray) -> FloatArray:
-        order = triangle_polynomials.exchanged(triangle.degree_of(len(net)), first, second)
+        order = triangle_polynomials.exchange_order(triangle.degree_of(len(net)), first, second)
         return net[order]
 
     return replace(
         surface,
         control_net=change(surface.control_net),
         weights=None if surface.weights is None else change(surface.weights),
-        channels=changed(surface.channels, change),
+        channels=map_channels(surface.channels, change),
     )

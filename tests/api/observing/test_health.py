@@ -61,9 +61,9 @@ def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert computes_rightly()
-    true = bernstein.sampled_partials
+    true = bernstein.sample_partials_basis
     monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
-    monkeypatch.setattr(at_once, "sampled_partials", lambda *of: true(*of) * 1.001)
+    monkeypatch.setattr(at_once, "sample_partials_basis", lambda *of: true(*of) * 1.001)
     assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
         answer = client.get("/health/ready")

@@ -237,8 +237,11 @@ def test_triangles_have_channels_of_their_own_degree(
 ) -> None:
     """Against de Casteljau in fractions, over the samples in their order."""
     random = np.random.default_rng((degree, other, divisions))
-    points = random.random((triangle.size(degree), 3))
-    colors, flow = random.random((triangle.size(other), 3)), random.random((triangle.size(3), 2))
+    points = random.random((triangle.count_points(degree), 3))
+    colors, flow = (
+        random.random((triangle.count_points(other), 3)),
+        random.random((triangle.count_points(3), 2)),
+    )
     surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
     made = mesh_of(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
     assert made.colors is not None

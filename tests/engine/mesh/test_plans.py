@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.cache import MESH_PLANS, Cache, derived
+from service.bases.cache import MESH_PLANS, Cache, derive_once
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.connect import connect
 from service.engine.mesh.edges import sample_edges
@@ -143,9 +143,9 @@ def test_a_plan_that_two_threads_need_is_made_once() -> None:
 
 def test_what_follows_from_arrays_is_kept_only_while_none_can_change() -> None:
     rows = np.arange(3)
-    assert derived((rows,), "text", lambda: b"1") == b"1"
-    assert derived((rows,), "text", lambda: b"2") == b"2"
+    assert derive_once((rows,), "text", lambda: b"1") == b"1"
+    assert derive_once((rows,), "text", lambda: b"2") == b"2"
     rows.flags.writeable = False
-    assert derived((rows,), "text", lambda: b"3") == b"3"
-    assert derived((rows,), "text", lambda: b"4") == b"3"
-    assert derived((rows.copy(),), "text", lambda: b"5") == b"5"
+    assert derive_once((rows,), "text", lambda: b"3") == b"3"
+    assert derive_once((rows,), "text", lambda: b"4") == b"3"
+    assert derive_once((rows.copy(),), "text", lambda: b"5") == b"5"

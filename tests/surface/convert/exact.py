@@ -98,7 +98,7 @@ def assert_same(
 
 
 def converted(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
-    """What the operations make of a sail: a surface of this kind, and a sail still."""
+    """The sail after some operations, which must be a surface of this kind."""
     made = convert(surface, operations)
     assert isinstance(made, kind)
     assert (made.up, made.name) == ("z", "sail")

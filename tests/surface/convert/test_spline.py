@@ -14,7 +14,7 @@ from service.bases import knots as knot
 from service.errors import SurfaceError
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
     Operation,
@@ -24,7 +24,7 @@ from service.surface.convert.operations import (
     ToBezier,
     Transpose,
 )
-from service.surface.convert.spline import domain_of
+from service.surface.convert.spline import find_domain
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.knots import Knots
@@ -82,7 +82,7 @@ def values(surface: BsplineSurface, at: Pair) -> list[float]:
     found = list(spline_surface_point(_wrapped(surface, net), knots, surface.degree, at))
     share = []
     for axis in (0, 1):
-        low, high = map(Fraction, domain_of(surface, axis))
+        low, high = map(Fraction, find_domain(surface, axis))
         share.append((at[axis] - low) / (high - low))
     for _, _, _, carried in surface.channels.each():
         if carried.shape[:2] == own:
@@ -135,7 +135,7 @@ spline = partial(converted, BsplineSurface)
 
 @settings(max_examples=12)
 @given(splines(), st.integers(0, 2), st.integers(0, 2))
-def test_raised(surface: BsplineSurface, more_u: int, more_v: int) -> None:
+def test_elevated(surface: BsplineSurface, more_u: int, more_v: int) -> None:
     degree = surface.degree[0] + more_u, surface.degree[1] + more_v
     made = spline(surface, Elevate(degree))
     assert made.degree == degree
@@ -160,7 +160,7 @@ def test_piece(
 ) -> None:
     pieces: list[tuple[float, float] | None] = [None, None]
     for axis, name in enumerate("uv"):
-        (low, high), (a, b) = domain_of(surface, axis), sorted(shares[2 * axis : 2 * axis + 2])
+        (low, high), (a, b) = find_domain(surface, axis), sorted(shares[2 * axis : 2 * axis + 2])
         if name in which:
             first, last = low + a * (high - low), low + b * (high - low)
             assume(_has_room(surface.knot_vectors[axis], first, last))
@@ -168,8 +168,8 @@ def test_piece(
     made = spline(surface, Restrict(*pieces))
     for axis, piece in enumerate(pieces):
         # What is so near to an end of the domain is that end.
-        wanted = piece or domain_of(surface, axis)
-        np.testing.assert_allclose(domain_of(made, axis), wanted, atol=1e-11)
+        wanted = piece or find_domain(surface, axis)
+        np.testing.assert_allclose(find_domain(made, axis), wanted, atol=1e-11)
     assert_same(made, surface)
 
 
@@ -181,14 +181,14 @@ def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
 
 @settings(max_examples=8)
 @given(splines(parted=False))
-def test_turned(surface: BsplineSurface) -> None:
+def test_transposed_and_reversed(surface: BsplineSurface) -> None:
     assert_same(spline(surface, Transpose()), surface, lambda u, v: (v, u))
     for axis, name in enumerate("uv"):
         made = spline(surface, Reverse(name))  # type: ignore[arg-type]
-        low, high = map(Fraction, domain_of(surface, axis))
+        low, high = map(Fraction, find_domain(surface, axis))
         is_named = isinstance(surface.knots[axis], str)
         mirror = low + high if is_named else Fraction(0)
-        assert domain_of(made, axis) == (float(mirror - high), float(mirror - low))
+        assert find_domain(made, axis) == (float(mirror - high), float(mirror - low))
         ends = (lambda u, v, m=mirror: (m - u, v)) if axis == 0 else (
             lambda u, v, m=mirror: (u, m - v))  # fmt: skip
         assert_same(made, surface, ends)
@@ -217,7 +217,7 @@ def test_bezier_patches(surface: BsplineSurface) -> None:
 @given(splines(), st.floats(0.1, 0.9), st.none() | st.floats(0.1, 0.9))
 def test_split(surface: BsplineSurface, share: float, other: float | None) -> None:
     """A group of splines over parts of the domain, which begin where another ends."""
-    (low, high), (bottom, top) = domain_of(surface, 0), domain_of(surface, 1)
+    (low, high), (bottom, top) = find_domain(surface, 0), find_domain(surface, 1)
     u = low + share * (high - low)
     v = None if other is None else bottom + other * (top - bottom)
     assume(_has_room(surface.knot_vectors[0], low, u))
@@ -234,7 +234,7 @@ def test_split(surface: BsplineSurface, share: float, other: float | None) -> No
     for member, cell in zip(made.members, cells, strict=True):
         piece = member.surface
         assert isinstance(piece, BsplineSurface)
-        assert (domain_of(piece, 0), domain_of(piece, 1)) == cell
+        assert (find_domain(piece, 0), find_domain(piece, 1)) == cell
         assert_same(piece, surface)
 
 
@@ -257,7 +257,7 @@ def test_white_stays_white(shape: tuple[int, int]) -> None:
     "operation", [Elevate((4, 2)), Elevate((5, 4)), Restrict(v=(0.5, 2.25)), Reverse("u")]
 )
 @pytest.mark.parametrize("rational", [False, True])
-def test_what_was_closed_stays_closed(operation: Operation, rational: bool) -> None:
+def test_closed_surfaces_stay_closed(operation: Operation, rational: bool) -> None:
     rng = np.random.default_rng(3)
     weights = rng.uniform(0.2, 5, (7, 6)) if rational else None
     surface = BsplineSurface(
@@ -273,7 +273,7 @@ def test_what_was_closed_stays_closed(operation: Operation, rational: bool) -> N
         assert after.boundary_edges == before.boundary_edges
 
 
-def test_a_parameter_that_is_a_knot_but_for_rounding_is_that_knot() -> None:
+def test_a_parameter_near_a_knot_by_rounding_is_that_knot() -> None:
     for near, exact in (
         (Split(u=1 + 1e-12), Split(u=1.0)),
         (Restrict(u=(0.5, 1 + 1e-12)), Restrict(u=(0.5, 1.0))),
@@ -307,17 +307,17 @@ def test_refusals(operation: Operation, code: str, pointer: str) -> None:
     assert (issue.code, issue.pointer) == (code, f"/operations/1{pointer}")
 
 
-def test_too_much_is_refused_before_it_is_made() -> None:
+def test_too_large_results_are_refused_before_they_are_built() -> None:
     for operation in (Elevate((4, 4)), ToBezier()):
         with pytest.raises(SurfaceError) as caught:
-            convert(cubic(), [operation], Allowed(40))
+            convert(cubic(), [operation], SizeLimits(40))
         assert caught.value.issues[0].code == "too_many_control_points"
     with pytest.raises(SurfaceError) as caught:
-        convert(cubic(), [Elevate((3, 9))], Allowed(degree=8))
+        convert(cubic(), [Elevate((3, 9))], SizeLimits(degree=8))
     assert caught.value.issues[0].pointer == "/operations/0/degree/1"
 
 
-def test_what_would_take_minutes_is_refused() -> None:
+def test_conversions_of_minutes_are_refused() -> None:
     knots = np.repeat(np.arange(800.0), 31)
     knots = np.concatenate([[0.0] * 2, knots, [799.0] * 2])
     net = np.zeros((len(knots) - 33, 2, 3))

@@ -14,7 +14,7 @@ from service.engine.tessellate import tessellate
 from service.errors import SurfaceError, TooLarge
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
     Operation,
@@ -52,7 +52,7 @@ patches = partial(converted, PatchSurface)
 def refusal(surface: Surface, *operations: Operation, points: int = 10**6) -> tuple[str, str]:
     """Code and pointer of the only issue."""
     with pytest.raises(SurfaceError) as caught:
-        convert(surface, operations, Allowed(points))
+        convert(surface, operations, SizeLimits(points))
     (issue,) = caught.value.issues
     assert issue.got
     assert issue.needed
@@ -61,7 +61,7 @@ def refusal(surface: Surface, *operations: Operation, points: int = 10**6) -> tu
 
 @settings(max_examples=12)
 @given(degrees, st.integers(4, 6), seeds, st.booleans())
-def test_raised_patches(degree: tuple[int, int], most: int, seed: int, rational: bool) -> None:
+def test_elevated_patches(degree: tuple[int, int], most: int, seed: int, rational: bool) -> None:
     surface = random_patches(degree, seed, rational)
     higher = patches(surface, Elevate((most, most)))
     assert higher.degree == (most, most)
@@ -136,7 +136,7 @@ def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> N
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-30, 1e30, 1e308])
-def test_weights_of_any_size_say_the_same(size: float) -> None:
+def test_a_common_factor_of_weights_has_no_effect(size: float) -> None:
     """Numbers without all their digits, and those whose sum would be infinite."""
     usual = random_bezier((2, 2), 3, False, channels=False)
     weights = np.array([[1.0, 1, 1], [1, 1, 1], [1, 1, 1]]) * size
@@ -189,7 +189,7 @@ def test_patches_have_no_parameters_in_common(operation: Operation) -> None:
     assert refusal(surface, operation) == ("several_patches", "/operations/0")
 
 
-def test_too_much_is_refused_before_it_is_made() -> None:
+def test_too_large_results_are_refused_before_they_are_built() -> None:
     surface = random_patches((3, 3), 1, False)
     assert refusal(surface, Transpose(), Elevate((64, 64)), points=8449) == (
         "too_many_control_points",
@@ -197,6 +197,6 @@ def test_too_much_is_refused_before_it_is_made() -> None:
     )
     assert len(patches(surface, Elevate((12, 12))).patches) == 2
     with pytest.raises(TooLarge):
-        convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], Allowed(63))
+        convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], SizeLimits(63))
     with pytest.raises(TooLarge):
-        convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], Allowed(63))
+        convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], SizeLimits(63))

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.bases.triangle import size
+from service.bases.triangle import count_points
 from service.errors import SurfaceError
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import (
     Elevate,
     Half,
@@ -53,7 +53,7 @@ seeds = st.integers(0, 10**6)
 def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
     """A triangle without pattern; its channels have degrees of their own."""
     rng = np.random.default_rng(seed)
-    count = size(degree)
+    count = count_points(degree)
     return TriangleSurface(
         rng.uniform(-4, 4, (count, 3)),
         rng.uniform(0.2, 5, count) if rational else None,
@@ -119,7 +119,7 @@ patches = partial(converted, PatchSurface)
 
 @settings(max_examples=10)
 @given(degrees, st.integers(0, 4), seeds, st.booleans())
-def test_raised_triangle(degree: int, more: int, seed: int, rational: bool) -> None:
+def test_elevated_triangle(degree: int, more: int, seed: int, rational: bool) -> None:
     surface = random_triangle(degree, seed, rational)
     made = triangle(surface, Elevate((degree + more, degree + more)))
     assert made.degree == degree + more
@@ -139,7 +139,7 @@ def test_split_triangle(
     assert len(made.patches) == 0
     n = max(degree, 2)
     assert made.triangle_degree == n
-    inside = 3 * size(n - 1) - 3 * n + 1 if n > 1 else 1
+    inside = 3 * count_points(n - 1) - 3 * n + 1 if n > 1 else 1
     assert len(made.vertices) == inside + 3 * n, "lines between triangles are there once"
     for corner in range(3):
         for at in PLACES:
@@ -152,7 +152,7 @@ def test_split_triangle(
 @pytest.mark.parametrize(
     ("operation", "two"), [(Transpose(), (1, 2)), (Reverse("u"), (0, 1)), (Reverse("v"), (0, 2))]
 )
-def test_turned_triangle(operation: Operation, two: tuple[int, int]) -> None:
+def test_transposed_and_reversed_triangle(operation: Operation, two: tuple[int, int]) -> None:
     surface = random_triangle(3, 1, True)
     made = triangle(surface, operation)
     for at in PLACES:
@@ -236,16 +236,16 @@ def test_refusals_of_grids_and_triangles(operation: Operation, code: str, pointe
     assert (issue.code, issue.pointer) == (code, f"/operations/0{pointer}")
 
 
-def test_too_much_is_refused_before_it_is_made() -> None:
+def test_too_large_results_are_refused_before_they_are_built() -> None:
     surface = random_triangle(3, 1, False)
     for operation in (Elevate((9, 9)), Split(at=(0.5, 0.25, 0.25))):
         with pytest.raises(SurfaceError) as caught:
-            convert(surface, [operation], Allowed(29))
+            convert(surface, [operation], SizeLimits(29))
         assert caught.value.issues[0].code == "too_many_control_points"
     large = BezierSurface(np.random.default_rng(1).uniform(-1, 1, (40, 40, 3)))
     with pytest.raises(SurfaceError) as caught:
         convert(large, [ToTriangle("lower")])
     assert caught.value.issues[0].code == "degree_too_high"
     with pytest.raises(SurfaceError) as caught:
-        convert(mixed(1, False), [Elevate((5, 5))], Allowed(56))
+        convert(mixed(1, False), [Elevate((5, 5))], SizeLimits(56))
     assert caught.value.issues[0].code == "too_many_control_points"

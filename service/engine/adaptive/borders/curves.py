@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.homogeneous import homogeneous
+from service.bases.homogeneous import to_homogeneous
 from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.flatness import rounding
 from service.engine.adaptive.borders.side_normals import SideNormals
@@ -119,7 +119,7 @@ def curves_of(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iter
             uses[chain],
             np.concatenate([[0], np.cumsum(length[chain])]).astype(np.intp),
             owner,
-            homogeneous(points, weights),
+            to_homogeneous(points, weights),
             origin,
             rounding(size, far, points.shape[1] - 1),
             chains.edge[rows],

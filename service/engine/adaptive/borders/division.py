@@ -15,7 +15,7 @@ from math import inf
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import runs as runs_of
+from service.bases.row_batches import row_runs as runs_of
 from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curves import (
     Curves,
