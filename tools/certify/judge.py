@@ -85,7 +85,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
         _measure(verdict, surface, read(case.written_as, content, diagonal=1), samples)
     if case.resolution is not None:
         return verdict
-    _count(verdict, mesh, [] if family.lines else _without_area(verdict, surface, mesh))
+    _count(verdict, mesh, None if family.lines else _without_area(verdict, surface, mesh))
     if family.flat and not case.two_sided and verdict.triangles != 2:
         verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
@@ -156,12 +156,15 @@ def _without_area(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
     return wrong
 
 
-def _count(verdict: Verdict, mesh: Written, without_area: list[int]) -> None:
-    """Triangles without area or turned over, edges with more than two triangles."""
+def _count(verdict: Verdict, mesh: Written, without_area: list[int] | None) -> None:
+    """Triangles without area or turned over, edges with more than two triangles.
+
+    Triangles of a line have no area, and edges that lie on one another: there is no list of them.
+    """
     bad = Counter(
         {
             "name a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
-            "have no area": len(without_area),
+            "have no area": len(without_area or ()),
             "are turned over": 0 if mesh.places is None else turned_triangles(mesh.places),
         }
     )
@@ -169,7 +172,7 @@ def _count(verdict: Verdict, mesh: Written, without_area: list[int]) -> None:
     verdict.wrong += [f"{count} triangles {what}" for what, count in bad.items() if count]
     boundary, more = edge_counts(mesh.faces)
     if verdict.case.written_as == "json":
-        if more:
+        if more and without_area is not None:
             verdict.wrong.append(f"{more} edges of more than two triangles")
         if boundary != mesh.report["boundary_edges"]:
             verdict.wrong.append(
