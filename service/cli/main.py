@@ -29,6 +29,22 @@ from service.cli.refusals import (
 )
 from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
+COMMANDS = (
+    serve,
+    health,
+    mesh,
+    estimate,
+    points,
+    project,
+    convert,
+    curve,
+    store,
+    sign,
+    key,
+    lists,
+)
+"""Modules of commands, in the order in which the help lists them."""
+
 INTERRUPTED = 128 + 2
 """Exit code after Ctrl+C, as the shell expects it."""
 
@@ -72,19 +88,6 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (
-        serve,
-        health,
-        mesh,
-        estimate,
-        points,
-        project,
-        convert,
-        curve,
-        store,
-        sign,
-        key,
-        lists,
-    ):
+    for command in COMMANDS:
         command.add(commands)
     return parser

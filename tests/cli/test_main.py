@@ -1,5 +1,6 @@
 """The command `surface`, from its arguments to its files and exit codes."""
 
+import inspect
 import io
 import json
 import os
@@ -13,7 +14,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from service.cli.main import main
+from service.cli.main import COMMANDS, main
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
@@ -170,6 +171,14 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXAMPLES)
     assert main(["formats"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(BY_NAME)
+
+
+def test_every_module_with_a_command_is_listed() -> None:
+    folder = Path(inspect.getfile(main)).parent
+    texts = {file.stem: file.read_text(encoding="utf-8") for file in folder.glob("*.py")}
+    modules = {name for name, text in texts.items() if "\ndef add(commands:" in text}
+    listed = {command.__name__.rpartition(".")[2] for command in COMMANDS}
+    assert modules == listed, "list the module in COMMANDS of service/cli/main.py"
 
 
 def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:

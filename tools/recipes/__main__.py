@@ -13,12 +13,19 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from tests.programs import NODE_MODULES, program
 from tools.processes import ROOT
-from tools.recipes.toys import RECIPES, Recipe, Step
+from tools.recipes.call_toys import COMMAND, ENDPOINT
+from tools.recipes.steps import Recipe, Step
+from tools.recipes.toys import FORMAT, KIND, OPTION
+
+RECIPES: Mapping[str, Recipe] = MappingProxyType(
+    {"format": FORMAT, "kind": KIND, "option": OPTION, "endpoint": ENDPOINT, "command": COMMAND}
+)
 
 GENERATED = (
     "{python} -m service openapi --all > openapi.json && mv openapi.json openapi/",

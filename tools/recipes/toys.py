@@ -1,41 +1,6 @@
-"""A toy for every recipe of CONTRIBUTING.md: the steps that a newcomer would do."""
+"""Toys for the recipes of CONTRIBUTING.md: a format, an option and a kind of surface."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from types import MappingProxyType
-
-
-@dataclass(frozen=True)
-class Step:
-    """A new file of this text; or texts put behind the first place where another text stands.
-
-    `path` is relative to the checkout.
-    """
-
-    path: str
-    text: str = ""
-    behind: tuple[tuple[str, str], ...] = ()
-
-    def do(self, checkout: Path) -> None:
-        """Does the step in a checkout."""
-        file = checkout / self.path
-        text = file.read_text(encoding="utf-8") if self.behind else self.text
-        for place, added in self.behind:
-            before, found, after = text.partition(place)
-            assert found, f"{self.path}: {place!r} is not there"
-            text = before + found + added + after
-        file.write_text(text, encoding="utf-8")
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """Steps, how many files they may touch, and the tests that judge beside the common ones."""
-
-    most: int
-    steps: tuple[Step, ...]
-    tests: tuple[str, ...]
-
+from tools.recipes.steps import Recipe, Step
 
 FORMAT = Recipe(
     most=3,
@@ -284,5 +249,3 @@ def test_a_ramp_is_one_patch() -> None:
         "tests/api/test_mesh.py",
     ),
 )
-
-RECIPES: Mapping[str, Recipe] = MappingProxyType({"format": FORMAT, "option": OPTION, "kind": KIND})

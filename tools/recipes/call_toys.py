@@ -1,0 +1,188 @@
+"""Toys for the recipes of CONTRIBUTING.md: an endpoint and a command."""
+
+from tools.recipes.steps import Recipe, Step
+
+ENDPOINT = Recipe(
+    most=5,
+    steps=(
+        Step(
+            "service/schemas/crate.py",
+            '''"""A surface to put into a crate, as a document says it."""
+
+from pydantic import Field
+
+from service.schemas.request import SurfaceRequest
+
+
+class CrateRequest(SurfaceRequest):
+    """A surface, and how much room it needs on every side."""
+
+    margin: float = Field(default=0.0, ge=0, le=1e6, description="Room on every side.")
+''',
+        ),
+        Step(
+            "service/pipeline/crate.py",
+            '''"""A surface in, the crate that holds it out."""
+
+from dataclasses import dataclass
+
+from service.encoders.text import json_text
+from service.measuring import Measured
+from service.pipeline.checks import check_surface
+from service.pipeline.cost import Cost, points_cost
+from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.surface.sizes import SurfaceKind
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CrateWork:
+    """A crate that may be computed."""
+
+    surface: SurfaceKind
+    margin: float
+    cost: Cost
+
+    def run(self) -> bytes:
+        """The answer as JSON."""
+        with Measured("crate"):
+            low, high = self.surface.lower().bounds
+            return json_text({"low": low - self.margin, "high": high + self.margin})
+
+
+def plan_crate(
+    surface: SurfaceKind, margin: float, limits: Limits = DEFAULT_LIMITS
+) -> CrateWork:
+    """What is to be computed, found affordable from the shapes of the arrays."""
+    size = surface.stored_size()
+    check_surface(size, limits)
+    return CrateWork(surface, margin, points_cost(size, 1, 0))
+''',
+        ),
+        Step(
+            "service/api/models/crate.py",
+            '''"""Answers about crates as JSON."""
+
+from service.api.models.meshes import Answer, Vector
+
+
+class Crate(Answer):
+    """A box that holds the surface."""
+
+    low: Vector
+    """Least coordinates."""
+    high: Vector
+    """Greatest coordinates."""
+''',
+        ),
+        Step(
+            "service/api/routes/queries.py",
+            behind=(
+                (
+                    "from service.api.body import BodyRoute\n",
+                    """from service.api.models.crate import Crate
+from service.pipeline.crate import plan_crate
+from service.schemas.crate import CrateRequest
+""",
+                ),
+                (
+                    "queries = APIRouter(route_class=BodyRoute)\n",
+                    '''
+_CRATES: Json = {
+    "square": {
+        "summary": "A square",
+        "value": {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
+    }
+}
+show_answers(
+    "packSurface",
+    _CRATES,
+    CrateRequest,
+    lambda wanted: plan_crate(wanted.to_surface(), wanted.margin).run(),
+)
+
+
+@queries.post(
+    "/v1/crate",
+    operation_id="packSurface",
+    tags=["queries"],
+    summary="A crate for a surface",
+    response_model=Crate,
+    response_description="The crate.",
+    responses={200: answer(), **POST_ERRORS},
+    openapi_extra=json_body(_CRATES),
+)
+async def pack_surface(wanted: CrateRequest, context: ContextDep) -> Response:
+    """Finds a box that holds the surface."""
+    services, job, *_ = context
+    work = plan_crate(wanted.to_surface(), wanted.margin, services.limits)
+    return bytes_response(await job.run(work, "crate"), job)
+
+''',
+                ),
+            ),
+        ),
+        Step(
+            "tests/api/test_crate.py",
+            """from tests.api.client import Client
+
+
+def test_a_square_has_a_flat_crate(client: Client) -> None:
+    net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+    answer = client.post("/v1/crate", {"surface": {"control_net": net}, "margin": 1})
+    assert answer.json() == {"low": [-1, -1, -1], "high": [2, 2, 1]}
+""",
+        ),
+    ),
+    tests=(
+        "tests/api/test_crate.py",
+        "tests/api/test_hostile.py",
+        "tests/api/observing/test_middleware.py",
+    ),
+)
+
+COMMAND = Recipe(
+    most=3,
+    steps=(
+        Step(
+            "service/cli/kinds.py",
+            '''"""`surface kinds`: prints the kinds of surfaces."""
+
+import argparse
+
+from service.cli.output import print_lines
+from service.cli.refusals import OK
+from service.cli.source import Commands
+
+
+def add(commands: Commands) -> None:
+    """Adds the command."""
+    kinds = commands.add_parser("kinds", help="list the kinds of surfaces")
+    kinds.set_defaults(run=_run)
+
+
+def _run(_: argparse.Namespace) -> int:
+    from service.schemas.surfaces import KINDS
+
+    print_lines(KINDS)
+    return OK
+''',
+        ),
+        Step(
+            "service/cli/main.py",
+            behind=(("    key,\n", "    kinds,\n"), ("COMMANDS = (\n", "    kinds,\n")),
+        ),
+        Step(
+            "tests/cli/test_kinds.py",
+            """import pytest
+
+from service.cli.main import main
+
+
+def test_kinds_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["kinds"]) == 0
+    assert "bspline" in capsys.readouterr().out.split()
+""",
+        ),
+    ),
+    tests=("tests/cli/test_kinds.py", "tests/cli/test_main.py"),
+)

@@ -1,0 +1,35 @@
+"""What a recipe is: steps in a checkout, and the tests that judge them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Step:
+    """A new file of this text; or texts put behind the first place where another text stands.
+
+    `path` is relative to the checkout.
+    """
+
+    path: str
+    text: str = ""
+    behind: tuple[tuple[str, str], ...] = ()
+
+    def do(self, checkout: Path) -> None:
+        """Does the step in a checkout."""
+        file = checkout / self.path
+        text = file.read_text(encoding="utf-8") if self.behind else self.text
+        for place, added in self.behind:
+            before, found, after = text.partition(place)
+            assert found, f"{self.path}: {place!r} is not there"
+            text = before + found + added + after
+        file.write_text(text, encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Steps, how many files they may touch, and the tests that judge beside the common ones."""
+
+    most: int
+    steps: tuple[Step, ...]
+    tests: tuple[str, ...]
