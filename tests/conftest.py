@@ -12,8 +12,10 @@ from tests.scheduling import Scheduling, scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
-# The same examples on every run and every machine; how long one takes is no property of it.
-hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=40)
+# The same few examples on every run and every machine; how long one takes is no property of it.
+# `make test-properties` takes others, and many more.
+hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=15)
+hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)
 hypothesis.settings.load_profile("surface")
 
 

@@ -2,8 +2,10 @@
 
 import json
 import re
+import shlex
 import subprocess
-import sys
+from contextlib import redirect_stdout
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple, get_args
@@ -11,9 +13,10 @@ from typing import NamedTuple, get_args
 import numpy as np
 import pytest
 
+from service.cli.main import main
 from service.schemas.request import MeshRequest
 from service.schemas.surfaces import SurfaceDefinition
-from tests.programs import program, run_python
+from tests.programs import program
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "docs/surfaces.md", "docs/questions.md")
@@ -82,18 +85,22 @@ def test_programs_print_what_is_shown() -> None:
     programs = [pair for pair in SHOWN if pair[0].language == "python"]
     assert len(programs) == 2
     for source, shown in programs:
-        done = run_python("-W", "error", "-c", source.text, cwd=ROOT)
-        assert done.stdout.strip() == shown.text.strip()
+        with redirect_stdout(StringIO()) as printed:
+            exec(compile(source.text, "README.md", "exec"), {"__name__": "__main__"})
+        assert printed.getvalue().strip() == shown.text.strip()
 
 
-def test_commands_without_a_server_work(tmp_path: Path) -> None:
+def test_commands_without_a_server_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
     """Those that stand in the running text."""
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
     commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", README)
     assert len(commands) == 4
     for command in commands:
-        from_here = command.replace("surface", f"{sys.executable} -m service", 1)
-        run_shell(f"PYTHONPATH={ROOT} {from_here}", tmp_path)
+        assert main(shlex.split(command)[1:]) == 0, command
+    assert b"positions" in capsysbinary.readouterr().out
     assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
@@ -270,7 +270,6 @@ OPTIONS = {
     st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in OPTIONS.items()}),
     st.sampled_from(FORMATS),
 )
-@settings(max_examples=60)
 def test_the_canonical_address_stands_for_the_same_bytes(said: dict[str, str], fmt: Format) -> None:
     try:
         asked = mesh_query(said.items())

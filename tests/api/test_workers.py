@@ -11,7 +11,7 @@ from traceback import extract_tb
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from starlette.requests import ClientDisconnect
 
@@ -163,7 +163,6 @@ async def test_a_thread_that_begins_computes_alone_for_a_while() -> None:
         workers.hold(-30)
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
 def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]]) -> None:
     """A request that is cancelled before, while or after it gets a thread leaves nothing behind."""

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import extraction, knots
@@ -24,7 +24,6 @@ def vectors_of(rows: np.ndarray) -> list[tuple[Fraction, ...]]:
     return [tuple(fractions(row)) for row in rows]
 
 
-@settings(max_examples=40, deadline=None)
 @given(knot_vectors(parted=True), seeds)
 def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> None:
     """de Casteljau on the Bézier points meets Cox and de Boor on the control points."""
@@ -41,7 +40,6 @@ def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> Non
             )
 
 
-@settings(max_examples=30, deadline=None)
 @given(knot_vectors(st.integers(1, 8), parted=True), seeds, st.booleans())
 def test_reversed_curves_have_the_same_bits(vector: KnotVector, seed: int, rational: bool) -> None:
     """Knots 3 − U and points from the last to the first."""
@@ -60,7 +58,6 @@ def test_reversed_curves_have_the_same_bits(vector: KnotVector, seed: int, ratio
     )
 
 
-@settings(max_examples=30, deadline=None)
 @given(knot_vectors(parted=True), seeds, st.booleans())
 def test_spans_meet_or_are_discontinuous(vector: KnotVector, seed: int, rational: bool) -> None:
     """Up to multiplicity p the very same numbers; at p + 1 two control points."""

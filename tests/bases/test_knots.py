@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import knots as knot
@@ -49,7 +49,6 @@ def test_spans_are_right_continuous() -> None:
     np.testing.assert_array_equal(found, [2, 2, 4, 4, 5, 5, 5])
 
 
-@settings(max_examples=40, deadline=None)
 @given(knot_vectors(parted=True), st.lists(fraction_of, max_size=4))
 def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[float]) -> None:
     """Every function at every parameter, the breaks included; the others vanish there."""

@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -53,7 +53,6 @@ def turned(net: Net) -> Net:
     return points[::-1].copy(), None if weights is None else weights[::-1].copy()
 
 
-@settings(max_examples=60)
 @given(curves(), st.integers(0, 6))
 def test_elevation_keeps_the_curve(net: Net, more: int) -> None:
     higher = elevate(net, len(net[0]) - 1 + more)
@@ -63,7 +62,6 @@ def test_elevation_keeps_the_curve(net: Net, more: int) -> None:
     np.testing.assert_array_equal(higher[0][[0, -1]], net[0][[0, -1]])
 
 
-@settings(max_examples=40)
 @given(curves(), st.integers(1, 6))
 def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) -> None:
     degree = len(net[0]) - 1 + more
@@ -78,7 +76,6 @@ def test_the_highest_degree_loses_nothing() -> None:
         assert_near(point_of(higher, t), point_of((points, weights), t))
 
 
-@settings(max_examples=60)
 @given(curves(), inner)
 def test_both_sides_of_a_cut(net: Net, t: float) -> None:
     left, right = split(net, t)
@@ -91,7 +88,6 @@ def test_both_sides_of_a_cut(net: Net, t: float) -> None:
     np.testing.assert_array_equal(left[0][-1], right[0][0])
 
 
-@settings(max_examples=60)
 @given(curves(), st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted))
 def test_a_piece(net: Net, ends: list[float]) -> None:
     first, last = ends
@@ -101,7 +97,6 @@ def test_a_piece(net: Net, ends: list[float]) -> None:
         assert_near(point_of(piece, s), point_of(net, at))
 
 
-@settings(max_examples=40)
 @given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)
 def test_equal_points_stay_one_point(count: int, x: float, weight: float, t: float) -> None:
     """Bit for bit, whatever the weights: poles are found by equality."""

@@ -4,7 +4,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.affine_combination import combine
@@ -32,7 +32,6 @@ def exact(
     return [float(c / w) for c in x]
 
 
-@settings(max_examples=80)
 @given(knot_vectors(parted=True), seeds, st.integers(0, 3), shares, st.booleans())
 def test_other_knots_give_the_same_curve(
     vector: KnotVector, seed: int, more: int, ends: list[float], whole: bool
@@ -63,7 +62,6 @@ def test_other_knots_give_the_same_curve(
             )
 
 
-@settings(max_examples=40)
 @given(knot_vectors(parted=True), seeds)
 def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int) -> None:
     """A clamped spline over its own knots is itself, however often its knots come."""
@@ -77,7 +75,6 @@ def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int)
     np.testing.assert_array_equal(loads, weights)
 
 
-@settings(max_examples=40)
 @given(knot_vectors(), seeds, st.integers(1, 4))
 def test_elevation_keeps_the_bits_of_the_ends(vector: KnotVector, seed: int, more: int) -> None:
     knots, degree = vector

@@ -4,7 +4,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.restriction import restrict_to_cells, restriction_matrices
@@ -25,7 +25,6 @@ def blossom(points: list[tuple[Fraction, ...]], places: list[Fraction]) -> tuple
     return points[0]
 
 
-@settings(max_examples=30)
 @given(st.integers(0, 12), breaks_of)
 def test_rows_are_blossoms(degree: int, breaks: np.ndarray) -> None:
     rows = restriction_matrices(degree, breaks)

@@ -1,7 +1,7 @@
 """Sides of triangular nets that are raised; tests/surface/convert judges the points of all else."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import polynomials
@@ -18,7 +18,6 @@ def net_for(degree: int, seed: int) -> Net:
     return rng.uniform(-4, 4, (count, 3)), rng.uniform(0.2, 5, count)
 
 
-@settings(max_examples=20)
 @given(small, st.integers(1, 4), seeds)
 def test_sides_are_elevated_like_curves(degree: int, more: int, seed: int) -> None:
     """Bit for bit, in either direction: what shares an edge shares it afterwards."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -271,7 +271,6 @@ WORDS = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=150)
 @given(st.lists(WORDS, max_size=12).map(b" ".join))
 def test_any_text_is_patches_or_refused(text: bytes) -> None:
     with suppress(SurfaceError):

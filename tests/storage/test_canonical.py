@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import orjson
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from service.bases.arrays import FloatArray
@@ -177,7 +177,6 @@ def _changed(value: Any, path: tuple[Any, ...], towards: float) -> Any:
     return copy
 
 
-@settings(max_examples=200)
 @given(st.sampled_from([*ALL]), st.sampled_from([math.inf, -math.inf]), st.data())
 def test_the_next_number_is_another_surface(name: str, towards: float, data: st.DataObject) -> None:
     document = ALL[name]
@@ -289,7 +288,6 @@ def test_a_content_ends_where_it_ends() -> None:
         restore_surface(content + b"\0", LIMITS)
 
 
-@settings(max_examples=200)
 @given(st.sampled_from([*ALL]), st.data())
 def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
     """Every other content is refused; the store checks the hash."""

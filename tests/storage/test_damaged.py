@@ -7,7 +7,7 @@ from pathlib import Path
 
 import obstore
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import DamagedObject
@@ -55,7 +55,6 @@ async def test_damaged_object(
     assert not await store.has(id)
 
 
-@settings(max_examples=50)
 @given(st.binary(min_size=1, max_size=64), st.binary(max_size=64))
 def test_other_contents_are_never_sent(content: bytes, instead: bytes) -> None:
     async def work(store: SurfaceStore) -> None:

@@ -4,7 +4,7 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import UnknownSurface
@@ -52,7 +52,6 @@ async def test_what_was_stored_comes_back(kind: str, size: int, tmp_path: Path) 
 def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     """Whatever is done to a store and to a dictionary, they agree."""
 
-    @settings(max_examples=25)
     @given(st.lists(st.tuples(st.sampled_from(["put", "delete", "has"]), CONTENTS), max_size=20))
     def agree(steps: list[tuple[str, bytes]]) -> None:
         async def work(store: SurfaceStore) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import knots as knot
@@ -60,7 +60,6 @@ def parameters(model: PatchModel, at: Array = PLACES) -> tuple[Array, Array]:
     return np.repeat(u, len(v), axis=0), np.tile(v, (len(u), 1))
 
 
-@settings(max_examples=15, deadline=None)
 @given(small_knots, small_knots, seeds, st.booleans())
 def test_is_the_surface_of_cox_and_de_boor(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
@@ -89,7 +88,6 @@ def test_one_span_keeps_its_control_net() -> None:
     assert (model.name, model.up, model.parts) == ("bowl", "z", (Part("bowl", 0, 1),))
 
 
-@settings(max_examples=20, deadline=None)
 @given(knot_vectors(), knot_vectors(), seeds, st.booleans())
 def test_patches_share_their_edges_bit_for_bit(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
@@ -107,7 +105,6 @@ def test_patches_share_their_edges_bit_for_bit(
             np.testing.assert_array_equal(grid[:, :-1, :, -1], grid[:, 1:, :, 0])
 
 
-@settings(max_examples=20, deadline=None)
 @given(knot_vectors(), knot_vectors(), seeds, st.booleans())
 def test_the_reversed_surface_has_reversed_patches(
     u: KnotVector, v: KnotVector, seed: int, rational: bool

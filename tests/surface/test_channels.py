@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.options import MeshOptions
@@ -145,7 +145,6 @@ def spline(u: KnotVector, v: KnotVector, channels: Channels, rational: bool) -> 
     return BsplineSurface(net, degree, knots, weights, channels=channels)
 
 
-@settings(max_examples=25, deadline=None)
 @given(small_knots, small_knots, st.booleans())
 def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
     u: KnotVector, v: KnotVector, rational: bool
@@ -160,7 +159,6 @@ def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
     np.testing.assert_array_equal(wide, np.concatenate([place, place], axis=3))
 
 
-@settings(max_examples=25, deadline=None)
 @given(small_knots, small_knots, st.data())
 def test_any_other_net_is_one_function_over_the_whole_domain(
     u: KnotVector, v: KnotVector, data: st.DataObject

@@ -28,9 +28,12 @@ def client() -> Iterator[Client]:
         yield client
 
 
-@pytest.mark.parametrize("family", [name for name, each in FAMILIES.items() if not each.lines])
-@pytest.mark.parametrize("suffix", ["glb", "stl"])
-def test_meshes_of_every_family_are_proved(client: Client, family: str, suffix: str) -> None:
+@pytest.mark.parametrize(
+    ("family", "suffix"),
+    [("rational", "glb"), ("NURBS", "stl"), ("rational triangles", "glb"), ("far away", "stl")],
+)
+def test_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
+    """Those of the other families are `make judge`'s."""
     verdict = judge(client, Case(family, 7, LIKE, suffix))
     if verdict is None:  # STL is too coarse so far away
         assert (family, suffix) == ("far away", "stl")
@@ -61,7 +64,7 @@ def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> 
 @pytest.mark.parametrize("family", ["degrees 1 to 8", "rational", "creases", "NURBS",
                                     "rings and tori", "rational triangles"])  # fmt: skip
 def test_nets_are_those_of_the_surface(family: str) -> None:
-    for seed in range(4):
+    for seed in range(2):
         surface = FAMILIES[family].surface(seed)
         (sheet,) = sheets_of(surface)
         (nets,) = nets_of(document_of(surface), sheet.origin)
@@ -92,13 +95,13 @@ def test_no_point_of_a_piece_is_further_than_its_hull_is_said_to_be(spread: floa
     t = np.linspace(0, 1, 9)
     lines = [np.array([comb(2, k) * x**k * (1 - x) ** (2 - k) for k in range(3)]) for x in t]
     grid = np.stack(lines)
-    for _ in range(10):
+    for _ in range(2):
         mesh = Mesh(crumpled(rng, spread))
         net = np.append(rng.uniform(0, 1, (3, 3, 3)), rng.uniform(0.3, 3, (3, 3, 1)), axis=-1)
         net[..., 2] *= spread
         net[..., :3] *= net[..., 3:]
         pieces = np.moveaxis(net, -1, 0)[:, np.newaxis]
-        for _ in range(8):
+        for _ in range(6):
             points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
             true = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
             said = _distances(mesh, _points(pieces), of_all=False)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
@@ -68,7 +68,6 @@ def test_others_are_not_believed(peer: str) -> None:
     assert found == (peer, "http")
 
 
-@settings(max_examples=25)
 @given(st.lists(st.text("0123456789.:[], abcdef\x00", max_size=30), max_size=3))
 def test_whatever_a_client_writes_first_its_address_is_the_one_that_was_seen(
     forged: list[str],

@@ -4,7 +4,7 @@ import re
 
 import httpx
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
@@ -40,7 +40,6 @@ def test_a_minutes_requests_may_come_at_once_and_then_one_each_share() -> None:
     assert counted.take("a").remaining == 59
 
 
-@settings(max_examples=25)
 @given(
     st.integers(1, 100),
     st.lists(st.sampled_from([0.0, 0.01, 0.5, 1.0, 7.0, 61.0]), min_size=1, max_size=150),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.scene import placing, quaternion
@@ -71,7 +71,6 @@ def copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
     return found
 
 
-@settings(max_examples=60)
 @given(placements())
 def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
     """Turns, stretches, mirrors and shears, in one node or in two."""

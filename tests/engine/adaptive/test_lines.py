@@ -53,7 +53,6 @@ def furthest(model: PatchModel, goal: Goal) -> float:
     return max(float(distances(points, a, b).max()) for points in dense)
 
 
-@settings(max_examples=20)
 @given(weighted_nets(nets(limit=4)))
 def test_lines_are_within_the_tolerance_of_their_curves(
     weighted: tuple[Array, Array | None],

@@ -39,7 +39,6 @@ def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) 
 
 
 @given(degenerate_nets(), tolerances, st.booleans())
-@settings(max_examples=14)
 def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict: bool) -> None:
     """Poles, folds, lines and points; with angles and both directions asked for as well."""
     goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)

@@ -4,7 +4,7 @@ from math import inf, pi, tan
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
@@ -74,7 +74,6 @@ def test_a_pixel_is_as_large_as_it_is_seen() -> None:
     assert goal.view.near == NEAR * np.linalg.norm(high - low)
 
 
-@settings(max_examples=40)
 @given(placements(), st.floats(1e-3, 10), st.floats(0, 1e-4))
 def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
     matrix: Array, tolerance: float, error: float
@@ -86,7 +85,6 @@ def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
     assert own.tolerance > 0
 
 
-@settings(max_examples=40)
 @given(placements(), st.integers(0, 2**32))
 def test_what_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
     random = np.random.default_rng(seed)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -37,7 +37,6 @@ def nets(draw: st.DrawFn) -> tuple[Array, Array | None]:
     return points, draw(st.none() | weights)
 
 
-@settings(max_examples=60)
 @given(nets(), arrays.arrays(np.float64, (9, 3), elements=COARSE), st.booleans())
 def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, flat: bool) -> None:
     """Hosts and neighbours that coincide, overlap, are points and lines; in a plane, if `flat`."""
@@ -48,7 +47,6 @@ def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, fl
     checked(ground, faces, parts_of(places, corners, beyond), positions)
 
 
-@settings(max_examples=40)
 @given(strategies.degenerate_nets(), st.data())
 def test_degenerate_surfaces(net: Array, data: st.DataObject) -> None:
     weights = data.draw(st.none() | strategies.weights_like(net))

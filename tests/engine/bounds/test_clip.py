@@ -3,7 +3,7 @@
 from collections import Counter
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.bounds.clip import clipped
@@ -20,7 +20,6 @@ def edges_of(corners: np.ndarray) -> Counter[tuple[tuple[int, int], ...]]:
     return Counter(tuple(sorted((one[k], one[(k + 1) % 3]))) for one in triangles for k in range(3))
 
 
-@settings(max_examples=30)
 @given(st.integers(1, 4), st.integers(1, 5), st.integers(0, 2**32 - 1))
 def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     rows: int, columns: int, seed: int

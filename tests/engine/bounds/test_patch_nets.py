@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.bounds.patch_nets import PatchNets
@@ -36,7 +36,6 @@ def random_batches(seed: int) -> tuple[TensorPatches | TrianglePatches, ...]:
 PLACES = st.tuples(st.integers(0, 64), st.integers(0, 64))
 
 
-@settings(max_examples=40)
 @given(strategies.weighted_nets(), st.lists(PLACES, min_size=1, max_size=4))
 def test_positions_and_partials_are_those_of_exact_arithmetic(
     net: tuple[strategies.Array, strategies.Array | None], places: list[tuple[int, int]]

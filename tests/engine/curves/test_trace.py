@@ -90,7 +90,6 @@ def distances(points: FloatArray, line: FloatArray) -> FloatArray:
     return nearest
 
 
-@settings(max_examples=40)
 @given(bezier_curves(), st.integers(1, 9))
 def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int) -> None:
     pieces = curve.lower()
@@ -107,7 +106,6 @@ def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int
     assert np.linalg.norm(directions, axis=1) == pytest.approx(1, abs=1e-15)
 
 
-@settings(max_examples=40)
 @given(bspline_curves(), st.integers(1, 4))
 def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
     pieces = curve.lower()
@@ -170,7 +168,6 @@ def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
         assert lengths[-1] == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-11)
 
 
-@settings(max_examples=40)
 @given(bezier_curves(), st.sampled_from([1e-1, 1e-2, 1e-3]), st.booleans())
 def test_no_point_is_further_away_than_is_said(
     curve: BezierCurve, tolerance: float, single: bool

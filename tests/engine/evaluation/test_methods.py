@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.evaluation import de_casteljau, forward_difference
@@ -61,50 +61,39 @@ def weighted_triangles(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> Any:
     return net, draw(st.none() | weights_like(net))
 
 
-@both
-@either
-@settings(max_examples=25)
 @given(weighted_nets(), resolutions)
 def test_points_are_the_exact_ones(
-    method: Method, dtype: Real, surface: tuple[Array, Array | None], resolution: tuple[int, int]
+    surface: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    net, weights = surface
-    truth = exact.positions(net, weights, resolution)
-    found = evaluate(grid(net, weights), resolution, dtype=dtype, normals=False, method=method)
-    assert found.positions.dtype == dtype
-    size = np.abs(net).max() or 1.0
-    assert np.abs(found.positions[0] - truth).max() <= LOST[method, dtype] * size
+    check_points(grid(*surface), resolution, exact.positions(*surface, resolution))
 
 
-@both
-@either
-@settings(max_examples=15)
 @given(weighted_triangles(triangle_nets()), st.integers(1, 6))
 def test_points_of_triangles_are_the_exact_ones(
-    method: Method, dtype: Real, surface: tuple[Array, Array | None], divisions: int
+    surface: tuple[Array, Array | None], divisions: int
 ) -> None:
-    net, weights = surface
-    truth = triangles.positions(triangles.jets(net, weights, divisions))
-    found = evaluate(
-        triangle_batch(net, weights), (1, divisions), dtype=dtype, normals=False, method=method
-    )
-    size = np.abs(net).max() or 1.0
-    assert np.abs(found.positions[0] - truth).max() <= LOST[method, dtype] * size
+    truth = triangles.positions(triangles.jets(*surface, divisions))
+    check_points(triangle_batch(*surface), (1, divisions), truth)
 
 
-@both
-@either
-@settings(max_examples=20)
+def check_points(patches: Patches, resolution: tuple[int, int], truth: Array) -> None:
+    size = np.abs(patches.points).max() or 1.0
+    for (method, dtype), lost in LOST.items():
+        found = evaluate(patches, resolution, dtype=dtype, normals=False, method=method)
+        assert found.positions.dtype == dtype
+        assert np.abs(found.positions[0] - truth).max() <= lost * size
+
+
 @given(weighted_nets(height_nets()), resolutions)
 def test_normals_are_the_exact_ones(
-    method: Method, dtype: Real, surface: tuple[Array, Array | None], resolution: tuple[int, int]
+    surface: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    net, weights = surface
-    found = evaluate(grid(net, weights), resolution, dtype=dtype, method=method)
-    assert found.normals is not None
-    truth = exact.normals(net, weights, resolution)
-    worst = 1e-9 if dtype is np.float64 else 3e-4
-    np.testing.assert_allclose(found.normals[0], truth, rtol=0, atol=worst)
+    truth = exact.normals(*surface, resolution)
+    for method, dtype in LOST:
+        found = evaluate(grid(*surface), resolution, dtype=dtype, method=method)
+        assert found.normals is not None
+        worst = 1e-9 if dtype is np.float64 else 3e-4
+        np.testing.assert_allclose(found.normals[0], truth, rtol=0, atol=worst)
 
 
 @both
@@ -141,20 +130,18 @@ def test_far_from_the_origin_nothing_more_is_lost(method: Method) -> None:
     np.testing.assert_allclose(plain, right.positions, rtol=0, atol=1e-6)
 
 
-@both
-@either
-@settings(max_examples=20)
 @given(st.tuples(degenerate_nets(), st.sampled_from([1.0, 1e-30, 4e37]), resolutions, st.data()))
 def test_nets_made_to_go_wrong_have_normals(
-    method: Method, dtype: Real, surface: tuple[Array, float, tuple[int, int], st.DataObject]
+    surface: tuple[Array, float, tuple[int, int], st.DataObject],
 ) -> None:
     net, scale, resolution, data = surface
     weights = data.draw(st.none() | weights_like(net))
-    found = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
-    assert np.isfinite(found.positions).all()
-    assert found.normals is not None
-    lengths = np.linalg.norm(found.normals.astype(float), axis=-1)
-    np.testing.assert_allclose(lengths, 1, atol=1e-6)
+    for method, dtype in LOST:
+        found = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
+        assert np.isfinite(found.positions).all()
+        assert found.normals is not None
+        lengths = np.linalg.norm(found.normals.astype(float), axis=-1)
+        np.testing.assert_allclose(lengths, 1, atol=1e-6)
 
 
 @both
@@ -208,7 +195,6 @@ def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.Mon
         np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=100 * atol)
 
 
-@settings(max_examples=40)
 @given(nets(degree=st.integers(1, 8)), st.integers(1, 40))
 def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
     """Δ^k of the samples at 0, h, … n h, computed in fractions; beyond the end as well."""

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from service.engine.evaluation.evaluate import evaluate
@@ -82,7 +82,6 @@ def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | N
         assert np.abs(found - truth)[there].max() < 1e-9
 
 
-@settings(max_examples=50)
 @given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
 def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     weighted: tuple[Array, Array | None], symmetry: int
@@ -122,7 +121,6 @@ def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.
         assert np.abs(np.linalg.norm(found.normals.astype(float), axis=-1) - 1).max() < slack
 
 
-@settings(max_examples=50)
 @given(degenerate_nets())
 def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
     """Wherever the exact expansion knows one."""

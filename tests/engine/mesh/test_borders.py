@@ -3,7 +3,7 @@
 from collections import Counter
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.borders import count_borders
@@ -12,7 +12,6 @@ VERTICES = 6
 corner = st.integers(0, VERTICES - 1)
 
 
-@settings(max_examples=100)
 @given(
     triangles=st.lists(st.tuples(corner, corner, corner), max_size=8),
     quads=st.lists(st.tuples(corner, corner, corner, corner), max_size=4),

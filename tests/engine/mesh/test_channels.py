@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -67,7 +67,6 @@ def close(found: Any, right: Any, net: Array, single: bool = False) -> None:
     np.testing.assert_allclose(found, right, rtol=0, atol=(1e-7 if single else 4e-15) * size)
 
 
-@settings(max_examples=40)
 @given(st.data(), nets(), resolutions, st.booleans())
 def test_every_channel_is_its_own_polynomial(
     data: st.DataObject, net: Array, resolution: tuple[int, int], single: bool
@@ -104,7 +103,6 @@ def with_values(pieces: list[Array], values_: list[Array]) -> PatchModel:
     return PatchModel("model", (batch,), (Part("model", 0, len(pieces)),))
 
 
-@settings(max_examples=40)
 @given(st.data(), resolutions)
 def test_frames_have_the_values_of_their_neighbours(
     data: st.DataObject, resolution: tuple[int, int]
@@ -230,7 +228,6 @@ def test_white_is_not_more_than_white() -> None:
     assert made.colors.min() > 1 - 1e-14
 
 
-@settings(max_examples=25)
 @given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
 def test_triangles_have_channels_of_their_own_degree(
     degree: int, other: int, divisions: int, single: bool

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import triangle
@@ -54,19 +54,16 @@ def test_normals_and_creases_change_no_count() -> None:
         assert count(cone, options) == meshed(cone, options)
 
 
-@settings(max_examples=15)
 @given(split_models(), resolutions)
 def test_patches_that_meet(model: Any, resolution: tuple[int, int]) -> None:
     check(model_of(model[1]), resolution)
 
 
-@settings(max_examples=30)
 @given(st.lists(degenerate_nets(), min_size=1, max_size=3), resolutions)
 def test_degenerate_patches_side_by_side(nets: list[Any], resolution: tuple[int, int]) -> None:
     check(model_of(nets), resolution)
 
 
-@settings(max_examples=20)
 @given(triangle_nets(), st.lists(st.sampled_from([0, 1, 2]), unique=True), resolutions)
 def test_triangles_with_points_for_sides(
     net: Any, points: list[int], resolution: tuple[int, int]

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.degree_matching import SAME_CURVE
@@ -79,7 +79,6 @@ def lines_of(seams: Seams) -> list[tuple[int, int]]:
     st.booleans(),
     st.data(),
 )
-@settings(max_examples=40)
 def test_neighbours_of_any_degrees_share_their_edge(
     base: int, more: list[int], seed: int, rational: bool, data: st.DataObject
 ) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import orjson
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.encoders import json_points
@@ -39,7 +39,6 @@ def scaled(net: Array, scale: float) -> Array:
     return net[None] * (scale / 8)
 
 
-@settings(max_examples=60)
 @given(degenerate_nets(), steps, scales, st.data())
 def test_degenerate_patches(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
@@ -52,7 +51,6 @@ def test_degenerate_patches(
     check(one(batch), Query(beside, None, 2))
 
 
-@settings(max_examples=30)
 @given(triangle_nets(), steps, scales, st.data())
 def test_degenerate_triangles(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject

@@ -1,7 +1,7 @@
 """Points and partials of B-splines in the parameters of their own domain, beside scipy's."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
@@ -63,7 +63,6 @@ def check(surface: BsplineSurface, uv: Array) -> None:
         np.testing.assert_allclose(found[name], wanted[name], atol=LIMITS[sum(order)] * size)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     knot_vectors(), knot_vectors(), st.integers(0, 10**6), st.booleans(), st.tuples(shares, shares)
 )

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from service.engine.points.curvature import Curvatures
@@ -104,7 +104,6 @@ def test_pole_of_higher_order() -> None:
             assert np.isnan([found.gaussian, found.mean, found.larger, found.smaller]).all()
 
 
-@settings(max_examples=40)
 @given(
     weighted_nets(height_nets(degree=st.integers(1, 4))),
     st.lists(st.tuples(*[st.integers(0, 16)] * 2), min_size=1, max_size=3),
@@ -127,7 +126,6 @@ def collapsed(draw: st.DrawFn) -> tuple[Array, Array | None]:
     return net, weights
 
 
-@settings(max_examples=30)
 @given(collapsed(), st.sampled_from([1e-3, 1e-5, 1e-7, 1e-9]), st.integers(0, 8))
 def test_beside_a_pole_next_to_nothing_is_lost(
     surface: tuple[Array, Array | None], distance: float, along: int

@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.points.differential import jets
@@ -46,7 +46,6 @@ def check(net: Array, weights: Array | None, places: list[tuple[float, float]]) 
             assert np.abs(got - np.array(right, dtype=float)).max() <= limit * size(net)
 
 
-@settings(max_examples=60)
 @given(weighted_nets(nets(degree=st.integers(1, 8))), parameters)
 def test_partials_are_those_in_fractions(
     surface: tuple[Array, Array | None], places: list[tuple[float, float]]
@@ -54,7 +53,6 @@ def test_partials_are_those_in_fractions(
     check(*surface, places)
 
 
-@settings(max_examples=20)
 @given(weighted_nets(nets(degree=st.integers(1, 4))), parameters)
 def test_far_from_the_origin_only_the_position_is_rounded(
     surface: tuple[Array, Array | None], places: list[tuple[float, float]]

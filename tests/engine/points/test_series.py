@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.bernstein import bernstein
@@ -33,7 +33,6 @@ def off(found: Series, truth: list[Fraction]) -> None:
         assert error <= 1e-11 * measure
 
 
-@settings(max_examples=40)
 @given(lists, lists, lists)
 def test_errors_bound_what_is_off(a: list[float], b: list[float], c: list[float]) -> None:
     """a b − c and (a b − c)/d for a d that begins with 8."""

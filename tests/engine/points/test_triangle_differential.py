@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -49,7 +49,6 @@ def at_places(net: Array, weights: Array | None, places: list[tuple[float, float
     return [found.partials, np.stack([c.gaussian, c.mean, c.larger, c.smaller])]
 
 
-@settings(max_examples=40)
 @given(surfaces(), grid_places)
 def test_partials_and_curvatures_are_those_in_fractions(
     surface: tuple[Array, Array | None], places: list[tuple[int, int]]

@@ -146,7 +146,7 @@ def test_ties_are_told_and_the_first_patch_is_taken() -> None:
 def test_an_answer_does_not_depend_on_what_else_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(5)
-        points = strewn(surface, 60)
+        points = strewn(surface, 30)
         together = project(surface, points)
         alone = [project(surface, point[np.newaxis]) for point in points[::9]]
         with monkeypatch.context() as patch:
@@ -183,9 +183,9 @@ def test_closest_points_of_curves(dimension: int, rational: bool) -> None:
     polygon = rng.uniform(-1, 1, (9, dimension))
     weights = rng.uniform(0.2, 5, 9) if rational else None
     curve = BsplineCurve(polygon, 3, "clamped", weights).lower()
-    points = rng.uniform(-2, 2, (200, dimension))
+    points = rng.uniform(-2, 2, (50, dimension))
     columns = project_on_curve(curve, ProjectQuery(points))
-    t = np.linspace(0, 1, 20_001)
+    t = np.linspace(0, 1, 5001)
     shares = bernstein(3)(t)
     best = np.full(len(points), np.inf)
     for k, net in enumerate(curve.points):
@@ -196,7 +196,7 @@ def test_closest_points_of_curves(dimension: int, rational: bool) -> None:
     low, high = columns["distance_bounds"].T
     assert columns["reached"].all()
     assert (low <= best).all()
-    assert (best <= high + 1e-4).all()
+    assert (best <= high + 1e-3).all()
     inner = (columns["parameters"] > 0) & (columns["parameters"] < 6)
     across = ((points - columns["positions"]) * columns["tangents"]).sum(axis=1)
     assert np.abs(across[inner]).max() < 1e-6

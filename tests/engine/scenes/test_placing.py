@@ -5,7 +5,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.mesh import Mesh
@@ -32,7 +32,6 @@ def distance(one: list[Fraction], other: list[Fraction]) -> float:
     return math.sqrt(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)))
 
 
-@settings(max_examples=30)
 @given(placements(), st.integers(0, 2**32))
 def test_a_copy_is_as_near_to_its_place_as_it_says(matrix: Array, seed: int) -> None:
     points = np.random.default_rng(seed).uniform(-3, 5, (8, 3))
@@ -42,7 +41,6 @@ def test_a_copy_is_as_near_to_its_place_as_it_says(matrix: Array, seed: int) -> 
         assert distance(exact(matrix, point), [Fraction(x) for x in copy.tolist()]) <= error
 
 
-@settings(max_examples=30)
 @given(st.integers(0, 2**32), st.floats(-4, 6), st.booleans())
 def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> None:
     points = np.random.default_rng(seed).normal(size=(9, 3)) + 10**far

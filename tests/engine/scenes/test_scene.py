@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.build import build, build_scene
@@ -44,7 +44,6 @@ def body_volume(mesh: Mesh) -> float:
     return float(volume(mesh.positions, as_triangles(mesh)))
 
 
-@settings(max_examples=30)
 @given(
     st.sampled_from(["torus", "cone", "tveit", "saddle"]),
     placements(),
@@ -147,7 +146,6 @@ def test_a_framed_member_takes_the_grids_from_all() -> None:
     check_sound(both)
 
 
-@settings(max_examples=20)
 @given(placements())
 def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
     """Affine invariance, rational and mirrored too."""

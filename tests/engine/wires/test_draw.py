@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh import Mesh
@@ -112,7 +112,6 @@ def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
     assert mesh.report.watertight
 
 
-@settings(max_examples=20)
 @given(split_models(oriented=False))
 def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
     """The quarters of one patch, whichever way they are turned: lines cross them in one."""

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from service.engine.wires.isocurves import IsoCurves, isocurves, most_isocurves
 from service.surface.batches import TrianglePatches
@@ -48,7 +48,6 @@ def places(run: IsoCurves, k: int) -> Array:
     return at
 
 
-@settings(max_examples=25)
 @given(weighted_nets(nets(limit=4)), resolutions)
 def test_every_sample_is_a_point_of_the_surface(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
@@ -69,7 +68,6 @@ def test_every_sample_is_a_point_of_the_surface(
                 np.testing.assert_allclose(point, [float(c / w) for c in (x, y, z)], atol=1e-11)
 
 
-@settings(max_examples=15)
 @given(triangle_nets())
 def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
     batch = TrianglePatches(net[np.newaxis])
@@ -112,7 +110,6 @@ def test_poles_are_not_drawn() -> None:
         np.testing.assert_allclose(np.linalg.norm(run.points, axis=-1), 1, atol=1e-15)
 
 
-@settings(max_examples=25)
 @given(split_models(oriented=False))
 def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]) -> None:
     """Whichever way the patches are turned: inside the model every end has its other."""

@@ -30,7 +30,6 @@ tolerances = st.sampled_from([1.0, 0.1, 1e-2])
 
 
 @given(weighted_nets(), tolerances)
-@settings(max_examples=25)
 def test_vertices_lie_on_the_sides_and_chords_near_them(
     net: tuple[Array, Array | None], tolerance: float
 ) -> None:
@@ -41,14 +40,12 @@ def test_vertices_lie_on_the_sides_and_chords_near_them(
 
 
 @given(degenerate_nets(), tolerances)
-@settings(max_examples=25)
 def test_degenerate_patches_have_sound_borders(net: Array, tolerance: float) -> None:
     """Points, lines, sides that are one edge or run out and back."""
     check_border(bordered([net], Goal(tolerance)), tolerance)
 
 
 @given(split_models(oriented=False), tolerances, st.permutations(range(4)))
-@settings(max_examples=30)
 def test_neighbours_share_vertices_and_order_does_not_matter(
     pieces: tuple[Array, list[Array]], tolerance: float, order: list[int]
 ) -> None:
@@ -156,7 +153,6 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
 
 
 @given(nets(), st.sampled_from([0.5, 0.05]))
-@settings(max_examples=20)
 def test_angles_are_sought_and_end_at_cusps(net: Array, angle: float) -> None:
     """Whatever the curves, their division ends."""
     check_border(bordered([net], Goal(0.5, angle)), 0.5)

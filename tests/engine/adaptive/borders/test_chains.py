@@ -1,7 +1,7 @@
 """Chains: what runs along several sides is one, and has one direction."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.adaptive.borders.chains import Chains, find_chains
@@ -28,7 +28,6 @@ def points_of(chains: Chains, seams: Seams, number: int) -> Array:
 
 
 @given(st.integers(0, 99), st.integers(5, 9), symmetries)
-@settings(max_examples=30)
 def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: int) -> None:
     """The same control points in the same direction, whichever way the parameters run."""
     net = np.random.default_rng(seed).integers(-2, 3, (6, columns, 3)).astype(float)

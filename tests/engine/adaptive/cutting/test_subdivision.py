@@ -38,7 +38,6 @@ def cuts(leaves: Leaves) -> tuple[int, int]:
 
 
 @given(nets(), st.sampled_from([0, 1]), st.integers(1, 7), st.integers(0, 6))
-@settings(max_examples=20)
 def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, begin: int) -> None:
     """Halved, restricted, raised: against exact points."""
     last, zero = np.moveaxis(net[None], 0, -1), np.zeros(1, dtype=np.intp)

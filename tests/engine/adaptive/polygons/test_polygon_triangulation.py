@@ -4,7 +4,7 @@ from math import comb
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.arrays import Ints
@@ -40,7 +40,6 @@ def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
 
 
 @given(st.tuples(*[st.integers(0, 4)] * 4))
-@settings(max_examples=40)
 def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
     """Few corners or many, however they lie."""
     x, y = around(*between)
@@ -60,7 +59,6 @@ def test_all_ways_are_known() -> None:
 
 
 @given(st.integers(4, ALL), st.integers(0, 99))
-@settings(max_examples=30)
 def test_the_best_way_is_put_together_as_it_is_found_among_all(corners: int, seed: int) -> None:
     """So what is true of few corners is true of many."""
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
