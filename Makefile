@@ -36,7 +36,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test pytest check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-properties mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test pytest check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties mutants web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -121,6 +121,9 @@ certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hun
 
 judge: $(VENV)/.dev ## Prove the bounds of written meshes with none of the engine's code (half an hour)
 	$(BIN)/python -m tools.judge
+
+test-libraries: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Meshes in model-viewer and Babylon.js too, in a browser
+	BROWSER_LIBRARIES=all $(BIN)/python -m pytest tests/web/test_clients.py tests/web/test_compact.py
 
 test-properties: $(VENV)/.dev ## Try every property of the tests on 300 random examples (half an hour)
 	$(BIN)/python -m pytest --numprocesses auto -m hypothesis --hypothesis-profile deep

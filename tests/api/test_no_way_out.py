@@ -41,7 +41,7 @@ def test_what_should_not_happen_would_be_seen(audited: Mapping[str, Any]) -> Non
 
 def test_hostile_requests_are_answered(audited: Mapping[str, Any]) -> None:
     statuses = audited["statuses"]
-    assert len(statuses) > 500
+    assert len(statuses) > 300
     assert {s for s in statuses if s not in (200, 201)} <= {400, 403, 404, 405, 406, 415, 422, 503}
 
 

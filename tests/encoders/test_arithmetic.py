@@ -25,5 +25,4 @@ def test_another_processor_is_another_arithmetic() -> None:
     if not any(library["internal_api"] == "openblas" for library in threadpool_info()):
         pytest.skip("only OpenBLAS can compute as for another processor")
     one, other = OLD_CORES[platform.machine()]
-    assert told(one) == told(one)
     assert told(one) != told(other)

@@ -122,16 +122,15 @@ each_example = pytest.mark.parametrize("example", EXAMPLES)
 
 
 @each_example
-@pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_the_validator_has_nothing_to_say_of_examples(
-    example: str, suffix: str, tmp_path: Path
-) -> None:
-    options = MeshOptions(resolution=(7, 5), uvs=True, overlays=OVERLAYS)
-    content = render(EXAMPLES[example].surface(), options, BY_NAME[suffix])
-    assert issues(content, tmp_path / f"model.{suffix}") == []
+def test_the_validator_has_nothing_to_say_of_examples(example: str, tmp_path: Path) -> None:
+    options = MeshOptions(resolution=(3, 5), uvs=True, overlays=OVERLAYS)
+    content = render(EXAMPLES[example].surface(), options, BY_NAME["glb"])
+    assert issues(content, tmp_path / "model.glb") == []
 
 
-@each_example
+@pytest.mark.parametrize(
+    "example", ["utah-teapot", "octahedral-sphere", "tea-service", "trefoil-tube", "swept-wing"]
+)
 @pytest.mark.parametrize(
     ("form", "faces"), [("mesh", "quads"), ("off", "triangles"), ("bez", "quads")]
 )
@@ -139,7 +138,7 @@ def test_geomview_has_nothing_to_say_of_examples(
     example: str, form: OoglForm, faces: Faces, tmp_path: Path
 ) -> None:
     # A form of grids has no place for neighbours that divide their edge into other numbers.
-    resolution = (6, 6) if form == "mesh" else (7, 5)
+    resolution = (3, 3) if form == "mesh" else (3, 2)
     options = MeshOptions(resolution=resolution, faces=faces, overlays=OVERLAYS)
     surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]
     model = surface.lower()

@@ -84,10 +84,9 @@ def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
 
 
 @each_format
-@pytest.mark.parametrize("example", ["nurbs-goblet", "tea-service"])
-def test_every_format_has_the_mesh(example: str, fmt: Format) -> None:
+def test_every_format_has_the_mesh(fmt: Format) -> None:
     """The same bytes twice, no more of them than is known beforehand, and all triangles in them."""
-    surface, options = find(example).surface(), by(relative_tolerance=0.05)
+    surface, options = STRETCHED, by(relative_tolerance=0.05)
     work = plan_mesh(surface, options, fmt)
     answer = work.run()
     assert bytes(answer.content) == render(surface, options, fmt)

@@ -4,6 +4,7 @@
 from there, given the address of a model, and opened in the browser.
 """
 
+import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -24,6 +25,8 @@ PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
 # Of each library, a word that its page alone has.
 LIBRARIES = {"three": "GLTFLoader", "model-viewer": "</model-viewer>", "babylon": "BABYLON"}
+TRIED = [*LIBRARIES] if os.environ.get("BROWSER_LIBRARIES") == "all" else ["three"]
+"""Libraries that draw in a test run: all of them in that of `make test-libraries`."""
 PACKAGES = ("three", "@google/model-viewer", "babylonjs", "babylonjs-loaders", "meshoptimizer")
 SERVED_AT = "http://127.0.0.1:8000"
 MODEL = re.compile(rf"{SERVED_AT}/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")

@@ -19,6 +19,7 @@ from tests.web.clients import (
     LIBRARIES,
     MODEL,
     SERVED_AT,
+    TRIED,
     blocks,
     held,
     linear,
@@ -66,7 +67,7 @@ def drawn_picture(stage: Stage) -> NDArray[np.int64]:
     return picture
 
 
-@pytest.fixture(scope="module", params=LIBRARIES)
+@pytest.fixture(scope="module", params=TRIED)
 def drawn(
     request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
 ) -> Drawn:

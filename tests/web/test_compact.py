@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from service.engine.grid import CORNER
 from tests.web.browser import FILL_PIXELS, Stage
-from tests.web.clients import client, open_client, site
+from tests.web.clients import TRIED, client, open_client, site
 from tests.web.pictures import difference
 
 pytest.importorskip("meshopt")
@@ -49,7 +49,7 @@ PICTURE = """async () => {
 Shown = dict[str, tuple[Any, bytes]]
 
 
-@pytest.fixture(scope="module", params=["three", "babylon"])
+@pytest.fixture(scope="module", params=[each for each in TRIED if each != "model-viewer"])
 def shown(request: pytest.FixtureRequest, server: str, browser: Browser) -> Shown:
     """The surface in every form as a library read it, and pictures: all on one page."""
     pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
