@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from time import sleep
 from types import SimpleNamespace
 
 import httpx
@@ -62,6 +63,7 @@ def is_refused(url: str) -> bool:
     try:
         httpx.get(url)
     except httpx.TransportError:
+        sleep(0.02)
         return True
     return False
 

@@ -52,7 +52,7 @@ class CrateWork:
 def plan_crate(
     surface: SurfaceKind, margin: float, limits: Limits = DEFAULT_LIMITS
 ) -> CrateWork:
-    """What is to be computed, found affordable from the shapes of the arrays."""
+    """The work on a crate, if its memory and time are within the limits."""
     size = surface.stored_size()
     check_surface(size, limits)
     return CrateWork(surface, margin, points_cost(size, 1, 0))

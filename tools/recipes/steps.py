@@ -1,4 +1,4 @@
-"""What a recipe is: steps in a checkout, and the tests that judge them."""
+"""Recipes: steps in a checkout, and the tests that judge them."""
 
 from dataclasses import dataclass
 from pathlib import Path
