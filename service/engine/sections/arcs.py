@@ -1,0 +1,216 @@
+"""Arcs of a section: which two nodes on the border of a cell are the ends of one piece.
+
+In a graph the nodes, in the order of its parameter, are in turn beginnings and ends. Where f ≤ 0 in
+the whole cell the section meets at most its border: the nodes at both ends of a run of places with
+f = 0, which counts as positive, are one piece (of no length, or along a side in the plane).
+
+Singular cells that touch each other are one place, a *crossing*: an arc leads from it to each node
+on its border; two of them are one arc. Without nodes the surface touches the plane there.
+
+Sides in the plane are arcs themselves, but where two patches in the plane meet.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.sections.borders import ONE, Borders
+from service.engine.sections.cells import ABOVE, BELOW, COPLANAR, OVER_U, OVER_V, SINGULAR
+from service.engine.sections.segments import CellTable, Segments, root_places
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arcs:
+    """Arcs, A in number, and crossings.
+
+    Attributes
+    ----------
+    ends : ndarray of int, shape (A, 2)
+        Nodes; crossings follow the nodes of `Segments`.
+    sense : ndarray of float64, shape (A,)
+        1 where f > 0 lies to the left of the arc in the parameters, −1 to the right, 0 where this
+        is not known.
+    crossing : ndarray of int, shape (n,)
+        For each cell the crossing that it is part of, −1 of cells that are not singular.
+    touching : ndarray of int, shape (k,)
+        Nodes where the surface touches the plane, places and crossings.
+    """
+
+    ends: Ints
+    sense: FloatArray
+    crossing: Ints
+    touching: Ints
+
+
+def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
+    """The arcs in all cells."""
+    cell, side, root = _incidences(segments)
+    node = segments.root_node[root]
+    nodes = len(segments.node_net)
+    u, v = root_places(cells, borders, cell, side, segments.root_at[root])
+    kind = cells.kind[cell]
+    key = np.where(kind == OVER_U, u, v)
+    around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
+    rows = cell[around], side[around]
+    key[around] = _around(cells, segments, rows, (u[around], v[around]))
+    own = np.flatnonzero(kind != SINGULAR)
+    own = own[np.lexsort((key[own], cell[own]))]
+    begin, end = _pairs(cell[own])
+    pairs = np.stack([node[own[begin]], node[own[end]]], axis=1)
+    owner = cell[own[begin]]
+    keep = (pairs[:, 0] != pairs[:, 1]) & ~_along_sides(segments, owner, pairs)
+
+    flat, flat_sense = _sides_in_plane(cells, segments)
+    crossing = _crossings(cells, segments)
+    is_singular = kind == SINGULAR
+    on_border = _cover(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
+    joined = is_singular & on_border
+    spokes, touching = _spokes(crossing[cell[joined]] + nodes, node[joined], crossing, nodes)
+    ends = np.concatenate([pairs[keep], flat, spokes])
+    sense = np.concatenate([cells.sense[owner[keep]], flat_sense, np.zeros(len(spokes))])
+    touching = np.concatenate([_free_nodes(segments, ends, cells), touching])
+    return Arcs(ends, sense, crossing, touching)
+
+
+def _incidences(segments: Segments) -> tuple[Ints, Ints, Ints]:
+    """Every root on every side of a cell: cell, side, root."""
+    first = np.searchsorted(segments.root_segment, segments.first.ravel())
+    last = np.searchsorted(segments.root_segment, segments.last.ravel())
+    counts = last - first
+    where = np.repeat(np.arange(len(counts)), counts)
+    offset = np.arange(len(where)) - np.repeat(np.cumsum(counts) - counts, counts)
+    cell, side = np.divmod(where, 4)
+    return cell, side, first[where] + offset
+
+
+def _around(
+    cells: CellTable,
+    segments: Segments,
+    sides: tuple[Ints, Ints],
+    at: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Places of nodes around the border of cells where f has one sign, to pair one with the next.
+
+    From corner (u₀, v₀) along v₀, u₁, v₁ and back; where that begins between two nodes that belong
+    together, the first comes last.
+    """
+    (cell, side), (u, v) = sides, at
+    place = cells.place[:, cell] / ONE
+    s, t = (u - place[0]) / (place[1] - place[0]), (v - place[2]) / (place[3] - place[2])
+    key = np.choose(side, [3 + (1 - t), 1 + t, s, 2 + (1 - s)])
+    is_negative = segments.value[segments.corner[cell, 0]] < 0
+    kind = cells.kind[cell]
+    shift = np.where(kind == BELOW, ~is_negative, (kind == ABOVE) & is_negative)
+    order = np.lexsort((key, cell))
+    is_first = np.ones(len(order), bool)
+    is_first[1:] = cell[order][1:] != cell[order][:-1]
+    moved = order[is_first]
+    moved = moved[shift[moved]]
+    key[moved] += 8.0
+    return np.asarray(key)
+
+
+def _pairs(cell: Ints) -> tuple[Ints, Ints]:
+    """Of sorted cells the first and second, third and fourth … of each: places in the list."""
+    begins = np.ones(len(cell), bool)
+    begins[1:] = cell[1:] != cell[:-1]
+    start = np.maximum.accumulate(np.where(begins, np.arange(len(cell)), 0))
+    even = np.flatnonzero((np.arange(len(cell)) - start) % 2 == 0)
+    even = even[even + 1 < len(cell)]
+    even = even[cell[even] == cell[even + 1]]
+    return even, even + 1
+
+
+def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
+    """Which pairs of nodes are the ends of a side in the plane of their cell."""
+    along = np.zeros(len(cell), bool)
+    for side, (a, b) in enumerate(((0, 1), (2, 3), (0, 2), (1, 3))):
+        one, other = segments.corner[cell, a], segments.corner[cell, b]
+        same = (pairs[:, 0] == one) & (pairs[:, 1] == other)
+        same |= (pairs[:, 0] == other) & (pairs[:, 1] == one)
+        along |= same & segments.side_in_plane[cell, side]
+    return along
+
+
+def _cover(segments: Segments, some: Bools) -> Ints:
+    """How many sides of some cells each segment is part of, (G,)."""
+    change = np.zeros(len(segments.ends) + 1, np.intp)
+    np.add.at(change, segments.first[some].ravel(), 1)
+    np.add.at(change, segments.last[some].ravel(), -1)
+    return np.cumsum(change)[:-1]
+
+
+def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatArray]:
+    """Segments in the plane as arcs, and their senses."""
+    is_coplanar = cells.kind == COPLANAR
+    inside = (_cover(segments, is_coplanar) > 1) & (_cover(segments, ~is_coplanar) == 0)
+    arcs = np.flatnonzero(segments.in_plane & ~inside)
+    side_of_plane = np.sign(cells.corner_values().sum(axis=1))
+    # With f > 0 above v₀ the arc runs towards larger u; right of u₀, towards smaller v.
+    sense = side_of_plane[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
+    sense[segments.backward] *= -1
+    total = np.zeros(len(segments.ends))
+    single = segments.last - segments.first == 1
+    np.add.at(total, segments.first[single], sense[single])
+    return segments.ends[arcs], np.sign(total[arcs])
+
+
+def _crossings(cells: CellTable, segments: Segments) -> Ints:
+    """Numbers (n,) of the groups of singular cells that touch each other, −1 of other cells."""
+    singular = np.flatnonzero(cells.kind == SINGULAR)
+    crossing = np.full(len(cells.kind), -1)
+    if not len(singular):
+        return crossing
+    first, last = segments.first[singular].ravel(), segments.last[singular].ravel()
+    counts = last - first
+    owner = np.repeat(np.repeat(singular, 4), counts)
+    offset = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    n, places = len(cells.kind), len(segments.value)
+    one = np.concatenate([np.repeat(singular, 4), owner])
+    other = np.concatenate(
+        [n + segments.corner[singular].ravel(), n + places + np.repeat(first, counts) + offset]
+    )
+    label = components(n + places + len(segments.ends), one, other)
+    crossing[singular] = np.unique(label[singular], return_inverse=True)[1]
+    return crossing
+
+
+def components(count: int, one: Ints, other: Ints) -> Ints:
+    """Connected components of a graph of `count` vertices: the least vertex of each, (count,)."""
+    label = np.arange(count)
+    while True:
+        least = np.minimum(label[one], label[other])
+        following = label.copy()
+        for ends in (one, other):
+            np.minimum.at(following, label[ends], least)
+        while not np.array_equal(following[following], following):
+            following = following[following]
+        if np.array_equal(following, label):
+            return label
+        label = following
+
+
+def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, Ints]:
+    """Arcs from crossings to nodes on their borders, and crossings without any.
+
+    A node that is met twice is passed by; a crossing with two nodes is one arc between these.
+    """
+    pairs, counts = np.unique(np.stack([hub, node], axis=1), axis=0, return_counts=True)
+    pairs = pairs[counts % 2 == 1]
+    hubs, degree = np.unique(pairs[:, 0], return_counts=True)
+    twofold = np.isin(pairs[:, 0], hubs[degree == 2])
+    through = pairs[twofold, 1].reshape(-1, 2)
+    touching = np.setdiff1d(np.unique(crossing[crossing >= 0]) + nodes, hubs)
+    return np.concatenate([through, pairs[~twofold]]), touching
+
+
+def _free_nodes(segments: Segments, ends: Ints, cells: CellTable) -> Ints:
+    """Corners in the plane and double roots without arcs: there the surface touches the plane."""
+    is_free = np.zeros(len(segments.node_net), bool)
+    is_free[: len(segments.value)] = segments.value == 0
+    again = np.diff(segments.root_node, prepend=-1) == 0
+    is_free[segments.root_node[again]] = True
+    is_free[ends[ends < len(is_free)]] = False
+    is_free[segments.corner[(cells.kind == SINGULAR) | (cells.kind == COPLANAR)]] = False
+    return np.flatnonzero(is_free)

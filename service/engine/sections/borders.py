@@ -1,0 +1,121 @@
+"""Which borders of nets are one line, and which places on them one point: names for both.
+
+Two patches that share an edge must see the same points of a section on it, to the last bit. So each
+line that two nets may share has a number, and a place on it has an integer coordinate; each root
+and each sign is computed once for a line or a place, whichever net asks.
+
+Lines are the distinct edges of the patches (`service.engine.mesh.connect`), then three medians of
+every triangle, from the middle of a side to the centroid: between these lie its three nets
+(`service.engine.queries.nets`). Coordinates of lines run from 0 to `LINE`, parameters of nets from
+0 to `ONE`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.engine.mesh.seams import Seams
+from service.engine.queries.nets import QueryNets
+from service.surface.sides import BEGINS, ENDS
+
+DEPTH = 30
+ONE = 1 << DEPTH
+LINE = 2 * ONE
+
+CENTROID = -2
+"""First number of a place that is the centroid of a triangle; that of a corner is −1."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Borders:
+    """Lines of the borders of N nets.
+
+    Attributes
+    ----------
+    line : ndarray of int, shape (N, 4)
+        Number of the line of each side of a net (`service.surface.sides`).
+    start, step : ndarray of int, shape (N, 4)
+        Coordinate on the line of the parameter t of the side: start + step · t.
+    is_point : ndarray of bool, shape (L,)
+        Lines that are one point.
+    ends : ndarray of int, shape (L, 2, 2)
+        Names of the places at coordinates 0 and `LINE`.
+    """
+
+    line: Ints
+    start: Ints
+    step: Ints
+    is_point: Bools
+    ends: Ints
+
+    @property
+    def count(self) -> int:
+        """Number of lines, L."""
+        return len(self.is_point)
+
+
+def find_borders(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
+    """The lines of nets of patches of which the seams are known."""
+    edges, patches = len(seams.users), len(seams.edge)
+    is_point = np.zeros(edges + 3 * patches, bool)
+    is_point[seams.edge[seams.collapsed]] = True
+    ends = np.zeros((len(is_point), 2, 2), np.int64)
+    ends[:edges, :, 0] = -1
+    begin, end = seams.corner[:, BEGINS], seams.corner[:, ENDS]
+    ends[seams.edge, 0, 1] = np.where(seams.backward, end, begin)
+    ends[seams.edge, 1, 1] = np.where(seams.backward, begin, end)
+    # Medians of side k of patch m: from the middle of the edge to the centroid.
+    medians = edges + 3 * np.arange(patches)[:, np.newaxis] + np.arange(3)
+    ends[medians, 0, 0], ends[medians, 0, 1] = seams.edge[:, :3], ONE
+    ends[medians, 1, 0], ends[medians, 1, 1] = CENTROID, np.arange(patches)[:, np.newaxis]
+    collapsed = seams.collapsed[:, :3]
+    ends[medians[collapsed], 0] = ends[seams.edge[:, :3][collapsed], 0]
+
+    patch = nets.patch
+    line, start = seams.edge[patch], np.where(seams.backward[patch], LINE, 0)
+    step = np.where(seams.backward[patch], -2, 2)
+    for third in _thirds(nets, is_triangle[patch]):
+        rows, sides = third.rows, third.sides
+        own = patch[rows, np.newaxis]
+        line[rows] = np.where(third.inner, medians[own, sides], seams.edge[own, sides])
+        # On an outer side a net begins at an end of the patch's side and reaches its middle.
+        turned = third.turned != seams.backward[own, sides]
+        start[rows] = np.where(third.inner, 0, np.where(turned, LINE, 0))
+        step[rows] = np.where(third.inner, 2, np.where(turned, -1, 1))
+    return Borders(line, start, step, is_point, ends)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Third:
+    """Nets at one corner of triangles, `rows` (m,).
+
+    For each side of them: the side of the triangle on which it is, or of which, `inner` (4,), it is
+    on the median, `sides` (4,); and whether it begins at the end of this side, `turned` (4,).
+    """
+
+    rows: Ints
+    sides: Ints
+    inner: Bools
+    turned: Bools
+
+
+_THIRDS = (
+    # Nets begin at A, B, C and go right along AB, BC, CA and left along AC, BA, CB. Sides of a
+    # triangle are AC, BC, AB. Sides of a net: to the left, the median right, to the right, left.
+    ((0.0, 0.0), (0, 2, 2, 0), (False, False, False, False)),
+    ((1.0, 0.0), (2, 1, 1, 2), (True, False, False, False)),
+    ((0.0, 1.0), (1, 0, 0, 1), (True, False, True, False)),
+)
+
+
+def _thirds(nets: QueryNets, is_triangle: Bools) -> list[_Third]:
+    """The nets that are thirds of triangles, by the corner at which they begin."""
+    # The quadrilateral of a whole triangle of high degree has two corners at C.
+    divided = is_triangle & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
+    inner = np.array([False, True, False, True])
+    found = []
+    for corner, sides, turned in _THIRDS:
+        rows = np.flatnonzero(divided & (nets.corners[:, 0] == corner).all(axis=1))
+        found.append(_Third(rows, np.array(sides), inner, np.array(turned)))
+    return found

@@ -1,0 +1,138 @@
+"""Heights of patches over planes: what a section is the zero set of.
+
+For a patch S(u, v) with control points P_ij, weights w_ij and a plane n · p = d
+
+    f(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_ij h_ij,   h_ij = n · P_ij − d
+
+is a scalar Bézier polynomial. It is the height of S over the plane times Σ B_i B_j w_ij, which is
+positive: its zero set is the section, and its sign is the side of the plane.
+
+Rounding. Coordinates are those of `QueryNets`, at most 1 in absolute value about the middle of the
+model, and the largest weight of a net is made 1. Heights of at most `THICKNESS` are taken for zero:
+what is cut is a surface whose control points are moved by as much, along n. That is far more than
+the rounding of h, so that what lies in the plane on paper lies in it here.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.engine.queries.nets import NetGroup, QueryNets
+from service.engine.sections.planes import Planes
+
+THICKNESS = 2.0**-40
+"""Heights that are taken for zero, in the coordinates of the nets."""
+
+NOISE = 2.0**-44
+"""How far the numbers f of two patches may differ where they are one: where f is farther from zero,
+both see the same sign."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalPlanes:
+    """Planes in the coordinates of the nets: `normals` (m, 3), `offsets` (m,)."""
+
+    normals: FloatArray
+    offsets: FloatArray
+
+    @staticmethod
+    def of(planes: Planes, nets: QueryNets) -> "LocalPlanes":
+        """The planes n · x = (d − n · origin) / scale."""
+        middle = np.einsum("mk,k->m", planes.normals, nets.origin)
+        return LocalPlanes(planes.normals, (planes.offsets - middle) / nets.scale)
+
+    def heights(self, plane: Ints, points: FloatArray) -> FloatArray:
+        """Heights (m, …) of points (m, …, 3), each row over a plane of its own."""
+        normals = self.normals[plane].reshape(len(plane), *(1,) * (points.ndim - 2), 3)
+        x, y, z = np.moveaxis(points * normals, -1, 0)
+        offsets = self.offsets[plane].reshape(len(plane), *(1,) * (points.ndim - 2))
+        return np.asarray((x + y) + z - offsets)
+
+
+class Boxes:
+    """Boxes about the control points of all nets: which planes may cut which nets."""
+
+    def __init__(self, nets: QueryNets) -> None:
+        low, high = [], []
+        for group in nets.groups:
+            flat = points_of(group.nets).reshape(len(group.nets), -1, 3)
+            low.append(flat.min(axis=1))
+            high.append(flat.max(axis=1))
+        lows, highs = np.concatenate(low), np.concatenate(high)
+        self.middle, self.half = (lows + highs) / 2, (highs - lows) / 2
+
+    def candidates(self, planes: LocalPlanes, first: int, last: int) -> tuple[Ints, Ints]:
+        """Pairs (plane, net) of planes first … last − 1, in this order."""
+        normals = planes.normals[first:last]
+        gap = normals @ self.middle.T - planes.offsets[first:last, np.newaxis]
+        near = np.abs(gap) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
+        plane, net = np.nonzero(near)
+        return plane + first, net
+
+
+def points_of(nets: FloatArray) -> FloatArray:
+    """Control points of nets that may be homogeneous."""
+    return nets if nets.shape[-1] == 3 else nets[..., :3] / nets[..., 3:]
+
+
+def height_nets(
+    group: NetGroup, planes: LocalPlanes, plane: Ints, net: Ints
+) -> tuple[FloatArray, FloatArray, Bools]:
+    """The polynomials f of pairs of a plane and a net of a group.
+
+    Returns
+    -------
+    nets : ndarray of float64, shape (m, p+1, q+1)
+    floor : ndarray of float64, shape (m,)
+        Numbers f that belong to heights of `THICKNESS` at least, whatever the weights.
+    coplanar : ndarray of bool, shape (m,)
+        Whether the whole patch lies in the plane.
+    """
+    nets = group.nets[net - group.first]
+    heights = planes.heights(plane, points_of(nets))
+    heights[np.abs(heights) <= THICKNESS] = 0.0
+    coplanar = np.asarray(~heights.any(axis=(1, 2)))
+    floor = np.full(len(net), THICKNESS)
+    if group.is_rational:
+        weights = nets[..., 3] / nets[..., 3].max(axis=(1, 2), keepdims=True)
+        heights *= weights
+        floor *= weights.min(axis=(1, 2))
+    return heights, floor, coplanar
+
+
+def restricted(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Nets (m, p+1, q+1, D) over rectangles of their own, `low` and `high` (m, 2) their corners.
+
+    Control point j over [s, e] is the blossom with s taken n − j times and e taken j times:
+    R_ji = Σ_k B_{i−k}^{n−j}(s) B_k^j(e). Sums of products that are not negative.
+    """
+    m, rows, columns, width = nets.shape
+    along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])
+    along_v = _restrictions(columns - 1, low[:, 1], high[:, 1])
+    lines = np.matmul(along_u, nets.reshape(m, rows, -1)).reshape(m, rows, columns, width)
+    return np.asarray(np.matmul(along_v[:, np.newaxis], lines))
+
+
+def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Matrices (m, n+1, n+1) that restrict to intervals of their own."""
+    found = np.zeros((len(low), degree + 1, degree + 1))
+    for j in range(degree + 1):
+        begin, end = bernstein(degree - j, low), bernstein(j, high)
+        for k in range(j + 1):
+            found[:, j, k : k + degree - j + 1] += end[:, k, np.newaxis] * begin
+    return found
+
+
+def runs_of_planes(counts: Ints, most: int) -> Iterator[tuple[int, int]]:
+    """Runs of planes, one at least, of at most `most` pairs together where that can be."""
+    first, held = 0, 0
+    for k, count in enumerate(counts.tolist()):
+        if k > first and held + count > most:
+            yield first, k
+            first, held = k, 0
+        held += count
+    if first < len(counts):
+        yield first, len(counts)

@@ -1,0 +1,127 @@
+"""Roots of polynomials in Bernstein form over [0, 1], where their signs change.
+
+The number of sign changes of the coefficients is the number of roots in the open interval plus an
+even number (Descartes' rule in Bernstein form): none means no root, one means one. Other intervals
+are halved. Zero counts as positive, at a coefficient as at a point, so that a root at an end is a
+root of the interval in which the polynomial becomes negative. Where all coefficients of an interval
+are so small that they are taken for zero, it has one root if the signs at its ends differ,
+else a double one: the section touches the side there, or crosses itself.
+
+Every row is treated by itself, number by number: its roots do not depend on what stands beside it.
+
+References
+----------
+Lane and Riesenfeld, Bounds on a polynomial, BIT 21 (1981).
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+
+DEEPEST = 50
+"""Halvings of an interval."""
+
+STEPS = 80
+"""Of Newton's method and bisection; the latter alone needs some 60."""
+
+
+def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
+    """Where polynomials change their sign.
+
+    Parameters
+    ----------
+    rows : ndarray of float64, shape (m, n+1)
+        Bernstein coefficients.
+    floor : ndarray of float64, shape (m,)
+        Coefficients of each row that are taken for zero where it has no single root.
+
+    Returns
+    -------
+    row : ndarray of int, shape (k,)
+        Ascending.
+    t : ndarray of float64, shape (k,)
+        Ascending for each row, double roots twice; exactly 0 or 1 where the coefficient at this
+        end is 0.
+    """
+    number, begin, nets, depth = np.arange(len(rows)), np.zeros(len(rows)), rows, 0
+    found: list[tuple[Ints, FloatArray]] = []
+    while len(number):
+        signs = nets < 0
+        changes = np.count_nonzero(signs[:, 1:] != signs[:, :-1], axis=1)
+        small = (np.abs(nets).max(axis=1) <= floor[number]) | (depth == DEEPEST)
+        differ = signs[:, 0] != signs[:, -1]
+        single = (changes == 1) | (small & differ)
+        double = np.flatnonzero((changes > 1) & small & ~differ)
+        found.append(
+            (np.repeat(number[double], 2), np.repeat(begin[double] + 0.5 ** (depth + 1), 2))
+        )
+        if single.any():
+            t = _single(nets[single], signs[single])
+            found.append((number[single], begin[single] + t * 0.5**depth))
+        left = np.flatnonzero((changes > 1) & ~small)
+        if not len(left):
+            break
+        depth += 1
+        low, high = _halves(nets[left])
+        nets = np.concatenate([low, high])
+        number = np.concatenate([number[left], number[left]])
+        begin = np.concatenate([begin[left], begin[left] + 0.5**depth])
+    if not found:
+        return np.zeros(0, np.intp), np.zeros(0)
+    row, t = (np.concatenate(each) for each in zip(*found, strict=True))
+    order = np.lexsort((t, row))
+    return row[order], t[order]
+
+
+def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
+    rows = nets.T
+    n = len(rows) - 1
+    low, high = np.empty_like(rows), np.empty_like(rows)
+    low[0], high[n] = rows[0], rows[n]
+    for k in range(1, n + 1):
+        rows = (rows[:-1] + rows[1:]) / 2
+        low[k], high[n - k] = rows[0], rows[-1]
+    return low.T, high.T
+
+
+def _single(nets: FloatArray, signs: Bools) -> FloatArray:
+    """The one place in [0, 1] where each polynomial changes its sign."""
+    low, high = np.zeros(len(nets)), np.ones(len(nets))
+    # A secant is a better start than the middle.
+    first, last = nets[:, 0], nets[:, -1]
+    span = first - last
+    t = np.where(span != 0, first / np.where(span != 0, span, 1.0), 0.5)
+    t = np.where((t > 0) & (t < 1), t, 0.5)
+    # Zeros up to the change of sign are a root at this very end.
+    before = signs == signs[:, :1]
+    t[~signs[:, 0] & ~((nets != 0) & before).any(axis=1)] = 0.0
+    t[signs[:, 0] & ~((nets != 0) & ~before).any(axis=1)] = 1.0
+    rows = np.flatnonzero((t > 0) & (t < 1))
+    begin_sign = signs[:, 0].copy()
+    for _ in range(STEPS):
+        if not len(rows):
+            break
+        at = t[rows]
+        value, slope = _values(nets[rows], at)
+        is_before = (value < 0) == begin_sign[rows]
+        low[rows] = np.where(is_before, at, low[rows])
+        high[rows] = np.where(is_before, high[rows], at)
+        with np.errstate(all="ignore"):
+            step = at - value / slope
+        inside = (step >= low[rows]) & (step <= high[rows])
+        following = np.where(inside, step, (low[rows] + high[rows]) / 2)
+        t[rows] = following
+        moved = np.abs(following - at) > 2.0**-53
+        rows = rows[moved & (value != 0) & (high[rows] - low[rows] > 2.0**-53)]
+    return t
+
+
+def _values(nets: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values and derivatives by de Casteljau's construction."""
+    rows = nets.T
+    slope = np.zeros(len(t))
+    while len(rows) > 1:
+        if len(rows) == 2:
+            slope = (rows[1] - rows[0]) * (nets.shape[1] - 1)
+        rows = (1 - t) * rows[:-1] + t * rows[1:]
+    return rows[0], slope

@@ -1,0 +1,230 @@
+"""Sections of a surface by planes: cells, segments, arcs, polylines.
+
+The planes are looked at some at a time, each by itself: its section does not depend on the others.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
+from service.engine.mesh.connectivity import triangular_patches
+from service.engine.mesh.seams import Seams
+from service.engine.queries.net_partials import net_partials
+from service.engine.queries.nets import QueryNets, surface_nets
+from service.engine.sections.arcs import Arcs, find_arcs
+from service.engine.sections.borders import ONE, Borders, find_borders
+from service.engine.sections.cells import Cells, CellSearch
+from service.engine.sections.flatness import SLACK, cell_sizes
+from service.engine.sections.heights import Boxes, LocalPlanes, runs_of_planes
+from service.engine.sections.planes import Planes
+from service.engine.sections.segments import CellTable, Segments, find_segments
+from service.engine.sections.trace import trace
+from service.surface.checks import Up
+from service.surface.lowered import PatchModel
+
+PAIRS = 1 << 18
+"""Coefficients of f, at the beginning, of planes that are looked at together."""
+
+NEAR = 2.0**-14
+"""Distance, in the coordinates of the nets, within which places where a surface touches a plane are
+one: cells that cannot be told from touching lie about it."""
+
+ALL = 1 << 22
+"""Pairs of a plane and a net whose boxes are compared at a time."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Polyline:
+    """Points (k, 3) in model units; a closed polyline ends in its first point."""
+
+    points: FloatArray
+    closed: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Section:
+    """What one plane cuts.
+
+    Attributes
+    ----------
+    polylines : tuple of Polyline
+        Seen from the tip of the plane's normal, the side to which the normals of the surface point
+        is to the right: around a body they run counter-clockwise.
+    touching : ndarray of float64, shape (k, 3)
+        Where the surface touches the plane, or comes so near that it cannot be told.
+    coplanar : ndarray of int, shape (c,)
+        Patches that lie in the plane, of which the polylines are the border.
+    """
+
+    polylines: tuple[Polyline, ...]
+    touching: FloatArray
+    coplanar: Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sections:
+    """The sections of a surface by some planes, in their order.
+
+    `deviation_bound`, in model units: no point of a section is farther from its polylines.
+    """
+
+    name: str
+    up: Up
+    planes: Planes
+    sections: tuple[Section, ...]
+    deviation_bound: float
+
+    @property
+    def point_count(self) -> int:
+        """Points of all polylines."""
+        return sum(len(line.points) for each in self.sections for line in each.polylines)
+
+
+def cut_surface(
+    model: PatchModel,
+    seams: Seams,
+    planes: Planes,
+    tolerance: float,
+    allow: Callable[[int], None],
+) -> Sections:
+    """The sections of a model whose seams are known.
+
+    Parameters
+    ----------
+    tolerance : float
+        Model units.
+    allow : callable
+        Is told how many pieces there are at least; raises if these are too many.
+    """
+    nets = surface_nets(model.batches)
+    borders = find_borders(nets, seams, triangular_patches(model.batches))
+    local = LocalPlanes.of(planes, nets)
+    search = _Search(nets, borders, local, planes, tolerance / nets.scale, allow)
+    boxes = Boxes(nets)
+    sections: list[Section] = []
+    step = max(1, ALL // len(nets.patch))
+    widest = max(group.nets[0, ..., 0].size for group in nets.groups)
+    for first in range(0, len(planes), step):
+        last = min(first + step, len(planes))
+        plane, net = boxes.candidates(local, first, last)
+        counts = np.bincount(plane - first, minlength=last - first)
+        for low, high in runs_of_planes(counts, PAIRS // widest):
+            checkpoint()
+            rows = slice(*np.searchsorted(plane, [first + low, first + high]))
+            sections += search.cut(range(first + low, first + high), plane[rows], net[rows])
+    bound = (search.deviation + SLACK) * nets.scale
+    return Sections(model.name, model.up, planes, tuple(sections), bound)
+
+
+@dataclass(eq=False, slots=True)
+class _Search:
+    nets: QueryNets
+    borders: Borders
+    local: LocalPlanes
+    planes: Planes
+    tolerance: float
+    allow: Callable[[int], None]
+    deviation: float = 0.0
+    held: int = 0
+
+    def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
+        """The sections by some planes, of pairs of these and of nets."""
+        parts: list[Cells] = []
+        coplanar = [np.zeros((0, 2), np.intp)]
+        for group in self.nets.groups:
+            rows = np.flatnonzero((net >= group.first) & (net < group.first + len(group.nets)))
+            search = CellSearch(group, self.local, self.tolerance, self._allow)
+            cells, is_coplanar = search.find(plane[rows], net[rows])
+            self.deviation = max(self.deviation, search.deviation)
+            flat = rows[is_coplanar]
+            coplanar.append(np.stack([plane[flat], self.nets.patch[net[flat]]], axis=1))
+            if len(cells.net):
+                self.held += len(cells.net)
+                parts.append(cells)
+        within = np.unique(np.concatenate(coplanar), axis=0)
+        found: list[list[Polyline]] = [[] for _ in numbers]
+        touching = np.zeros((0, 3))
+        of_plane = np.zeros(0, np.intp)
+        if parts:
+            touching, of_plane = self._draw(tuple(parts), numbers.start, found)
+        return [
+            Section(
+                tuple(found[k - numbers.start]),
+                touching[of_plane == k],
+                within[within[:, 0] == k, 1],
+            )
+            for k in numbers
+        ]
+
+    def _allow(self, count: int) -> None:
+        self.allow(self.held + count)
+
+    def _draw(
+        self, parts: tuple[Cells, ...], first: int, found: list[list[Polyline]]
+    ) -> tuple[FloatArray, Ints]:
+        """Adds polylines to those of each plane; points that touch planes, and which planes."""
+        cells = CellTable.of(parts)
+        segments = find_segments(cells, self.borders)
+        arcs = find_arcs(cells, segments, self.borders)
+        checkpoint()
+        points, plane = self._points(cells, segments, arcs)
+        x, y = (axes[plane] for axes in self.planes.axes)
+        flat = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
+        model = self.nets.origin + points * self.nets.scale
+        for line in trace(arcs.ends, arcs.sense, flat, self.tolerance):
+            rows = model[line.nodes]
+            keep = np.ones(len(rows), bool)
+            keep[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+            if keep.sum() > 1:
+                found[plane[line.nodes[0]] - first].append(Polyline(rows[keep], line.closed))
+        degree = np.bincount(arcs.ends.ravel(), minlength=len(points))
+        alone = _apart(points, arcs.touching, np.flatnonzero(degree > 2))
+        return model[alone], plane[alone]
+
+    def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
+        """Nodes in the coordinates of the nets, (N, 3), in their planes (N,), crossings last."""
+        plane = segments.node_plane
+        points = np.zeros((len(plane), 3))
+        used = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
+        used = used[used < len(plane)]
+        at = net_partials(self.nets, segments.node_net[used], segments.node_place[:, used])
+        points[used] = at[0].T
+        rows = np.flatnonzero(arcs.crossing >= 0)
+        if len(rows):
+            hub = arcs.crossing[rows]
+            middle = (cells.place[::2, rows] + cells.place[1::2, rows]) / (2 * ONE)
+            at = net_partials(self.nets, cells.net[rows], middle)[0].T
+            sums = np.stack([np.bincount(hub, at[:, k]) for k in range(3)], axis=1)
+            means = sums / np.bincount(hub)[:, np.newaxis]
+            points = np.concatenate([points, means])
+            owner = np.zeros(len(means), np.intp)
+            owner[hub] = cells.plane[rows]
+            plane = np.concatenate([plane, owner])
+            self._note_crossings(cells, rows, np.abs(at - means[hub]).max(axis=1))
+        height = self.local.heights(plane, points)
+        return points - height[:, np.newaxis] * self.local.normals[plane], plane
+
+    def _note_crossings(self, cells: CellTable, rows: Ints, away: FloatArray) -> None:
+        """Counts how far a section may be from a crossing, or an arc through it."""
+        low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
+        size = np.zeros(len(rows))
+        for group in self.nets.groups:
+            some = np.flatnonzero(
+                (cells.net[rows] >= group.first) & (cells.net[rows] < group.first + len(group.nets))
+            )
+            size[some] = cell_sizes(group, cells.net[rows][some], low[some], high[some])
+        self.deviation = max(self.deviation, float((2 * away + size).max()))
+
+
+def _apart(points: FloatArray, some: Ints, crossings: Ints) -> Ints:
+    """Those of some points that are not where a section crosses itself, nor one of them before."""
+    kept: list[int] = []
+    others = points[crossings]
+    for k in some.tolist():
+        near = np.abs(np.concatenate([others, points[kept]]) - points[k]).max(axis=1) <= NEAR
+        if not near.any():
+            kept.append(k)
+    return np.array(kept, np.intp)

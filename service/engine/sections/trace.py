@@ -1,0 +1,92 @@
+"""Arcs joined to polylines, each as long as it can be.
+
+At a node with two arcs the line goes on. At one with four or more, an even number, it goes straight
+on: the arcs are ordered by their directions in the plane, and opposite ones are one line. So a
+figure of eight is one closed line, and two circles that cross are two. Elsewhere lines end.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+
+FAR = 64
+"""Nodes that are looked at, at most, to tell in which direction an arc leaves a crossing."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """Nodes of a polyline (k,), and whether it is closed: then the first is the last, too."""
+
+    nodes: Ints
+    closed: bool
+
+
+def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> Iterator[Line]:
+    """The polylines of arcs.
+
+    Parameters
+    ----------
+    ends : ndarray of int, shape (A, 2)
+        Nodes.
+    sense : ndarray of float64, shape (A,)
+        Above 0 for arcs in the direction in which a polyline shall run, below 0 for others.
+    places : ndarray of float64, shape (N, 2)
+        Coordinates of the nodes in the plane.
+    reach : float
+        Directions are those of points as far as this.
+    """
+    node = ends.ravel()
+    mate = _mates(node, places, reach)
+    nodes, following = node.tolist(), mate.tolist()
+    senses = sense.tolist()
+    done = bytearray(len(ends))
+    order = np.argsort(node, kind="stable")
+    starts = [*order[mate[order] < 0].tolist(), *range(0, 2 * len(ends), 2)]
+    for start in starts:
+        if done[start >> 1]:
+            continue
+        half, path, votes = start, [nodes[start]], 0.0
+        while True:
+            arc = half >> 1
+            done[arc] = 1
+            votes += senses[arc] if half & 1 == 0 else -senses[arc]
+            path.append(nodes[half ^ 1])
+            half = following[half ^ 1]
+            if half < 0 or done[half >> 1]:
+                break
+        line = np.array(path if votes >= 0 else path[::-1])
+        yield Line(line, path[0] == path[-1])
+
+
+def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
+    """For each end of an arc (2 A,) the end of the next arc where the line goes on, or −1."""
+    order = np.argsort(node, kind="stable")
+    mate = np.full(len(node), -1)
+    begins = np.flatnonzero(np.diff(node[order], prepend=-1))
+    counts = np.diff(begins, append=len(node))
+    twos = begins[counts == 2]
+    mate[order[twos]], mate[order[twos + 1]] = order[twos + 1], order[twos]
+    crossings = np.flatnonzero((counts > 2) & (counts % 2 == 0))
+    if len(crossings):
+        known = mate.copy()
+        for k in crossings.tolist():
+            halves = order[begins[k] : begins[k] + counts[k]]
+            angles = [_direction(int(h), node, known, places, reach) for h in halves]
+            halves = halves[np.argsort(angles, kind="stable")]
+            mate[halves] = np.roll(halves, len(halves) // 2)
+    return mate
+
+
+def _direction(half: int, node: Ints, mate: Ints, places: FloatArray, reach: float) -> float:
+    """The angle under which a line leaves the node at an end of an arc."""
+    begin = places[node[half]]
+    x = y = 0.0
+    for _ in range(FAR):
+        x, y = (places[node[half ^ 1]] - begin).tolist()
+        half = int(mate[half ^ 1])
+        if half < 0 or x * x + y * y >= reach * reach:
+            break
+    return float(np.arctan2(y, x))

@@ -1,0 +1,59 @@
+"""Where a surface passes through a plane, by looking along many lines of parameters.
+
+Neighbouring places of a grid on two sides of the plane have a point in the plane between them, which
+bisection finds. None of the engine's code.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from service.engine.sections.section import Section
+from tests.oracles.sheets import Array, Sheet, TriangleSheet
+
+HALVINGS = 50
+
+
+def crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count: int = 60) -> Array:
+    """Points (m, 3) of all sheets in the plane, on count + 1 lines in both directions of each."""
+    found = [_of_sheet(sheet, normal, offset, count) for sheet in sheets]
+    return np.concatenate(found)
+
+
+def _of_sheet(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:
+    low, high = sheet.inside(np.array([[-1e9, -1e9], [1e9, 1e9]]))
+    if isinstance(sheet, TriangleSheet):
+        low, high = np.zeros(2), np.ones(2)
+    t = np.linspace(0, 1, count + 1)
+    u, v = np.meshgrid(t, t, indexing="ij")
+    if isinstance(sheet, TriangleSheet):
+        v = (1 - u) * v
+    places = np.stack([low[0] + u * (high - low)[0], low[1] + v * (high - low)[1]], axis=-1)
+
+    def height(at: Array) -> Array:
+        return (sheet.at(at) + sheet.origin) @ normal - offset
+
+    above = height(places.reshape(-1, 2)).reshape(u.shape) >= 0
+    pairs = []
+    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        differ = above[one] != above[other]
+        begin, end = places[one][differ], places[other][differ]
+        swap = above[one][differ]
+        pairs.append((np.where(swap[:, None], end, begin), np.where(swap[:, None], begin, end)))
+    below, over = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    for _ in range(HALVINGS):
+        middle = (below + over) / 2
+        is_over = (height(middle) >= 0)[:, np.newaxis]
+        below, over = np.where(is_over, below, middle), np.where(is_over, middle, over)
+    return np.asarray(sheet.at(over) + sheet.origin)
+
+
+def distance_to(section: Section, points: Array) -> Array:
+    """Distances (m,) of points to the polylines of a section, infinite if there are none."""
+    best = np.full(len(points), np.inf)
+    for line in section.polylines:
+        for a, b in zip(line.points[:-1], line.points[1:], strict=True):
+            along = b - a
+            t = np.clip((points - a) @ along / max(along @ along, 1e-300), 0, 1)
+            np.minimum(best, np.linalg.norm(points - a - t[:, None] * along, axis=1), out=best)
+    return best
