@@ -41,6 +41,8 @@ def _of_sheet(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:
         swap = above[one][differ]
         pairs.append((np.where(swap[:, None], end, begin), np.where(swap[:, None], begin, end)))
     below, over = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    if not len(below):
+        return np.zeros((0, 3))
     for _ in range(HALVINGS):
         middle = (below + over) / 2
         is_over = (height(middle) >= 0)[:, np.newaxis]

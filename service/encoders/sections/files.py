@@ -1,0 +1,78 @@
+"""Sections as JSON, as Wavefront OBJ and as OOGL.
+
+References
+----------
+Geomview manual, "OOGL File Formats": VECT.
+"""
+
+import numpy as np
+
+from service.encoders.obj import identifier
+from service.encoders.sections.format import SectionSize, numbers_of, points_of, report_object
+from service.encoders.text import FLOAT64_CHARS, digits, json_document, rows
+from service.engine.sections.section import Sections
+
+POINT = 3 * (FLOAT64_CHARS + 1)
+
+
+def encode_json(sections: Sections) -> bytes:
+    """One JSON object: the planes with their polylines, and the report."""
+    planes = sections.planes
+    axes = planes.axes
+    found = [
+        {
+            "normal": planes.normals[k],
+            "offset": planes.offsets[k],
+            "x_axis": axes[0][k],
+            "y_axis": axes[1][k],
+            "polylines": [
+                {"closed": line.closed, "points": line.points} for line in section.polylines
+            ],
+            "touching": section.touching.tolist(),
+            "coplanar": section.coplanar.tolist(),
+        }
+        for k, section in enumerate(sections.sections)
+    ]
+    return json_document({"sections": found, "report": report_object(sections)})
+
+
+def json_bound(size: SectionSize) -> int:
+    """Most bytes of the JSON object."""
+    plane = 200 + 10 * (FLOAT64_CHARS + 1)
+    points = (size.points + size.touching) * (POINT + 3)
+    return 512 + size.planes * plane + size.polylines * 40 + points + size.coplanar * 20
+
+
+def encode_obj(sections: Sections) -> bytes:
+    """OBJ, UTF-8: an object for each plane; lines of closed polylines return to their beginning."""
+    name, first, parts = identifier(sections.name), 1, []
+    for k, section in enumerate(sections.sections):
+        points = points_of(section)
+        parts.append(b"o %s-%d\n" % (name, k) + (rows(points, b"v ") if len(points) else b""))
+        parts += [rows(visits[np.newaxis] + first, b"l ") for visits in numbers_of(section)]
+        first += len(points)
+    return b"".join(parts)
+
+
+def obj_bound(size: SectionSize) -> int:
+    """Most bytes of the OBJ file."""
+    line = 4 + digits(size.points)
+    objects = size.planes * (8 + size.name_bytes + digits(size.planes))
+    return objects + size.points * (POINT + 2 + line) + size.polylines * 2 * line
+
+
+def encode_oogl(sections: Sections) -> bytes:
+    """OOGL, ASCII: one VECT of one color, in which closed polylines have negative counts."""
+    lines = [line for section in sections.sections for line in section.polylines]
+    points = [points_of(section) for section in sections.sections]
+    every = np.concatenate([np.zeros((0, 3)), *points])
+    counts = [1 - len(line.points) if line.closed else len(line.points) for line in lines]
+    head = f"VECT\n{len(lines)} {len(every)} {min(len(lines), 1)}\n"
+    head += "\n".join(map(str, counts)) + "\n"
+    head += "\n".join(["1"] * bool(lines) + ["0"] * (len(lines) - 1)) + "\n"
+    return head.encode() + (rows(every) + b"1 1 1 1\n" if lines else b"")
+
+
+def oogl_bound(size: SectionSize) -> int:
+    """Most bytes of the OOGL file."""
+    return 64 + size.points * (POINT + 1) + size.polylines * (digits(size.points) + 5)

@@ -1,0 +1,92 @@
+"""The type of a format of sections: a function from sections to bytes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.encoders.format import FileFormat
+from service.engine.extent import local_origin
+from service.engine.mesh.report import ENGINE
+from service.engine.sections.section import Polyline, Section, Sections
+
+SINGLE = float(np.finfo(np.float32).eps)
+
+
+@dataclass(frozen=True, slots=True)
+class SectionSize:
+    """Counts of sections, and the UTF-8 bytes of the name.
+
+    `touching` are points where the surface touches a plane, `coplanar` patches in planes.
+    """
+
+    planes: int
+    polylines: int
+    points: int
+    touching: int
+    coplanar: int
+    name_bytes: int
+
+    @staticmethod
+    def of(sections: Sections) -> "SectionSize":
+        """The counts of some sections."""
+        each = sections.sections
+        return SectionSize(
+            len(each),
+            sum(len(section.polylines) for section in each),
+            sections.point_count,
+            sum(len(section.touching) for section in each),
+            sum(len(section.coplanar) for section in each),
+            len(sections.name.encode()),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SectionFormat(FileFormat):
+    """A format of sections; `encode` gives the bytes, `byte_bound` bounds their number."""
+
+    encode: Callable[[Sections], bytes]
+    byte_bound: Callable[[SectionSize], int]
+
+
+def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object]:
+    """The report as a JSON object; `rounding` is what points may lose when they are written."""
+    size = SectionSize.of(sections)
+    return {
+        "planes": size.planes,
+        "polylines": size.polylines,
+        "points": size.points,
+        "deviation_bound": sections.deviation_bound + rounding,
+        "engine": ENGINE,
+    }
+
+
+def points_of(section: Section) -> FloatArray:
+    """The points of all polylines (k, 3), the first of a closed one but once."""
+    return np.concatenate([np.zeros((0, 3)), *(_once(line) for line in section.polylines)])
+
+
+def numbers_of(section: Section) -> list[Ints]:
+    """For each polyline the rows of `points_of` that it visits, the first of a closed one twice."""
+    found, first = [], 0
+    for line in section.polylines:
+        count = len(line.points) - line.closed
+        found.append(np.append(np.arange(first, first + count), [first] if line.closed else []))
+        first += count
+    return [numbers.astype(np.intp) for numbers in found]
+
+
+def stored(sections: Sections) -> tuple[FloatArray, float]:
+    """Where points are stored from in float32, (3,), and how far they may be moved by it."""
+    points = [points_of(section) for section in sections.sections]
+    every = np.concatenate([np.zeros((0, 3)), *points])
+    if not len(every):
+        return np.zeros(3), 0.0
+    low, high = every.min(axis=0), every.max(axis=0)
+    origin = local_origin(low, high)
+    return origin, SINGLE * float(np.abs(np.stack([low, high]) - origin).max())
+
+
+def _once(line: Polyline) -> FloatArray:
+    return line.points[:-1] if line.closed else line.points

@@ -1,0 +1,59 @@
+"""Sections as SVG, in the coordinates of their planes: one path for each polyline.
+
+A path has the coordinates (p · x, −p · y) of its points p, x and y the axes of the plane, in model
+units: SVG counts downwards. Closed polylines end in Z. The sections of several planes lie above one
+another, each in a group. The file holds no text of a client.
+
+References
+----------
+W3C, Scalable Vector Graphics (SVG) 2, chapter 9: paths.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.encoders.sections.format import SectionSize
+from service.encoders.text import FLOAT64_CHARS, digits, rows
+from service.engine.sections.section import Sections
+
+MARGIN = 0.02
+"""Around the lines, in parts of the longer side of their box."""
+
+
+def encode_svg(sections: Sections) -> bytes:
+    """The SVG document, ASCII."""
+    axes = sections.planes.axes
+    groups, boxes = [], []
+    for k, section in enumerate(sections.sections):
+        flat = np.stack([axes[0][k], -axes[1][k]], axis=1)
+        paths = []
+        for line in section.polylines:
+            points = (line.points[:-1] if line.closed else line.points) @ flat + 0.0
+            boxes.append(np.stack([points.min(axis=0), points.max(axis=0)]))
+            end = b"Z" if line.closed else b""
+            paths.append(b'<path d="M' + rows(points).rstrip() + end + b'"/>\n')
+        groups.append(b'<g id="section-%d">\n' % k + b"".join(paths) + b"</g>\n")
+    x, y, width, height = _view_box(boxes)
+    head = (
+        '<svg xmlns="http://www.w3.org/2000/svg" '
+        f'viewBox="{x!r} {y!r} {width!r} {height!r}" fill="none" stroke="black">\n'
+        "<style>path{vector-effect:non-scaling-stroke}</style>\n"
+    )
+    return head.encode() + b"".join(groups) + b"</svg>\n"
+
+
+def svg_bound(size: SectionSize) -> int:
+    """Most bytes of the SVG document."""
+    group = 32 + digits(size.planes)
+    point = 2 * (FLOAT64_CHARS + 1)
+    return 512 + size.planes * group + size.polylines * 24 + size.points * point
+
+
+def _view_box(boxes: list[FloatArray]) -> tuple[float, float, float, float]:
+    """Corner, width and height of what is shown."""
+    if not boxes:
+        return 0.0, 0.0, 1.0, 1.0
+    low, high = np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))
+    margin = MARGIN * float((high - low).max()) or 1.0
+    (x, y), (width, height) = (low - margin).tolist(), (high - low + 2 * margin).tolist()
+    return x, y, width, height
