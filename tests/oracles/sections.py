@@ -1,7 +1,6 @@
 """Where a surface passes through a plane, by looking along many lines of parameters.
 
-Neighbouring places of a grid on two sides of the plane have a point in the plane between them, which
-bisection finds. None of the engine's code.
+Between neighbours of a grid on two sides of the plane bisection finds a point in the plane.
 """
 
 from collections.abc import Sequence

@@ -50,7 +50,7 @@ def svg_bound(size: SectionSize) -> int:
 
 
 def _view_box(boxes: list[FloatArray]) -> tuple[float, float, float, float]:
-    """Corner, width and height of what is shown."""
+    """Corner, width and height of the rectangle that is shown."""
     if not boxes:
         return 0.0, 0.0, 1.0, 1.0
     low, high = np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))

@@ -41,7 +41,7 @@ from service.engine.sections.borders import ONE
 from service.engine.sections.flatness import Pieces, is_zero, piece_bounds, side_bounds
 from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
 from service.engine.sections.roots import roots
-from service.surface.sides import side_of
+from service.surface.sides import take_side
 
 OVER_U, OVER_V, BELOW, ABOVE, SINGULAR, COPLANAR = range(6)
 """Kinds of cells: the graph of v over u, of u over v; f ≤ 0, f ≥ 0; open; in the plane."""
@@ -143,7 +143,7 @@ class CellSearch:
             along[axis, rows], along[1 - axis, rows] = ~flat, ~flat & wide
         for side in range(4):
             axis = 1 - side // 2
-            is_flat = is_zero(side_of(cells.nets, side)) & (kind != SINGULAR) & can[axis]
+            is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR) & can[axis]
             # Within a patch that lies in the plane nothing is drawn.
             is_flat &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
             rows = np.flatnonzero(is_flat & ~along[axis])
@@ -209,7 +209,7 @@ class CellSearch:
 
     def _end(self, cells: "_Open", kind: Ints, sense: FloatArray) -> None:
         if len(kind):
-            a, b, c, d = (side_of(cells.nets, side).copy() for side in range(4))
+            a, b, c, d = (take_side(cells.nets, side).copy() for side in range(4))
             rows = a, b, c, d
             self._ended.append(
                 Cells(cells.plane, cells.net, kind, cells.place, sense, cells.floor, rows)
@@ -295,7 +295,7 @@ def crossings(
     """
     cells, places = [], []
     for side in range(4):
-        row, t = roots(side_of(nets, side), floor)
+        row, t = roots(take_side(nets, side), floor)
         across, along = side // 2, 1 - side // 2
         where = np.empty((len(row), 2))
         low, high = place[2 * along, row], place[2 * along + 1, row]

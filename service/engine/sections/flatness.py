@@ -25,7 +25,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.bases.row_batches import chunks
+from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import deviations
 from service.engine.queries.nets import NetGroup
 from service.engine.sections.heights import LocalPlanes, points_of, restricted
@@ -65,7 +65,7 @@ class Pieces:
 def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     """Bounds (m,) of the distances of pieces from their chords, all of nets of one group."""
     found = np.empty(len(pieces.net))
-    for rows in chunks(len(found), group.nets[0].size, ROOM):
+    for rows in row_slices(len(found), group.nets[0].size, ROOM):
         found[rows] = _bounds(
             group,
             planes,
@@ -124,7 +124,7 @@ def side_bounds(
 def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:
     """Lengths (m,) that the diameters of the pieces of surface over rectangles do not exceed."""
     found = np.empty(len(net))
-    for rows in chunks(len(found), group.nets[0].size, ROOM):
+    for rows in row_slices(len(found), group.nets[0].size, ROOM):
         cells = restricted(group.nets[net[rows] - group.first], low[rows], high[rows])
         points = points_of(cells).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)

@@ -174,14 +174,17 @@ class _Search:
         x, y = (axes[plane] for axes in self.planes.axes)
         flat = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
         model = self.nets.origin + points * self.nets.scale
+        touching = [arcs.touching]
         for line in trace(arcs.ends, arcs.sense, flat, self.tolerance):
             rows = model[line.nodes]
             keep = np.ones(len(rows), bool)
             keep[1:] = (rows[1:] != rows[:-1]).any(axis=1)
             if keep.sum() > 1:
                 found[plane[line.nodes[0]] - first].append(Polyline(rows[keep], line.closed))
+            else:  # a patch that is a curve passes through the plane
+                touching.append(line.nodes[:1])
         degree = np.bincount(arcs.ends.ravel(), minlength=len(points))
-        alone = _apart(points, arcs.touching, np.flatnonzero(degree > 2))
+        alone = _apart(points, np.concatenate(touching), np.flatnonzero(degree > 2))
         return model[alone], plane[alone]
 
     def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:

@@ -1,0 +1,189 @@
+"""Sections: judged by looking along lines of parameters, by closed forms, and by their topology."""
+
+from math import asin, cos, sin
+
+import numpy as np
+import pytest
+
+from service.engine.mesh.connect import connect
+from service.engine.models import as_patches
+from service.engine.sections.planes import Planes
+from service.engine.sections.section import Section, Sections, cut_surface
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
+from service.surface.lowered import PatchModel
+from service.surface.quadrics import cone, cylinder, sphere, torus
+from service.surface.sizes import SurfaceKind
+from tests.oracles.sections import crossings, distance_to
+from tests.oracles.sheets import Array, sheets_of
+from tests.strategies import cube, model_of
+from tools.certify.surfaces import FAMILIES
+
+RNG = np.random.default_rng
+REACH = 0.4
+"""Radius of the tube of the torus, whose centre line has radius 1."""
+
+
+def cut(model: PatchModel, normals: object, offsets: object, relative: float = 1e-3) -> Sections:
+    n = np.atleast_2d(np.array(normals, float))
+    n /= np.linalg.norm(n, axis=1)[:, np.newaxis]
+    planes = Planes(n, np.atleast_1d(np.array(offsets, float)))
+
+    def allow(count: int) -> None:
+        assert count < 200_000
+
+    return cut_surface(model, connect(model), planes, relative * model.diagonal, allow)
+
+
+def patches(surface: SurfaceKind) -> PatchModel:
+    return as_patches(surface.lower())
+
+
+def shape(section: Section) -> tuple[int, int, int]:
+    """Closed polylines, open ones, points where the surface touches the plane."""
+    closed = sum(line.closed for line in section.polylines)
+    return closed, len(section.polylines) - closed, len(section.touching)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_no_part_of_the_section_is_lost(name: str) -> None:
+    surface = FAMILIES[name].surface(5)
+    model = patches(surface)
+    (low, high), rng = model.bounds, RNG(11)
+    normal = rng.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    offset = float(normal @ (low + (high - low) * rng.uniform(0.3, 0.7, 3)))
+    sections = cut(model, normal, offset)
+    (section,), sheets = sections.sections, sheets_of(surface)
+    seen = crossings(sheets, normal, offset, max(8, int(60 / len(sheets) ** 0.5)))
+    bound = sections.deviation_bound + 1e-9 * model.diagonal
+    assert bound <= 1.001e-3 * model.diagonal
+    assert np.minimum(distance_to(section, seen), _distance(section.touching, seen)).max() <= bound
+    drawn = np.concatenate([line.points for line in section.polylines] or [seen[:0]])
+    assert np.abs(drawn @ normal - offset).max(initial=0) <= 1e-10 * model.diagonal
+
+
+def _distance(points: Array, others: Array) -> Array:
+    apart = np.linalg.norm(points[:, None] - others, axis=2)
+    return np.asarray(apart.min(axis=0, initial=np.inf))
+
+
+A = asin(REACH)
+TURN = cos(0.3), sin(0.3)
+
+
+@pytest.mark.parametrize(
+    ("normal", "offset", "expected"),
+    [
+        ((0, 0, 1), 0.1, (2, 0, 0)),  # two circles
+        ((1, 0.3, 0), 0, (2, 0, 0)),
+        ((sin(A), 0, cos(A)), 0, (2, 0, 0)),  # Villarceau's circles, which cross twice
+        ((sin(A) * TURN[0], sin(A) * TURN[1], cos(A)), 0, (2, 0, 0)),
+        ((1, 0, 0), 1 - REACH, (1, 0, 0)),  # a figure of eight
+        ((1, 0.3, 0), 1 - REACH, (1, 0, 0)),
+        ((1, 0.3, 0), 1 - REACH - 1e-9, (2, 0, 0)),
+        ((1, 0.3, 0), 1 - REACH + 1e-9, (1, 0, 0)),
+        (
+            (0, 0, 1),
+            REACH,
+            (1, 0, 0),
+        ),  # a circle along which the plane touches it, on patches' sides
+        ((0, 0, -1), -REACH, (1, 0, 0)),
+        ((1, 0, 0), 1 + REACH, (0, 0, 1)),
+        ((1, 0.3, 0), 1 + REACH, (0, 0, 1)),
+        ((1, 0.3, 0), 1 + REACH + 1e-9, (0, 0, 0)),
+    ],
+)
+def test_torus(normal: tuple[float, ...], offset: float, expected: tuple[int, int, int]) -> None:
+    sections = cut(patches(torus(1.0, REACH)), normal, offset)
+    (section,) = sections.sections
+    assert shape(section) == expected
+    # Every point is on the torus, between its neighbours no more than the bound away.
+    for line in section.polylines:
+        middles = (line.points[1:] + line.points[:-1]) / 2
+        for points, away in ((line.points, 1e-11), (middles, sections.deviation_bound)):
+            x, y, z = points.T
+            assert np.abs(np.hypot(np.hypot(x, y) - 1, z) - REACH).max() <= 1.5 * away
+
+
+def test_villarceau_circles_are_circles() -> None:
+    (section,) = cut(patches(torus(1.0, REACH)), (sin(A), 0, cos(A)), 0, 1e-5).sections
+    for line in section.polylines:
+        middle = np.array([0, REACH, 0]) * np.sign(line.points[:-1, 1].mean())
+        assert np.abs(np.linalg.norm(line.points - middle, axis=1) - 1).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("surface", "normal", "offset", "expected"),
+    [
+        (sphere(), (1, 2, 3), 0.1, (1, 0, 0)),
+        (sphere(), (1, 0.3, 0), 0, (1, 0, 0)),  # through both poles
+        (sphere(), (1, 0, 0), 0, (1, 0, 0)),  # along borders of patches
+        (sphere(), (0, 0, 1), 0, (1, 0, 0)),
+        (sphere(), (0, 0, 1), 1, (0, 0, 1)),  # at a pole
+        (sphere(), (1, 2, 3), 1, (0, 0, 1)),
+        (sphere(), (1, 2, 3), 1 + 1e-9, (0, 0, 0)),
+        (cylinder(), (1, 2, 3), 0.1, (1, 0, 0)),
+        (cone(), (1, 0, 0.2), 0.1, (1, 0, 0)),
+    ],
+)
+def test_quadrics(
+    surface: SurfaceKind, normal: tuple[float, ...], offset: float, expected: tuple[int, int, int]
+) -> None:
+    (section,) = cut(patches(surface), normal, offset).sections
+    assert shape(section) == expected
+    (back,) = cut(patches(surface), np.negative(normal), -offset).sections
+    assert shape(back) == expected
+
+
+def test_faces_in_the_plane_are_told_and_outlined() -> None:
+    model = model_of(cube())
+    for offset, coplanar in ((1.0, 1), (0.5, 0), (0.0, 1)):
+        for sign in (1, -1):
+            (section,) = cut(model, (0, 0, sign), sign * offset).sections
+            assert len(section.coplanar) == coplanar
+            (line,) = section.polylines
+            assert line.closed
+            corners = {tuple(p) for p in line.points.tolist() if set(p[:2]) <= {0.0, 1.0}}
+            assert corners == {(x, y, offset) for x in (0.0, 1.0) for y in (0.0, 1.0)}
+
+
+def test_bodies_are_to_the_left() -> None:
+    """The area is positive seen from the tip of the normal: outside is to the right."""
+    for name in ("sphere", "torus"):
+        sections = cut(patches(find(name).surface()), [(0, 0, 1), (1, 2, -3)], [0.1, 0.05])
+        for k, section in enumerate(sections.sections):
+            x, y = (axis[k] for axis in sections.planes.axes)
+            total = 0.0
+            for line in section.polylines:
+                flat = np.stack([line.points @ x, line.points @ y])
+                total += float((flat[0, :-1] * flat[1, 1:] - flat[0, 1:] * flat[1, :-1]).sum())
+            assert total > 0
+
+
+def test_patches_on_both_sides_of_an_edge_share_its_points() -> None:
+    """The sections of closed surfaces are closed."""
+    net = RNG(3).normal(size=(7, 8, 3)) * 0.2
+    around = 2 * np.pi * np.arange(8) / 8
+    for i in range(7):
+        tube = 2 * np.pi * i / 7
+        ring = (3 + np.cos(tube)) * np.stack([np.cos(around), np.sin(around)])
+        net[i] += np.stack([*ring, np.full(8, np.sin(tube))], axis=1)
+    model = patches(BsplineSurface(net, (3, 2), ("periodic", "periodic")))
+    normals = RNG(4).normal(size=(30, 3))
+    sections = cut(model, normals, RNG(5).uniform(-2, 2, 30))
+    assert all(line.closed for s in sections.sections for line in s.polylines)
+    assert sections.point_count > 500
+    # At height 2.4 lie the borders of rim, body, lid and, twice, spout.
+    teapot = cut(patches(find("utah-teapot").surface()), [(0, 0, 1)] * 3, [0.3, 2.4, 3.0])
+    assert [shape(s) for s in teapot.sections] == [(1, 0, 0), (5, 0, 0), (1, 0, 0)]
+
+
+def test_a_plane_does_not_depend_on_the_others() -> None:
+    model = patches(find("utah-teapot").surface())
+    heights = np.linspace(0.1, 3, 9)
+    together = cut(model, [(0, 0, 1)] * 9, heights).sections
+    for k in (0, 4, 8):
+        (alone,) = cut(model, (0, 0, 1), heights[k]).sections
+        for one, other in zip(together[k].polylines, alone.polylines, strict=True):
+            assert np.array_equal(one.points, other.points)
