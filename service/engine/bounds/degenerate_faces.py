@@ -19,7 +19,7 @@ from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import PLANS
 from service.cancellation import checkpoint
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.patterns import AnyShape, TriangleShape, faces, merged_samples
+from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape, faces, merged_samples
 from service.engine.options import Faces, MeshOptions
 
 NOTHING = (False, False, False, False)
@@ -91,6 +91,9 @@ def rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints, Bool
     halves : ndarray of bool, shape (m,)
         and these halves: between their last two corners is a diagonal.
     """
+    if kind == "quads" and isinstance(shape, Shape):
+        # A quad has no diagonal to be turned.
+        shape = replace(shape, turned=(False, False))
     rim = _rim(shape)
     corners = place[:, rim[:, :3]].reshape(-1, 3)
     a, b, c = corners.T

@@ -44,16 +44,11 @@ def borders(
 def _meet_twice(layout: Layout) -> bool:
     """Whether two patches share both sides of a corner that a line of the mesh cuts off.
 
-    That line, from side to side, is then one of both meshes. Of a grid the diagonals cut off two
-    corners; a triangle has a small triangle at each of its three.
+    That line, from side to side, is then one of both meshes: with two divisions at whichever end
+    of the sides the corners are.
     """
-    edge, rows = layout.connectivity.edge, layout.triangular
-    grids, triangles = edge[~rows], edge[rows]
-    pairs = [grids[:, [0, 2]], grids[:, [1, 3]]]
-    pairs += [triangles[:, [0, 2]], triangles[:, [1, 2]], triangles[:, [0, 1]]]
-    corners = np.concatenate(pairs)
-    corners.sort(axis=1)
-    codes = corners[:, 0] * len(layout.connectivity.users) + corners[:, 1]
+    lines = layout.connectivity.cut_corners >> 1
+    codes = (lines[..., 0] * len(layout.connectivity.users) + lines[..., 1])[lines[..., 0] >= 0]
     return len(np.unique(codes)) < len(codes)
 
 

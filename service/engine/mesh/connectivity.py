@@ -102,6 +102,37 @@ class Connectivity:
         ordered = np.sort(self.edge, axis=1)
         return bool((ordered[:, 1:] == ordered[:, :-1]).any())
 
+    @cached_property
+    def cut_corners(self) -> Ints:
+        """Corners of patches that a line of the mesh cuts off: where it ends, shape (P, 3, 2).
+
+        It runs from side to side, from the sample that is next to the corner on either: told by the
+        edge, times two, and by its end. Of a grid the diagonals cut off the corners (0, 0) and
+        (1, 1); -1 stands where there is no third. A triangle has a small triangle at each corner.
+        """
+        is_grid = ~self.triangular[:, None, None]
+        sides = np.where(is_grid, GRID_CORNERS[0], TRIANGLE_CORNERS[0])
+        at_end = np.where(is_grid, GRID_CORNERS[1], TRIANGLE_CORNERS[1])
+        places = np.arange(len(self.edge))[:, None, None], sides
+        lines = 2 * self.edge[places] + (at_end ^ self.backward[places])
+        lines.sort(axis=2)
+        lines[~self.triangular, 2] = -1
+        return lines
+
+    @cached_property
+    def twice_cut(self) -> Bools:
+        """Which of the `cut_corners` several patches have, between two lines: (P, 3)."""
+        _, number = unique_rows(self.cut_corners.reshape(-1, 2).astype(np.float64))
+        several: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
+        points = np.zeros(len(self.users), dtype=bool)
+        points[self.edge[self.collapsed]] = True
+        return several & (self.cut_corners[..., 0] >= 0) & ~points[self.cut_corners >> 1].any(2)
+
+
+GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])
+TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]])
+"""The sides at those corners, and whether each ends there."""
+
 
 def triangular_patches(batches: Sequence[Patches]) -> Bools:
     """Which patches of all batches are triangles, shape (P,)."""

@@ -229,13 +229,15 @@ class Layout(SampleRuns):
         """Patches that one index pattern serves, in the order of their first."""
         own = np.stack(along_sides(self.ru, self.rv), axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, own)
+        known = self.connectivity
         rows = np.concatenate(
             [
                 self.triangular[:, None],
                 self.ru[:, None],
                 self.rv[:, None],
                 sides,
-                self.connectivity.collapsed,
+                known.collapsed,
+                known.twice_cut[:, :2] & ~self.triangular[:, None],
             ],
             axis=1,
         )
@@ -244,9 +246,10 @@ class Layout(SampleRuns):
         for k in np.argsort(first, kind="stable").tolist():
             triangular, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()
             collapsed = bool(bits[0]), bool(bits[1]), bool(bits[2]), bool(bits[3])
+            turned = bool(bits[4]), bool(bits[5])
             shape: AnyShape = TriangleShape(ru, collapsed)
             if not triangular:
-                shape = Shape((ru, rv), (a, b, c, d), collapsed)
+                shape = Shape((ru, rv), (a, b, c, d), collapsed, turned)
             found.append((shape, np.flatnonzero(number == k)))
         return tuple(found)
 

@@ -34,12 +34,14 @@ class Shape:
     """All that a pattern depends on.
 
     `sides` are the divisions of the borders; where one differs from the grid's, all four borders
-    are framed by strips of triangles. `collapsed` tells which sides are one point.
+    are framed by strips of triangles. `collapsed` tells which sides are one point; `turned`, whether
+    the first and the last cell are split along (0, 0)–(1, 1) where all others are not.
     """
 
     resolution: tuple[int, int]
     sides: Divisions
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, False)
+    turned: tuple[bool, bool] = (False, False)
 
     @property
     def own(self) -> Divisions:
@@ -76,9 +78,10 @@ AnyShape: TypeAlias = Shape | TriangleShape
 def faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles (T, 3) and quads (Q, 4) of a patch of this shape, as local indices; read-only.
 
-    Cells wind (i,j) (i+1,j) (i+1,j+1) (i,j+1) and split along (1,0)–(0,1). Faces that a collapsed
-    side leaves without area are left out; of a quad a triangle may remain. A triangle of R
-    divisions has R² faces whatever their kind: row by row, upright and reversed ones in turn.
+    Cells wind (i,j) (i+1,j) (i+1,j+1) (i,j+1) and split along (1,0)–(0,1), but for those that are
+    turned. Faces that a collapsed side leaves without area are left out; of a quad a triangle may
+    remain. A triangle of R divisions has R² faces whatever their kind: row by row, upright and
+    reversed ones in turn.
     """
     if isinstance(shape, TriangleShape):
         return PLANS.array(("triangles", shape), lambda: _rows_of_triangles(shape)), NO_QUADS
@@ -103,7 +106,7 @@ def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     if not shape.framed and not any(shape.collapsed):
         if kind == "quads":
             return NO_TRIANGLES, _over_rows(_row_of_cells(rv), ru, rv + 1)
-        return _over_rows(_halves(_row_of_cells(rv)), ru, rv + 1), NO_QUADS
+        return _turned(shape, _over_rows(_halves(_row_of_cells(rv)), ru, rv + 1)), NO_QUADS
     cells = _over_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
     if shape.framed:
         cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
@@ -139,7 +142,7 @@ def _joined(shape: Shape, kind: Faces, cells: NDArray[np.intp]) -> tuple[IndexAr
     if kind == "quads":
         whole = _distinct(merged[cells])
         quads, cells = cells[whole], cells[~whole]
-    triangles = np.concatenate([_halves(cells), *strips])
+    triangles = np.concatenate([_turned(shape, _halves(cells)), *strips])
     triangles = triangles[_distinct(merged[triangles])]
     return triangles.astype(np.uint32), quads.astype(np.uint32)
 
@@ -177,6 +180,17 @@ def _over_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
 def _halves(cells: NDArray[Index]) -> NDArray[Index]:
     """Two triangles of every quad, split along (1, 0)–(0, 1)."""
     return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
+
+
+def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
+    """The halves of cells with those of the first and of the last cell split the other way."""
+    ru, rv = shape.resolution
+    for turned, begin in zip(shape.turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
+        first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1)
+        for row in np.flatnonzero(first & turned).tolist():
+            a, b, d, c = *triangles[row], triangles[row + 1, 1]
+            triangles[row], triangles[row + 1] = (a, b, c), (a, c, d)
+    return triangles
 
 
 def merged_samples(shape: AnyShape) -> NDArray[np.intp]:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import triangle
+from service.engine.joining.join import join
 from service.engine.mesh.counts import Counts, count
 from service.engine.mesh.patterns import Shape, TriangleShape, faces, rim
 from service.engine.options import Faces, MeshOptions
@@ -33,7 +34,8 @@ def meshed(model: PatchModel, options: MeshOptions) -> Counts:
 
 
 def check(model: PatchModel, resolution: tuple[int, int], **more: Any) -> None:
-    """Compares both kinds of faces, welded and not."""
+    """Compares both kinds of faces, welded and not; of a model cut where its borders meet."""
+    model, _ = join(model, MeshOptions().weld_tolerance)
     kinds: tuple[Faces, ...] = ("triangles", "quads")
     for kind, weld in product(kinds, (True, False)):
         options = MeshOptions(resolution, faces=kind, weld=weld, normals=False, **more)

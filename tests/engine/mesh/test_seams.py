@@ -14,6 +14,7 @@ from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import (
+    as_triangles,
     check_sound,
     check_upright,
     check_winding,
@@ -23,6 +24,8 @@ from tests.engine.meshing import (
     shape_of,
 )
 from tests.examples import patches_of
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import bezier_sheet
 from tests.strategies import (
     ROTATIONS,
     Array,
@@ -308,16 +311,23 @@ def _angles(count: int) -> list[tuple[float, float]]:
     return [(np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)) for k in range(count)]
 
 
-@pytest.mark.parametrize("divisions", [2, 3, 8])
-def test_a_pillow_is_what_its_report_says(divisions: int) -> None:
-    """Two patches with all four sides in common; at two corners their diagonals coincide too."""
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("divisions", [(2, 2), (3, 2), (8, 8), (3, 5)])
+def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
+    """Two patches with all four sides in common: no diagonal is an edge of both."""
     front = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2], indexing="ij"), np.zeros((3, 3))], -1)
     back = front.copy()
     front[1, 1, 2], back[1, 1, 2] = 1, -1
-    mesh = mesh_of([front, back.swapaxes(0, 1)], resolution=(divisions, divisions))
-    check_winding(mesh)
-    check_sound(mesh)
-    assert shape_of(mesh).boundary == 0
+    for other in (back.swapaxes(0, 1), back[::-1, ::-1].swapaxes(0, 1), back[::-1]):
+        mesh = mesh_of([front, other], resolution=divisions, faces=faces)
+        check_winding(mesh)
+        check_sound(mesh)
+        assert mesh.report.watertight
+        assert shape_of(mesh).euler == 2
+        found = surface_to_mesh(
+            [bezier_sheet(net) for net in (front, other)], mesh.positions[as_triangles(mesh)], 500
+        )
+        assert found.distance <= (mesh.report.deviation_bound or 0) + found.noise
 
 
 @given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))
