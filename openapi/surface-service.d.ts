@@ -2086,7 +2086,7 @@ export interface components {
             crease_angle?: number;
             /**
              * Weld Tolerance
-             * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. Surfaces of `patches` and `multipatch` are cut where borders are one curve in other knots. 0: only what is equal bit for bit.
+             * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit.
              * @default 1e-12
              * @example 1e-9
              */
@@ -3930,7 +3930,7 @@ export interface operations {
                 weld?: boolean;
                 /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. Surfaces of `patches` and `multipatch` are cut where borders are one curve in other knots. 0: only what is equal bit for bit. Default: 1e-12. */
+                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit. Default: 1e-12. */
                 weld_tolerance?: number;
                 /** @description With a file: Lines to draw beside the faces, where the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
@@ -4072,7 +4072,7 @@ export interface operations {
                 weld?: boolean;
                 /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. Surfaces of `patches` and `multipatch` are cut where borders are one curve in other knots. 0: only what is equal bit for bit. Default: 1e-12. */
+                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit. Default: 1e-12. */
                 weld_tolerance?: number;
                 /** @description With a file: Lines to draw beside the faces, where the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
@@ -4601,7 +4601,7 @@ export interface operations {
                  */
                 crease_angle?: number;
                 /**
-                 * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. Surfaces of `patches` and `multipatch` are cut where borders are one curve in other knots. 0: only what is equal bit for bit.
+                 * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit.
                  * @example 1e-9
                  */
                 weld_tolerance?: number;

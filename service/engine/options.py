@@ -46,7 +46,8 @@ class MeshOptions:
         Radians. Welded positions whose normals differ by more keep them apart.
     weld_tolerance : float
         Part of the diagonal: control points on borders that are nearer count as one
-        (`service.engine.joining`). 0: only points that are equal bit for bit.
+        (`service.engine.joining`); or 2^-50 of the largest coordinate, if that is more, and no more
+        than `MAX_WELD_TOLERANCE` of the diagonal. 0: only points that are equal bit for bit.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)

@@ -20,7 +20,7 @@ from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import OPEN, closure
-from service.engine.mesh.connect import connect_apart, has_surfaces
+from service.engine.mesh.connect import connect_apart, may_be_cut
 from service.engine.mesh.connectivity import digest
 from service.engine.mesh.creases import Sharing, find_creases
 from service.engine.mesh.filling import SampleRows, fill, sample
@@ -52,7 +52,7 @@ def tessellate(
         Looks at a model that was cut to meet others, before it is meshed.
     """
     seams = connect_apart(model, options.weld_tolerance)
-    if seams is None or has_surfaces(model):
+    if seams is None or may_be_cut(model, seams):
         model, seams = join_further(model, seams, options.weld_tolerance, allow)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64

@@ -128,9 +128,10 @@ class MeshOptionFields(StrictModel):
         "close, and sides are poles. Points that are near, or have near points between them, are "
         "a group; a group wider than the tolerance is left as it is. An edge has the positions of "
         "the side whose control points come first in dictionary order, whatever the order of the "
-        "patches. How far anything moved is `moved` in the report and part of every bound. "
-        "Surfaces of `patches` and `multipatch` are cut where borders are one curve in other "
-        "knots. 0: only what is equal bit for bit.",
+        "patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest "
+        "one counts as near. How far anything moved is `moved` in the report and part of every "
+        "bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal "
+        "bit for bit.",
         examples=[1e-9],
     )
     overlays: Overlays = Field(

@@ -1,9 +1,9 @@
 """Models whose borders are equal where they are the same curve, before anything is meshed.
 
 1. Control points that are equal up to rounding are made equal (`snap`).
-2. Surfaces are cut where an open border of theirs is one curve with pieces of others
-   (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next surface may need
-   one: so this is repeated until no border needs any.
+2. Surfaces are cut where an open border of theirs is one curve with pieces of others, or of the
+   same surface (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next
+   surface may need one: so this is repeated until no border needs any.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from service.cancellation import checkpoint
 from service.engine.joining.cutting import cut, lines_of
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
-from service.engine.mesh.connect import connect, connect_apart, has_surfaces
+from service.engine.mesh.connect import connect, connect_apart, may_be_cut, weld_reach
 from service.engine.mesh.seams import Seams
 from service.surface.lowered import GroupModel, PatchModel
 
@@ -52,12 +52,12 @@ def join_further(
 ) -> tuple[PatchModel, Seams]:
     """What `join` returns, where the `seams` of `connect_apart` are known."""
     model, seams = _snapped(model, seams, tolerance)
-    if not (tolerance and has_surfaces(model)):
+    if not (tolerance and may_be_cut(model, seams)):
         return model, seams
     known = model, seams
     most = GROWTH * model.patch_count + ALWAYS
     for _ in range(ROUNDS):
-        cuts = find_cuts(seams, tolerance * model.diagonal)
+        cuts = find_cuts(seams, weld_reach(model, tolerance))
         if not len(cuts.at):
             break
         lines = lines_of(model, cuts)

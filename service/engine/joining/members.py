@@ -4,24 +4,27 @@ Members that have an open edge in common once they are placed become one model: 
 patches of a model joins them, too. Their mesh is told apart afterwards
 (`service.engine.scenes.apart`), so that each member is still a node of its own.
 
-A member stays as it is if it is swept, if it carries other channels than those it meets, or if it
-is a mirror image of triangles.
+A member stays as it is if it is swept, or if it carries other channels than those it meets: the
+vertices of one mesh all carry the same.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Ints
+from service.bases.triangle import degree_of
+from service.bases.triangle_polynomials import exchanged
 from service.engine.joining.join import Allow, allow_any, join, join_each
 from service.engine.joining.near_points import near_groups
-from service.engine.mesh.seams import Seams
+from service.engine.joining.shared_curves import OpenBorder, corners_on_edges, open_border
+from service.engine.mesh.connect import reach_within
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import placed_points
-from service.surface.batches import Patches, TensorPatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, GroupModel, Part, PatchModel, PlacedModel
-from service.surface.sides import BEGINS, ENDS
 from service.surface.sweep_model import SweepModel
 
 
@@ -63,12 +66,12 @@ def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any
 def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) -> JoinedGroup:
     """The group with members joined that meet along an edge; parameters as of `join`."""
     models: list[PatchModel | SweepModel] = []
-    ends: dict[int, FloatArray] = {}
+    borders: dict[int, OpenBorder] = {}
     for number, given in enumerate(group.models):
         model = given
         if isinstance(given, PatchModel):
             model, seams = join(given, tolerance, allow)
-            ends[number] = _open_ends(seams)
+            borders[number] = open_border(seams)
         models.append(model)
     group = replace(group, models=tuple(models))
     alone = JoinedGroup(group, group.members, tuple(range(len(group.members))), ())
@@ -77,7 +80,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     clusters: list[Cluster] = []
     members: list[PlacedModel] = []
     at = [-1] * len(group.members)
-    for numbers in _neighbours(group, ends, tolerance):
+    for numbers in _neighbours(group, borders, tolerance):
         joint, turned = _composed(group, numbers)
         joint, seams = join(joint, tolerance, allow)
         owner = _owners(joint, group, numbers)
@@ -132,33 +135,35 @@ def _owners(joint: PatchModel, group: GroupModel, numbers: Sequence[int]) -> Int
 
 
 def _neighbours(
-    group: GroupModel, ends: Mapping[int, FloatArray], tolerance: float
+    group: GroupModel, borders: Mapping[int, OpenBorder], tolerance: float
 ) -> list[list[int]]:
-    """Members that may meet: those with an end of an open edge in one place, in their order.
+    """Members that may meet, in their order: a corner of one is on the border of another.
 
-    `ends` are these ends (N, 3) of every model.
+    `borders` are the open edges of every model.
     """
-    points, owner = [], []
+    placed: list[OpenBorder] = []
+    owner: list[int] = []
     seen: set[tuple[int, bytes]] = set()
     for number, member in enumerate(group.members):
         # Copies in one place lie upon each other: they do not meet.
         place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
-        if place in seen:
+        if place in seen or member.model not in borders:
             continue
         seen.add(place)
-        model = group.models[member.model]
-        if not isinstance(model, PatchModel) or (_mirrors(member) and not _is_tensor(model)):
-            continue
-        placed = placed_points(ends[member.model], member.matrix) + 0.0
-        points.append(placed)
-        owner.append(np.full(len(placed), number))
-    if len(points) < 2:
+        own = borders[member.model]
+        if len(own.corners):
+            placed.append(own.moved(partial(placed_points, matrix=member.matrix)))
+            owner.append(number)
+    if len(placed) < 2:
         return []
-    places, owners = np.concatenate(points), np.concatenate(owner)
-    if len(places) < 2:
-        return []
-    reach = tolerance * float(np.linalg.norm(np.ptp(places, axis=0)))
+    places = np.concatenate([border.corners for border in placed])
+    diagonal, furthest = np.linalg.norm(np.ptp(places, axis=0)), np.abs(places).max()
+    reach = reach_within(float(diagonal), float(furthest), tolerance)
+    owners = np.repeat(owner, [len(border.corners) for border in placed])
     together = near_groups(places, reach)
+    pairs = np.stack([owners[together], owners], axis=1)
+    on = np.array(owner)[corners_on_edges(placed, reach)]
+    pairs = np.unique(np.concatenate([pairs, on]), axis=0)
     leader = list(range(len(group.members)))
 
     def eldest(number: int) -> int:
@@ -167,7 +172,6 @@ def _neighbours(
             number = leader[number]
         return number
 
-    pairs = np.unique(np.stack([owners[together], owners], axis=1), axis=0)
     for one, other in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
         if _form(group, one) == _form(group, other):
             first, second = sorted((eldest(one), eldest(other)))
@@ -176,13 +180,6 @@ def _neighbours(
     for number in range(len(leader)):
         found.setdefault(eldest(number), []).append(number)
     return [numbers for numbers in found.values() if len(numbers) > 1]
-
-
-def _open_ends(seams: Seams) -> FloatArray:
-    """The corners at the ends of open edges, (N, 3)."""
-    sides = seams.connectivity.open_lines[seams.edge] & ~seams.collapsed
-    corners = [seams.corner[:, which][sides] for which in (BEGINS, ENDS)]
-    return seams.corner_points[np.unique(np.concatenate(corners))]
 
 
 def _form(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
@@ -194,10 +191,6 @@ def _form(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
 
 def _mirrors(member: PlacedModel) -> bool:
     return member.matrix is not None and float(np.linalg.det(member.matrix[:3, :3])) < 0
-
-
-def _is_tensor(model: PatchModel) -> bool:
-    return all(isinstance(batch, TensorPatches) for batch in model.batches)
 
 
 def _composed(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tuple[bool, ...]]:
@@ -264,6 +257,17 @@ def _domains_of(model: PatchModel) -> tuple[Domain, ...]:
     return model.domains or tuple(Domain(unit, unit, k) for k in range(model.patch_count))
 
 
+def _exchanged(batch: TrianglePatches) -> TrianglePatches:
+    """Triangles with s and t exchanged."""
+    rows = exchanged(batch.degree, 1, 2)
+    weights = None if batch.weights is None else batch.weights[:, rows]
+    channels = tuple(
+        replace(c, nets=c.nets[:, exchanged(degree_of(c.nets.shape[1]), 1, 2)])
+        for c in batch.channels
+    )
+    return TrianglePatches(batch.points[:, rows], weights, channels)
+
+
 def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
     """The model with u and v exchanged, and the number that every patch has then."""
     order = np.arange(model.patch_count)
@@ -279,6 +283,9 @@ def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
     for batch in model.batches:
         own = batch.take(source[first : first + batch.count] - first)
         first += batch.count
+        if isinstance(own, TrianglePatches):
+            batches.append(_exchanged(own))
+            continue
         weights = None if own.weights is None else np.ascontiguousarray(own.weights.swapaxes(1, 2))
         channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in own.channels)
         points = np.ascontiguousarray(own.points.swapaxes(1, 2))

@@ -12,8 +12,8 @@ after a linear change of the parameter. So:
 3. A cut is made if a piece beside it is one curve with a piece of another edge.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,7 +105,7 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
         Points at most this far apart are one, in model units.
     """
     known, arrays = seams.connectivity, []
-    if np.count_nonzero(known.open_lines) < 3:
+    if known.open_count < 3:
         return NOWHERE
     for group in seams.curves:
         rows = known.open_lines[group.ids].nonzero()[0]
@@ -144,6 +144,85 @@ def _open_edges(seams: Seams) -> _Open:
     against = known.backward.ravel()[lines]
     begin, end = np.where(against, ends[1], ends[0]), np.where(against, ends[0], ends[1])
     return _Open(seams.curves, row, lines, begin, end, seams.corner_points)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OpenBorder:
+    """The open edges of a model, K of them.
+
+    `curves`, numbered from 0; `begin` and `end` (K,), where each edge has its ends among the
+    `corners` (C, 3).
+    """
+
+    curves: tuple[EdgeCurves, ...]
+    begin: Ints
+    end: Ints
+    corners: FloatArray
+
+    def moved(self, place: Callable[[FloatArray], FloatArray]) -> "OpenBorder":
+        """The border with its points (N, 3) at other places."""
+        # No zero is negative: equal points have equal bits.
+        curves = (
+            replace(c, points=(place(c.points.reshape(-1, 3)) + 0.0).reshape(c.points.shape))
+            for c in self.curves
+        )
+        return replace(self, curves=tuple(curves), corners=place(self.corners) + 0.0)
+
+
+def open_border(seams: Seams) -> OpenBorder:
+    """The open edges of a model."""
+    found = _open_edges(seams)
+    curves = (
+        EdgeCurves(number, g.points[rows], None if g.weights is None else g.weights[rows])
+        for g, rows, number in _groups(found)
+    )
+    used, ends = np.unique(np.concatenate([found.begin, found.end]), return_inverse=True)
+    begin, end = ends.reshape(2, -1)
+    return OpenBorder(tuple(curves), begin, end, found.corners[used])
+
+
+def corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
+    """Pairs (n, 2) of borders, the first with an edge on which the second has a corner.
+
+    None of them if there were too many to be looked at.
+    """
+    edges = np.cumsum([0, *(len(border.begin) for border in borders)])
+    corners = np.cumsum([0, *(len(border.corners) for border in borders)])
+    forms: dict[tuple[int, bool], list[EdgeCurves]] = {}
+    begin, end = [], []
+    for border, first, before in zip(borders, edges, corners, strict=False):
+        begin.append(border.begin + before)
+        end.append(border.end + before)
+        for curve in border.curves:
+            form = curve.points.shape[1], curve.weights is None
+            forms.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
+    number = np.arange(edges[-1])
+    found = _Open(
+        tuple(_together(some) for some in forms.values()),
+        *(number, number, np.concatenate(begin), np.concatenate(end)),
+        np.concatenate([border.corners for border in borders]),
+    )
+    edge, corner = _corners_in_boxes(found, reach)
+    owners = [np.searchsorted(edges, edge, side="right") - 1]
+    owners.append(np.searchsorted(corners, corner, side="right") - 1)
+    pairs: Ints = np.stack(owners, axis=1)
+    apart = owners[0] != owners[1]
+    edge, corner, pairs = edge[apart], corner[apart], pairs[apart]
+    if not 0 < len(edge) <= MAX_PAIRS:
+        return pairs[:0]
+    _, _, lies = _places(found, edge, found.corners[corner], reach)
+    pairs = pairs[lies]
+    return pairs
+
+
+def _together(curves: Sequence[EdgeCurves]) -> EdgeCurves:
+    """Curves of one form as one."""
+    weights = [curve.weights for curve in curves if curve.weights is not None]
+    return EdgeCurves(
+        np.concatenate([curve.ids for curve in curves]),
+        np.concatenate([curve.points for curve in curves]),
+        np.concatenate(weights) if weights else None,
+    )
 
 
 def _groups(found: _Open) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:

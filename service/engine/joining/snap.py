@@ -28,6 +28,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import equal_raised
+from service.engine.mesh.connect import weld_reach
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -49,12 +50,13 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        Part of the diagonal of the box about the control points.
+        As of `service.engine.mesh.connect.weld_reach`.
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]
     border = np.concatenate(runs)
-    group = near_groups(border, tolerance * model.diagonal)
+    reach = weld_reach(model, tolerance)
+    group = near_groups(border, reach)
     checkpoint()
     pattern = find_pattern(model.batches, group)
     points = _equal_nets(pattern, border, group)
@@ -63,7 +65,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
         weights = np.concatenate([border_weights(batch) for batch in model.batches])
         weights, changed = _equal_weights(weights, group, tolerance)
     if not pattern.is_certain:
-        equal_raised(pattern, points, weights, tolerance * model.diagonal)
+        equal_raised(pattern, points, weights, reach)
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
     moved = (moved + expm1(2 * changed) * model.diagonal / 2) * ROUNDED_UP
     if not moved:

@@ -30,8 +30,12 @@ from service.engine.mesh.edge_patterns import (
 )
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams, find_seams
+from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, PatchModel
+
+ROUNDINGS = 2.0**-50
+"""Eight roundings of a coordinate at most: what turning and moving it in float64 costs."""
 
 
 def connect(model: PatchModel) -> Seams:
@@ -72,15 +76,43 @@ def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
     return seams or _renumbered(find_seams(batches))
 
 
-def has_surfaces(model: PatchModel) -> bool:
-    """Whether patches of several surfaces may meet: not those of one patch, nor of one spline."""
-    return len(model.domains) != 1 and model.patch_count > 1
+def may_be_cut(model: PatchModel, seams: Seams) -> bool:
+    """Whether borders may meet that are no edges of equal points: `service.engine.joining.join`.
+
+    Those of several surfaces may, those of one patch may not. The border of one spline may meet
+    itself where it returns to a corner, or has sides that are points or one another.
+    """
+    if len(model.domains) != 1 or model.patch_count == 1:
+        return model.patch_count > 1
+    known, (domain,) = seams.connectivity, model.domains
+    return known.border_returns or known.open_count < 2 * (len(domain.u) + len(domain.v) - 2)
+
+
+def weld_reach(model: PatchModel, tolerance: float) -> float:
+    """How far apart points may be that are one, in model units.
+
+    A part of the diagonal; far from zero, where coordinates cannot tell so much, what the roundings
+    of a computation make of them. 0 if the tolerance is.
+    """
+    return reach_within(model.diagonal, _furthest(model), tolerance)
+
+
+def reach_within(diagonal: float, furthest: float, tolerance: float) -> float:
+    """What `weld_reach` is for points whose box has this diagonal, and their largest coordinate."""
+    if not tolerance:
+        return 0.0
+    return max(tolerance * diagonal, min(ROUNDINGS * furthest, MAX_WELD_TOLERANCE * diagonal))
+
+
+def _furthest(model: PatchModel) -> float:
+    """The largest coordinate of all control points."""
+    return max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])
 
 
 def _reach(model: PatchModel, tolerance: float) -> float:
     """How far apart projections of near points may be: as far as these, and their rounding."""
-    furthest = max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])
-    return tolerance * model.diagonal + 2.0**-49 * furthest
+    furthest = _furthest(model)
+    return reach_within(model.diagonal, furthest, tolerance) + 2.0**-49 * furthest
 
 
 def _may_be_near(model: PatchModel, border: FloatArray, reach: float) -> bool:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
 from service.surface.batches import Patches, TrianglePatches
+from service.surface.sides import BEGINS, ENDS
 
 SAME_WEIGHT = 2.0**-44
 """How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
@@ -97,6 +98,18 @@ class Connectivity:
         return lines
 
     @cached_property
+    def open_count(self) -> int:
+        """How many lines one side has alone."""
+        return int(np.count_nonzero(self.open_lines))
+
+    @cached_property
+    def border_returns(self) -> bool:
+        """Whether more than two open lines end at one corner."""
+        sides = self.open_lines[self.edge] & ~self.collapsed
+        ends = np.concatenate([self.corner[:, which][sides] for which in (BEGINS, ENDS)])
+        return bool((np.bincount(ends) > 2).any())
+
+    @cached_property
     def is_folded(self) -> bool:
         """Whether two sides of a patch are one edge."""
         ordered = np.sort(self.edge, axis=1)
@@ -114,7 +127,7 @@ class Connectivity:
         sides = np.where(is_grid, GRID_CORNERS[0], TRIANGLE_CORNERS[0])
         at_end = np.where(is_grid, GRID_CORNERS[1], TRIANGLE_CORNERS[1])
         places = np.arange(len(self.edge))[:, None, None], sides
-        lines = 2 * self.edge[places] + (at_end ^ self.backward[places])
+        lines: Ints = 2 * self.edge[places] + (at_end ^ self.backward[places])
         lines.sort(axis=2)
         lines[~self.triangular, 2] = -1
         return lines
@@ -126,7 +139,9 @@ class Connectivity:
         several: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
         points = np.zeros(len(self.users), dtype=bool)
         points[self.edge[self.collapsed]] = True
-        return several & (self.cut_corners[..., 0] >= 0) & ~points[self.cut_corners >> 1].any(2)
+        several &= self.cut_corners[..., 0] >= 0
+        several &= ~points[self.cut_corners >> 1].any(axis=2)
+        return several
 
 
 GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])

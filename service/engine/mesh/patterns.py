@@ -34,8 +34,8 @@ class Shape:
     """All that a pattern depends on.
 
     `sides` are the divisions of the borders; where one differs from the grid's, all four borders
-    are framed by strips of triangles. `collapsed` tells which sides are one point; `turned`, whether
-    the first and the last cell are split along (0, 0)–(1, 1) where all others are not.
+    are framed by strips of triangles. `collapsed` tells which sides are one point; `turned`,
+    whether the first and the last cell are split along (0, 0)–(1, 1), as no others are.
     """
 
     resolution: tuple[int, int]
@@ -186,10 +186,10 @@ def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
     """The halves of cells with those of the first and of the last cell split the other way."""
     ru, rv = shape.resolution
     for turned, begin in zip(shape.turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
-        first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1)
-        for row in np.flatnonzero(first & turned).tolist():
-            a, b, d, c = *triangles[row], triangles[row + 1, 1]
-            triangles[row], triangles[row + 1] = (a, b, c), (a, c, d)
+        first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if turned else []
+        for row in np.flatnonzero(first).tolist():
+            opposite = triangles[row + 1, 1]
+            triangles[row + 1, 0], triangles[row, 2] = triangles[row, 0], opposite
     return triangles
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
 
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
@@ -14,8 +15,9 @@ from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
+from service.surface.bspline import BsplineSurface
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of, shape_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.strategies import Array, moved
@@ -74,6 +76,20 @@ def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any])
     assert mesh.uvs is not None
     own = mesh.triangles[slice(*mesh.parts[0].triangles)]
     assert {0.0, 1.0, round(t, 12)} <= set(mesh.uvs[own, 1].round(12).ravel().tolist())
+
+
+def test_a_border_that_meets_itself_in_other_knots() -> None:
+    """A B-spline whose sides u = 0 and v = 0 are one curve, with a knot in u and two in v."""
+    curve = BSpline([0.0] * 4 + [1] * 4, [(0, 0, 0), (1, 0, 0.5), (2, 0.5, 0), (3, 0, 1)], 3)
+    in_u, in_v = curve.insert_knot(0.3), curve.insert_knot(0.6).insert_knot(0.8)
+    x, y = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
+    net = np.stack([x + y, x - y, 0.3 * x * y], axis=-1)
+    net[:, 0], net[0] = in_u.c[:5], in_v.c[:6]
+    surface = BsplineSurface(net, (3, 3), (in_u.t, in_v.t))
+    for patches, most, tolerance in ((16, 8, 1e-12), (6, 10, 0.0)):
+        mesh = mesh_of(surface.lower(), resolution=(1, 1), weld_tolerance=tolerance)
+        check_values(mesh)
+        assert (mesh.report.patches, mesh.report.boundary_edges) == (patches, most)
 
 
 def test_what_only_touches_is_not_cut() -> None:

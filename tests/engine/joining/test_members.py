@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from service.bases.polynomials import split
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build, build_scene
 from service.engine.options import MeshOptions
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
+from service.surface.triangle import TriangleSurface
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
 from tests.oracles.topology import topology, welded_by_position
@@ -116,3 +118,51 @@ def test_members_that_do_not_meet_are_stored_once() -> None:
     far[1, 3] = -20
     for members in (apart.members[:1], (group.members[0], replace(group.members[0], matrix=far))):
         assert len(build_scene(replace(group, members=members).lower(), MeshOptions()).meshes) == 1
+
+
+def triangle() -> TriangleSurface:
+    """A quadratic triangle with a side in the plane x = 0."""
+    net = [(0, 0, 0), (1, 0, 0.2), (2, 0, 0), (0, 1, 0.7), (1, 1, 0.3), (0, 2, 1)]
+    return TriangleSurface(np.array(net, float))
+
+
+def pipes() -> list[BsplineSurface]:
+    """A ring, and one that goes on where it ends, its seam at another knot."""
+    angle = np.arange(8) * np.pi / 4
+    ring = np.stack([3 * np.cos(angle), 2 * np.sin(angle), np.sin(3 * angle)], axis=-1)
+    rise = np.array([0.0, 0, 1])
+    nets = [
+        np.stack([np.roll(ring, k, axis=0) + rise * (h + k) for h in (0, 1)], 1) for k in (0, 1)
+    ]
+    return [
+        BsplineSurface(nets[0], (3, 1), ("periodic", "clamped")),
+        BsplineSurface(nets[1], (3, 1), ("periodic", "clamped")),
+    ]
+
+
+def plates() -> list[BsplineSurface]:
+    """A sheet, and a smaller one at the middle of its side u = 1."""
+    x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
+    net = np.stack([x, y, 0.3 * np.sin(x * y)], axis=-1)
+    (line, _), _ = split(split((net[-1], None), 0.3)[1], 0.5)
+    return [BsplineSurface(net), BsplineSurface(line + np.arange(3.0)[:, None, None], (2, 3))]
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=["resolution", "tolerance"])
+@pytest.mark.parametrize(
+    ("members", "shape"),
+    [
+        ((Member(triangle()), Member(triangle(), matrix=np.diag([-1.0, 1, 1, 1]))), (1, 1, 0)),
+        (tuple(Member(pipe) for pipe in pipes()), (1, 0, 0)),
+        (tuple(Member(plate) for plate in plates()), (1, 1, 0)),
+    ],
+    ids=["mirrored triangles", "seams apart", "no corner in common"],
+)
+def test_members_are_one_where_their_borders_are_one_curve(
+    members: tuple[Member, ...], shape: tuple[int, int, int], options: dict[str, Any]
+) -> None:
+    """Components, Euler's characteristic and misoriented edges are those of one sheet."""
+    mesh = build(GroupSurface(members).lower(), MeshOptions(uvs=True, **options))
+    found = topology(welded_by_position(mesh.positions, mesh.triangles))
+    assert (found.components, found.euler, found.misoriented) == shape
+    assert found.boundary == mesh.report.boundary_edges
