@@ -185,6 +185,9 @@ def _halves(cells: NDArray[Index]) -> NDArray[Index]:
 def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
     """The halves of cells with those of the first and of the last cell split the other way."""
     ru, rv = shape.resolution
+    if min(ru, rv) < 2:
+        # The other diagonal would run from border to border as well.
+        return triangles
     for turned, begin in zip(shape.turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
         first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if turned else []
         for row in np.flatnonzero(first).tolist():
