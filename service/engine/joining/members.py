@@ -16,7 +16,7 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.bases.triangle import degree_of
-from service.bases.triangle_polynomials import exchanged
+from service.bases.triangle_polynomials import exchange_order
 from service.engine.joining.join import Allow, allow_any, join, join_each
 from service.engine.joining.near_points import near_groups
 from service.engine.joining.shared_curves import OpenBorder, corners_on_edges, open_border
@@ -259,10 +259,10 @@ def _domains_of(model: PatchModel) -> tuple[Domain, ...]:
 
 def _exchanged(batch: TrianglePatches) -> TrianglePatches:
     """Triangles with s and t exchanged."""
-    rows = exchanged(batch.degree, 1, 2)
+    rows = exchange_order(batch.degree, 1, 2)
     weights = None if batch.weights is None else batch.weights[:, rows]
     channels = tuple(
-        replace(c, nets=c.nets[:, exchanged(degree_of(c.nets.shape[1]), 1, 2)])
+        replace(c, nets=c.nets[:, exchange_order(degree_of(c.nets.shape[1]), 1, 2)])
         for c in batch.channels
     )
     return TrianglePatches(batch.points[:, rows], weights, channels)
