@@ -1151,6 +1151,14 @@ export interface components {
              */
             on_boundary?: boolean[];
             /**
+             * Signs
+             * @description Of a surface, where `sign` asks: -1 inside, 1 outside, so that sign times distance is the
+             *     signed distance. A point is inside where the surface winds round it, whichever way the normals
+             *     point; this is proved, by winding numbers. Null where it is not known: on the surface or almost,
+             *     and everywhere if the surface is open, or its patches do not agree about what is outside.
+             */
+            signs?: (number | null)[];
+            /**
              * Parameters
              * @description Of a curve: parameters in its domain.
              */
@@ -2738,6 +2746,13 @@ export interface components {
              * @example 0.000001
              */
             relative_tolerance?: number;
+            /**
+             * Sign
+             * @description Whether to tell, of a closed surface, which points are inside (`signs`).
+             * @default false
+             * @example true
+             */
+            sign?: boolean;
         };
         /**
          * Refusal

@@ -37,6 +37,9 @@ def add(commands: Commands) -> None:
         metavar="X",
         help="width of the intervals of distances, in diagonals (1e-9)",
     )
+    group.add_argument(
+        "--sign", action="store_true", help="tell points inside a closed surface by -1, others by 1"
+    )
     add_fields(project)
     project.set_defaults(run=_run)
 
@@ -54,6 +57,8 @@ def _run(arguments: argparse.Namespace) -> int:
         chosen["points"] = _array(arguments.points)
     if arguments.relative_tolerance is not None:
         (chosen["relative_tolerance"],) = coordinates(arguments.relative_tolerance)
+    if arguments.sign:
+        chosen["sign"] = True
     flags = dict.fromkeys(chosen, "")
     return perform(
         arguments,

@@ -58,6 +58,9 @@ one within a budget; and multiplications that a triangle of it takes at least.""
 PLACE, POINT, CONVERTED = 400, 700, 100
 """Bytes for each place of a query, each point of a curve, and each number of a conversion."""
 
+SIGNS = 64 << 20
+"""Bytes while pairs of points and cells are looked at for signs."""
+
 CELL, CELLS_OF_QUERIES = 1000, 384 << 20
 """Bytes for each patch in which closest points are looked for, beside its net; and of all cells,
 and all pairs of a point and a cell, at most."""
@@ -113,12 +116,20 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     return Cost(count, 0, file, memory, work)
 
 
-def project_cost(patches: int, degree: tuple[int, int], own: int, count: int, file: int) -> Cost:
-    """Of the closest points to `count` points: of nets of this degree, with their cells."""
+def project_cost(
+    patches: int, degree: tuple[int, int], own: int, count: int, file: int, *, sign: bool
+) -> Cost:
+    """Of the closest points to `count` points: of nets of this degree, with their cells.
+
+    Signs need the seams of the surface, and the cells once more.
+    """
     p, q = degree
     net = CELL + 2 * 32 * (p + 1) * (q + 1)
     memory = LEAST + own + patches * net + min(CELLS_OF_QUERIES, count * net * 64)
     work = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
+    if sign:
+        memory += 4 * own + SIGNS
+        work = 1e-2 + 4 * work
     return Cost(count, 0, file, memory + PLACE * count + 2 * file, work)
 
 

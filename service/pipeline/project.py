@@ -87,6 +87,6 @@ def plan_project(
         size = shape.stored_size()
         check_surface(size, limits)
         patches, degree, own = 3 * size.patches, size.degree, size.peak
-    cost = project_cost(patches, degree, own, count, file)
+    cost = project_cost(patches, degree, own, count, file, sign=query.sign)
     limits.check_memory(cost.memory, "The answer", where, "a smaller surface, fewer points at once")
     return ProjectWork(shape, query, cost)

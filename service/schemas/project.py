@@ -41,6 +41,11 @@ class ProjectRequest(RequestModel):
         "the control points.",
         examples=[1e-6],
     )
+    sign: bool = Field(
+        default=False,
+        description="Whether to tell, of a closed surface, which points are inside (`signs`).",
+        examples=[True],
+    )
 
     @model_validator(mode="after")
     def _of_one(self) -> Self:
@@ -48,6 +53,9 @@ class ProjectRequest(RequestModel):
             message = "There must be one shape to look at: a surface, or a curve."
             is_neither = self.surface is None
             raise invalid(conflict("surface", "curve", message, is_neither=is_neither))
+        if self.curve is not None and self.sign:
+            message = "A curve has no inside: signs are told of surfaces."
+            raise invalid(conflict("curve", "sign", message, is_neither=False))
         return self
 
     def build(self) -> None:
@@ -78,7 +86,7 @@ class ProjectRequest(RequestModel):
             dimension = shape.lower().dimension
         check_dimension(self.points, dimension)
         points = validate_points(self.points, "points", axes=2, dimensions=(dimension,))
-        return ProjectQuery(points, self.relative_tolerance)
+        return ProjectQuery(points, self.relative_tolerance, self.sign)
 
 
 def check_dimension(points: FloatArray, dimension: int) -> None:

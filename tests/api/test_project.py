@@ -37,6 +37,16 @@ def test_a_square(client: Client) -> None:
         assert 2 - 1e-8 < low <= 2 <= high < 2 + 1e-13
 
 
+def test_signs_of_a_closed_and_of_an_open_surface(client: Client) -> None:
+    sphere = client.get("/v1/surfaces/sphere").json()["surface"]
+    points = [[0, 0, 0.5], [0, 0, 1], [0, 1, 1]]
+    assert ask(client, surface=sphere, points=points, sign=True)["signs"] == [-1, None, 1]
+    assert (
+        ask(client, surface={"control_net": NET}, points=points, sign=True)["signs"] == [None] * 3
+    )
+    assert "signs" not in ask(client, surface=sphere, points=points)
+
+
 def test_a_curve_in_the_plane(client: Client) -> None:
     found = ask(client, curve=QUARTER, points=[[3, 4], [5, -1]])
     assert found["positions"] == [pytest.approx([0.6, 0.8]), [1, 0]]
@@ -68,6 +78,7 @@ def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -
         ({"points": [[0, 0, 0]]}, "missing_field", "/surface"),
         ({"surface": {"control_net": NET}, "curve": QUARTER, "points": [[0, 0, 0]]},
          "conflicting_options", "/curve"),
+        ({"curve": QUARTER, "points": [[0, 0]], "sign": True}, "conflicting_options", "/sign"),
         ({"surface": {"control_net": NET}}, "missing_field", "/points"),
         ({"surface": {"control_net": NET}, "points": []}, "empty_list", "/points"),
         ({"surface": {"control_net": NET}, "points": [[0, 0]]}, "wrong_dimension", "/points/0"),

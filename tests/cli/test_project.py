@@ -17,12 +17,13 @@ def test_points_from_flags_and_from_a_file(
     file = io.BytesIO()
     np.save(file, np.array([[0.0, 0, 5], [1, 2, 3]]))
     points.write_bytes(file.getvalue())
-    flags = ["--relative-tolerance", "1e-6", "-o", "-"]
+    flags = ["--relative-tolerance", "1e-6", "--sign", "-o", "-"]
     assert main(["project", "sphere", "--point", "0,0,5", "--point", "1,2,3", *flags]) == 0
     given = capsysbinary.readouterr().out
     assert main(["project", "sphere", "--points", str(points), *flags]) == 0
     assert capsysbinary.readouterr().out == given
     assert json.loads(given)["distances"] == pytest.approx([4, 14**0.5 - 1])
+    assert json.loads(given)["signs"] == [1, 1]
 
 
 def test_a_request_with_a_curve(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:

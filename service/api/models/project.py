@@ -31,6 +31,11 @@ class ClosestPoints(Answer):
     """Of a surface: unit normals along du × dv, or their limits."""
     on_boundary: list[bool] | Missing = None
     """Of a surface: whether the place is on an edge that belongs to one patch alone."""
+    signs: list[float | None] | Missing = None
+    """Of a surface, where `sign` asks: -1 inside, 1 outside, so that sign times distance is the
+    signed distance. A point is inside where the surface winds round it, whichever way the normals
+    point; this is proved, by winding numbers. Null where it is not known: on the surface or almost,
+    and everywhere if the surface is open, or its patches do not agree about what is outside."""
     parameters: list[float] | Missing = None
     """Of a curve: parameters in its domain."""
     tangents: list[Point] | Missing = None

@@ -22,6 +22,23 @@ _CLOSEST: Json = {
             "points": [[0.5, 0.5, 2], [2, 0.5, 0.5]],
         },
     },
+    "sign": {
+        "summary": "Points inside and outside a tetrahedron, and one on it",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]],
+                "triangles": [
+                    [[0, 2], [1]],
+                    [[0, 1], [3]],
+                    [[0, 3], [2]],
+                    [[1, 2], [3]],
+                ],
+            },
+            "points": [[0.5, 0.5, 0.5], [1, 1, 4], [1, 1, 1]],
+            "sign": True,
+        },
+    },
     "curve": {
         "summary": "The point of a quarter of a circle that is nearest to a point",
         "value": {

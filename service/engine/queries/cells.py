@@ -8,6 +8,9 @@ together. What is known of a cell depends on its net and its rectangle alone: an
 on what was asked before.
 """
 
+from collections.abc import Iterator
+from functools import cached_property
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
@@ -72,6 +75,22 @@ class CellTree:
         """Bytes of the cells beyond the whole nets, about."""
         per_cell = 8 * (columns.COLUMNS + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
         return int((self.count - self.roots) * per_cell)
+
+    @cached_property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest coordinates (3,) of all control points."""
+        points = [_points(group.nets).reshape(-1, 3) for group in self.nets.groups]
+        return (
+            np.min([each.min(axis=0) for each in points], axis=0),
+            np.max([each.max(axis=0) for each in points], axis=0),
+        )
+
+    def nets_of(self, cells: Ints) -> Iterator[tuple[Ints, FloatArray]]:
+        """Numbers in `cells` of those of each degree, and their nets (K, p+1, q+1, 3 or 4)."""
+        for number, space in enumerate(self._spaces):
+            rows = np.flatnonzero(self._group[cells] == number)
+            if len(rows):
+                yield rows, space.nets[self._row[cells[rows]]]
 
     def forget_much(self) -> None:
         """Drops all cells but the whole nets, if they take much memory."""

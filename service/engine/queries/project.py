@@ -15,6 +15,7 @@ from service.engine.queries.closest import ClosestSearch
 from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import QueryNets, curve_nets, surface_nets
+from service.engine.queries.signs import signs
 from service.engine.vectors import cross, dot
 from service.surface.curve_pieces import CurvePieces, to_space
 from service.surface.lowered import PatchModel
@@ -41,10 +42,13 @@ class ProjectQuery:
         Model units.
     relative_tolerance : float
         How wide the intervals of distances may be, in diagonals of the box of control points.
+    sign : bool
+        Whether to tell the inside of a surface from the outside.
     """
 
     points: FloatArray
     relative_tolerance: float = RELATIVE_TOLERANCE
+    sign: bool = False
 
 
 def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
@@ -57,10 +61,12 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         reached (m,), whether they are as narrow as asked; tied (m,), whether another place may be
         as near; patch (m,), in the numbering of the request, unless the parameters tell it; uv
         (m, 2), of the surface where it has a domain, else of the patch, (s, t) on triangles;
-        normals (m, 3); on_boundary (m,).
+        normals (m, 3); on_boundary (m,); signs (m,) if asked, NaN where they are not known.
     """
     nets = surface_nets(model.batches)
-    found, columns = _closest(nets, query)
+    search, found, columns = _closest(nets, query)
+    if query.sign:
+        columns["signs"] = signs(model, search.cells, nets.local(query.points), found.low)
     patch = nets.patch[found.net]
     local = nets.parameters(found.net, found.place)
     columns |= surface_columns(model, patch, local, net_normals(nets, found.net, found.place))
@@ -77,7 +83,9 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    found, columns = _closest(nets, ProjectQuery(to_space(query.points), query.relative_tolerance))
+    _, found, columns = _closest(
+        nets, ProjectQuery(to_space(query.points), query.relative_tolerance)
+    )
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     places = Samples(found.net, found.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)
@@ -135,18 +143,23 @@ def _in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Floa
     return uv, number
 
 
-def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:
-    """Where the closest points are, and what is said of them on surfaces and curves alike."""
+def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestSearch, ClosestPoints, Columns]:
+    """The search, where the closest points are, and what is said of them on all shapes alike."""
     width = query.relative_tolerance * nets.diagonal
-    found = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
+    search = ClosestSearch(nets, width / nets.scale)
+    found = search.find(nets.local(query.points))
     bounds = np.stack([found.low, found.high], axis=1) * nets.scale
-    return found, {
-        "positions": nets.origin + found.position * nets.scale,
-        "distances": found.distance * nets.scale,
-        "distance_bounds": bounds,
-        "reached": bounds[:, 1] - bounds[:, 0] <= width,
-        "tied": found.tied,
-    }
+    return (
+        search,
+        found,
+        {
+            "positions": nets.origin + found.position * nets.scale,
+            "distances": found.distance * nets.scale,
+            "distance_bounds": bounds,
+            "reached": bounds[:, 1] - bounds[:, 0] <= width,
+            "tied": found.tied,
+        },
+    )
 
 
 def _on_boundary(model: PatchModel, patch: Ints, local: FloatArray) -> Bools:

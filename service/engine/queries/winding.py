@@ -1,0 +1,224 @@
+r"""How often a closed surface winds round points, with a proof: +1 inside, 0 outside.
+
+The winding number of a closed surface that winds outwards (du × dv points out) is
+
+    w(x) = (1 / 4π) Σ Ω(cell, x),  a whole number for every x that is not on the surface,
+
+where Ω is the signed solid angle of a cell. For a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be
+that of the triangles (c₀₀, c₁₀, c₁₁) and (c₀₀, c₁₁, c₀₁).
+
+**Theorem.** Let x lie outside a ball that holds the control points of the cell, at a distance r
+from it. Of each side with control points P_0 … P_n let δ_i be the distance of P_i from the chord, ω
+the ratio of the greatest weight to the least, and h the longest step from a P_i to the next. Then
+
+    |Ω − Ω₂| ≤ Σ A / r²,    A = ω³ n h Σ_i δ_i / (n + 1),    the sum over the four sides.
+
+*Proof.* Cell and triangles lie in the ball, so that any two surfaces within it with the same border
+have the same solid angle: no path from one to the other passes x. Their borders differ by four
+lenses between a side and its chord, and |Ω(lens)| ≤ area / r². Let each P_i move along a straight
+line to its nearest point of the chord, of which the steps are no longer: the curve sweeps the lens.
+Its points move by at most Σ R_i δ_i with the rational basis R_i ≤ ω B_i, and along the curve the
+derivative is at most ω² n h (Floater 1992), so that the area is at most the integral over t of
+ω³ n h Σ B_i δ_i, of which each ∫ B_i is 1 / (n + 1). ∎
+
+Sides that are one edge of the model may differ by rounding, and by how far points were moved to
+join borders: with g for both, g is added to each δ_i for the strips that close the gap.
+
+Cells are halved until the sum of these bounds is less than 2π: the whole number nearest to what was
+summed is then w. Near the surface, at a distance d, the bounds of cells as large as d fall with d,
+so that each level adds only some cells.
+
+A point within the ball about x that holds no point of the surface has the same w. So x is replaced
+by the nearest point of a grid as fine as needed, and many points by one. Points outside the box of
+all control points have w = 0.
+
+References
+----------
+Floater, Derivatives of rational Bézier curves, Computer Aided Geometric Design 9 (1992).
+Van Oosterom and Strackee, The solid angle of a plane triangle, IEEE Transactions on Biomedical
+Engineering 30 (1983).
+"""
+
+from math import pi
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cells import CellTree
+
+ROOM = 0.95 * 2 * pi
+"""What bounds of solid angles may add up to."""
+
+SMALL = (2.0**-4, 2.0**-7, 2.0**-10)
+"""Bounds at which cells are not halved: with one after the other, until all of them add up to less
+than `ROOM`."""
+
+ROUNDING = 1e-6
+"""Of sums of solid angles: each is wrong by at most some 1e-13."""
+
+CLEAR = 0.1
+"""How far outside the ball of a cell x must be, in radii, for the solid angle to be computed."""
+
+PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 30_000_000, 1 << 14
+"""Pairs of a point and a cell: at a time; of a request, some 10 s; of one point on one level."""
+
+
+def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float) -> FloatArray:
+    """Winding numbers (m,) of points x (m, 3); NaN where they are not known.
+
+    Parameters
+    ----------
+    cells : CellTree
+        Of the nets of a closed surface, in whose coordinates x is.
+    low : ndarray of float64, shape (m,)
+        Lower bounds of the distances to the surface.
+    gap : float
+        How far sides that are one edge may be apart.
+    """
+    lowest, highest = cells.box
+    is_inside = ((x >= lowest) & (x <= highest)).all(axis=1)
+    gap += 2.0**-44 * cells.largest
+    is_off = low > 4 * gap
+    numbers = np.where(is_inside | ~is_off, np.nan, 0.0)
+    rows = np.flatnonzero(is_inside & is_off)
+    places, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
+    is_inside = ((places >= lowest) & (places <= highest)).all(axis=1)
+    found = np.where(is_inside, np.nan, 0.0)
+    inner = np.flatnonzero(is_inside)
+    left, size = MOST_PAIRS, max(1, PAIRS // cells.roots)
+    for first in range(0, len(inner), size):
+        if left <= 0:
+            break
+        checkpoint()
+        some = inner[first : first + size]
+        for small in SMALL:
+            search = _Chunk(cells, places[some].T, gap, small)
+            found[some] = search.numbers()
+            left -= search.looked
+            some = some[search.bound > ROOM]
+            if not len(some):
+                break
+        cells.forget_much()
+    numbers[rows] = found[inverse.ravel()]
+    return numbers
+
+
+def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
+    """For each point one of a cubic grid that is nearer to it than half of `low`."""
+    _, exponent = np.frexp(0.57 * low)  # half a diagonal of the grid's cells is √3 / 2 of a side
+    step = np.ldexp(1.0, exponent - 1)[:, np.newaxis]
+    return np.asarray(np.rint(x / step) * step + 0.0)
+
+
+class _Chunk:
+    """Winding numbers of some points (3, m)."""
+
+    def __init__(self, cells: CellTree, x: FloatArray, gap: float, small: float) -> None:
+        self.cells, self.x, self.gap = cells, np.ascontiguousarray(x), gap
+        self.small = small
+        self.looked = 0
+        self.angle, self.bound = np.zeros(x.shape[1]), np.zeros(x.shape[1])
+        self.is_open = np.zeros(x.shape[1], bool)
+
+    def numbers(self) -> FloatArray:
+        """All levels, until no pair is left."""
+        m = self.x.shape[1]
+        point = np.repeat(np.arange(m), self.cells.roots)
+        cell = np.tile(np.arange(self.cells.roots), m)
+        while len(point):
+            self.looked += len(point)
+            point, cell = self.step(point, cell)
+        whole = np.rint(self.angle / (4 * pi))
+        is_known = np.abs(self.angle - 4 * pi * whole) <= self.bound + ROUNDING
+        is_known &= self.bound <= ROOM
+        return np.where(is_known & ~self.is_open, whole, np.nan)
+
+    def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The pairs of the next level."""
+        m = self.x.shape[1]
+        angle, bound = self.angles(point, cell)
+        ends = self.bound + np.bincount(point, bound, m) <= ROOM
+        good = (bound <= self.small) | ends[point]
+        self.angle += np.bincount(point[good], angle[good], m)
+        self.bound += np.bincount(point[good], bound[good], m)
+        point, cell = point[~good], cell[~good]
+        stop = ~self.cells.can_halve(cell)
+        stop |= np.bincount(point, minlength=m)[point] > MOST_EACH
+        self.is_open[point[stop]] = True
+        is_left = ~self.is_open[point]
+        point, cell = point[is_left], cell[is_left]
+        if not len(point):
+            return point, cell
+        children, parents = self.cells.children(cell)
+        return point[parents], children
+
+    def angles(self, point: Ints, cell: Ints) -> tuple[FloatArray, FloatArray]:
+        """Solid angles of the triangles of cells, and bounds of their errors; ∞ where x is near."""
+        distinct, number = np.unique(cell, return_inverse=True)
+        corners, areas = chord_models(self.cells, distinct, self.gap)
+        spheres = self.cells.models[:4, distinct]
+        angle, bound = np.empty(len(point)), np.empty(len(point))
+        for first in range(0, len(point), PAIRS):
+            rows = slice(first, first + PAIRS)
+            x, which = self.x[:, point[rows]], number[rows]
+            sphere = spheres[:, which]
+            away = x - sphere[:3]
+            clear = np.sqrt((away * away).sum(axis=0)) * (1 - 8 * columns.UNIT) - sphere[3]
+            is_near = clear <= CLEAR * sphere[3] + self.gap
+            clear[is_near] = 1.0
+            bound[rows] = np.where(is_near, np.inf, areas[which] / (clear * clear))
+            angle[rows] = np.where(is_near, 0.0, _solid_angles(corners[..., which] - x))
+        return angle, bound
+
+
+def chord_models(cells: CellTree, which: Ints, gap: float) -> tuple[FloatArray, FloatArray]:
+    """Corners (4, 3, K) of cells, in the order of their borders, and Σ A of their sides (K,)."""
+    corners, areas = np.empty((4, 3, len(which))), np.empty(len(which))
+    for rows, nets in cells.nets_of(which):
+        points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
+        found = points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]
+        corners[..., rows] = np.stack(found).transpose(0, 2, 1)
+        # A control point may be wrong on both sides of an edge.
+        wrong = gap + 2 * cells.models[columns.ERROR, which[rows]]
+        total = np.zeros(len(rows))
+        for side in (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1]):
+            weights = nets[side][..., 3] if nets.shape[3] == 4 else None
+            total += _lens_areas(points[side], weights, wrong)
+        areas[rows] = total * (1 + 2.0**-40)
+    return corners, areas
+
+
+def _lens_areas(polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray) -> FloatArray:
+    """A of sides with control points (K, n+1, 3), which are `wrong` (K,)."""
+    away = polygons - polygons[:, :1]
+    steps = np.diff(away, axis=1)
+    longest = np.sqrt((steps * steps).sum(axis=2)).max(axis=1)
+    chord = away[:, -1:]
+    square = (chord * chord).sum(axis=2)
+    share = (away * chord).sum(axis=2) / np.where(square > 0, square, 1.0)
+    away -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
+    mean = np.sqrt((away * away).sum(axis=2)).mean(axis=1)
+    areas = steps.shape[1] * (longest + 2 * wrong) * (mean + wrong)
+    if weights is not None:
+        areas *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
+    return np.asarray(areas)
+
+
+def _solid_angles(corners: FloatArray) -> FloatArray:
+    """Of quadrilaterals of two triangles each, corners (4, 3, n) seen from the origin."""
+    a, b, c, d = corners
+    length = np.sqrt((corners * corners).sum(axis=1))
+    return _solid_angle((a, b, c), length[[0, 1, 2]]) + _solid_angle((a, c, d), length[[0, 2, 3]])
+
+
+def _solid_angle(
+    corners: tuple[FloatArray, FloatArray, FloatArray], length: FloatArray
+) -> FloatArray:
+    (a, b, c), (la, lb, lc) = corners, length
+    ab, bc, ca = (a * b).sum(axis=0), (b * c).sum(axis=0), (c * a).sum(axis=0)
+    volume = a[0] * (b[1] * c[2] - b[2] * c[1])
+    volume += a[1] * (b[2] * c[0] - b[0] * c[2])
+    volume += a[2] * (b[0] * c[1] - b[1] * c[0])
+    return np.asarray(2 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb))

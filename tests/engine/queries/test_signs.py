@@ -1,0 +1,171 @@
+"""Signs: judged by closed forms, and by solid angles of fine triangles that know no bounds."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from service.engine.build import build
+from service.engine.models import as_patches
+from service.engine.options import MeshOptions
+from service.engine.queries import winding
+from service.engine.queries.cells import CellTree
+from service.engine.queries.nets import surface_nets
+from service.engine.queries.project import Columns, ProjectQuery, project_on_surface
+from service.surface.batches import TensorPatches
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import Part, PatchModel
+from tests.oracles import quadrics
+from tests.oracles.sheets import Array, bernstein
+from tools.certify.surfaces import FAMILIES
+
+RNG = np.random.default_rng
+
+
+def project(model: PatchModel, points: Array) -> Columns:
+    return project_on_surface(model, ProjectQuery(points, sign=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "distance"), [("sphere", quadrics.sphere), ("torus", quadrics.torus)]
+)
+def test_signs_of_quadrics_near_and_far(
+    name: str, distance: Callable[[Array], tuple[Array, Array]]
+) -> None:
+    points = RNG(1).uniform(-1.6, 1.6, (200, 3))
+    off, normals = distance(points)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    feet = points - off[:, np.newaxis] * normals
+    near = feet + normals * RNG(2).choice([-1e-3, 1e-3, -1e-7, 1e-7], (200, 1))
+    columns = project(model_of(name), np.concatenate([points, near, feet]))
+    truth = np.sign(distance(np.concatenate([points, near]))[0])
+    np.testing.assert_array_equal(columns["signs"][:400], truth)
+    on = columns["distance_bounds"][400:, 0] == 0
+    assert on.mean() > 0.9
+    assert np.isnan(columns["signs"][400:][on]).all()
+
+
+def solid_angles(triangles: Array, points: Array) -> Array:
+    """Sums of the solid angles of triangles (T, 3, 3) in parts of the sphere."""
+    total = np.zeros(len(points))
+    for k, x in enumerate(points):
+        a, b, c = (triangles - x).transpose(1, 0, 2)
+        la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+        volume = (a * np.cross(b, c)).sum(axis=1)
+        rest = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
+        total[k] = np.arctan2(volume, rest + (c * a).sum(axis=1) * lb).sum() / (2 * np.pi)
+    return total
+
+
+SPHERE = as_patches(find("sphere").surface().lower())
+
+
+def turned(patches: TensorPatches, factor: float = 1.0) -> TensorPatches:
+    """The patches, smaller, with du × dv to the other side."""
+    assert patches.weights is not None
+    return TensorPatches(factor * patches.points.swapaxes(1, 2), patches.weights.swapaxes(1, 2))
+
+
+def with_others(*others: TensorPatches) -> PatchModel:
+    """The sphere, and other patches."""
+    batches = (SPHERE.batches[0], *others)
+    return PatchModel("patches", batches, (Part("all", 0, sum(b.count for b in batches)),))
+
+
+def model_of(name: str) -> PatchModel:
+    (ball,) = SPHERE.batches
+    assert isinstance(ball, TensorPatches)
+    if name == "a hollow ball":
+        return with_others(turned(ball, 0.5))
+    if name == "two balls that overlap, one mirrored":
+        place = np.diag([1, 1, -0.7, 1.0])
+        place[0, 3] = 1
+        sphere = find("sphere").surface()
+        assert not isinstance(sphere, GroupSurface)
+        group = GroupSurface((Member(sphere), Member(sphere, matrix=place)))
+        return as_patches(group.lower())
+    return as_patches(find(name).surface().lower())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bspline-ring",
+        "cone",
+        "nurbs-goblet",
+        "octahedral-sphere",
+        "rounded-box",
+        "a hollow ball",
+        "two balls that overlap, one mirrored",
+    ],
+)
+def test_signs_agree_with_solid_angles_of_a_fine_mesh(name: str) -> None:
+    model = model_of(name)
+    mesh = build(model, MeshOptions(resolution=(12, 12)))
+    vertices = mesh.positions + mesh.origin
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    points = RNG(3).uniform(1.1 * low - 0.1 * high, 1.1 * high - 0.1 * low, (40, 3))
+    columns = project(model, points)
+    far = columns["distances"] > 0.02 * np.linalg.norm(high - low)
+    number = np.rint(solid_angles(vertices[mesh.triangles], points[far]))
+    np.testing.assert_array_equal(columns["signs"][far], np.where(number != 0, -1, 1))
+    assert set(columns["signs"]) == {-1, 1}
+
+
+def grid_of(net: Array, divisions: int) -> Array:
+    """Points (d+1, d+1, 3) of a net (p+1, q+1, 4)."""
+    t = np.linspace(0, 1, divisions + 1)
+    rows, columns, _ = net.shape
+    x = np.einsum("ai,bj,ijk->abk", bernstein(rows - 1)(t), bernstein(columns - 1)(t), net)
+    return np.asarray(x[..., :3] / x[..., 3:])
+
+
+def test_bounds_of_solid_angles_hold() -> None:
+    """Cells of one patch, seen from points outside, against fine triangles of the same cell."""
+    model = as_patches(FAMILIES["rational"].surface(4).lower())
+    cells = CellTree(surface_nets(model.batches))
+    which, _ = cells.children(np.arange(cells.roots))
+    corners, areas = winding.chord_models(cells, which, 0.0)
+    for k, (_, nets) in ((k, next(cells.nets_of(which[[k]]))) for k in range(len(which))):
+        grid = grid_of(nets[0], 40)
+        a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+        fine = np.concatenate(
+            [np.stack(t, axis=2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))]
+        )
+        a, b, c, d = corners[..., k]
+        coarse = np.array([[a, b, c], [a, c, d]])
+        points = nets[0][..., :3] / nets[0][..., 3:]
+        center, radius = cells.models[:3, which[k]], cells.models[3, which[k]]
+        away = RNG(k).normal(size=(8, 3))
+        x = center + away / np.linalg.norm(away, axis=1, keepdims=True) * radius * 1.2
+        error = 4 * np.pi * np.abs(solid_angles(fine, x) - solid_angles(coarse, x))
+        assert (error <= areas[k] / (0.2 * radius) ** 2 + 1e-4).all()
+        assert np.linalg.norm(points - center, axis=2).max() <= radius
+
+
+def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
+    (ball,) = SPHERE.batches
+    assert isinstance(ball, TensorPatches)
+    one = TensorPatches(ball.points[:1], None if ball.weights is None else ball.weights[:1])
+    rest = TensorPatches(ball.points[1:], None if ball.weights is None else ball.weights[1:])
+    parts = (Part("all", 0, ball.count),)
+    inner = np.array([[0.1, 0.2, 0.3]])
+    for batches, is_closed in (
+        ((one, rest), True),
+        ((rest,), False),
+        ((turned(one), rest), False),
+        ((turned(one), turned(rest)), True),  # inside out
+    ):
+        model = PatchModel("ball", batches, parts)
+        assert np.isnan(project(model, inner)["signs"][0]) != is_closed
+
+
+def test_signs_do_not_depend_on_what_else_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = RNG(7).uniform(-1.5, 1.5, (80, 3))
+    together = project(SPHERE, points)["signs"]
+    alone = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
+    np.testing.assert_array_equal(together[::8], alone)
+    monkeypatch.setattr(winding, "MOST_PAIRS", 0)
+    outside = np.abs(points).max(axis=1) > 1
+    np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~outside)
