@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.format import MeshSize
-from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.surface.checks import Up
 from tests.oracles.topology import topology

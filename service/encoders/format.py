@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
 from service.encoders.pieces import Content
-from service.engine.mesh.mesh import Mesh, Overlay
+from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.scenes.scene import Scene, flattened
 from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel

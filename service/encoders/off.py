@@ -11,7 +11,7 @@ from service.encoders.colors import with_opacity
 from service.encoders.content import colored_positions, counted_faces
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, joined_rows, rows
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

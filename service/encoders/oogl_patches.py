@@ -20,7 +20,7 @@ from service.bases.homogeneous import to_homogeneous
 from service.encoders.content import drawn
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows
-from service.engine.mesh.mesh import Overlay
+from service.engine.mesh.mesh_value import Overlay
 from service.errors import Issue, UnsupportedByFormat
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel

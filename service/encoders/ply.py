@@ -16,7 +16,7 @@ from service.bases.cache import derive_once
 from service.encoders.colors import in_bytes
 from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 
 HEADER_BYTES = 512 + COMMENT_CHARS
 """More than the longest header without attributes: 19 lines, and two counts."""

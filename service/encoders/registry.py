@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from service.encoders import json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import COMPACT, Format
-from service.encoders.gltf import mesh as gltf
+from service.encoders.gltf import mesh_document as gltf
 from service.encoders.gltf import scene as gltf_scene
 from service.encoders.gltf import sizes as gltf_sizes
 from service.encoders.gltf.glb import encode_glb

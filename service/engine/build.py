@@ -5,7 +5,7 @@ from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerances import goal_of
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
-from service.engine.mesh.mesh import Mesh, Overlay
+from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.quantize import gridded
 from service.engine.scenes.apart import told_apart

@@ -21,7 +21,7 @@ from service.engine.adaptive.storage import Storage, slack
 from service.engine.bounds.mesh_deviation import largest
 from service.engine.extent import extent
 from service.engine.grid import CORNER, on_grid, step_of
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
 from service.engine.scenes.scene import Scene, arranged, shown, within

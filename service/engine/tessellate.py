@@ -14,19 +14,19 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
 from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, largest
-from service.engine.curvatures.ranges import ranges
+from service.engine.curvatures.ranges import find_ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
-from service.engine.mesh.channels import agreeing, by_kind
-from service.engine.mesh.closure import OPEN, closure
-from service.engine.mesh.connect import connect_apart, may_be_cut
-from service.engine.mesh.connectivity import digest
+from service.engine.mesh.channels import match_values, split_by_kind
+from service.engine.mesh.find_closure import OPEN, find_closure
+from service.engine.mesh.connect import connect_if_apart, may_be_cut
+from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.creases import Sharing, find_creases
-from service.engine.mesh.filling import SampleRows, fill, sample
+from service.engine.mesh.filling import SampleRows, fill_vertices, sample_model
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
-from service.engine.mesh.overlays import draw
+from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
+from service.engine.mesh.overlays import draw_overlays
 from service.engine.mesh.plans import FacePlan, plan_faces
 from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import merge_samples
@@ -51,13 +51,13 @@ def tessellate(
     allow : callable
         Looks at a model that was cut to meet others, before it is meshed.
     """
-    seams = connect_apart(model, options.weld_tolerance)
+    seams = connect_if_apart(model, options.weld_tolerance)
     if seams is None or may_be_cut(model, seams):
         model, seams = join_further(model, seams, options.weld_tolerance, allow)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else AT_ZERO
-    rows = sample(model, seams, layout, options, dtype=dtype, origin=origin)
+    rows = sample_model(model, seams, layout, options, dtype=dtype, origin=origin)
     if options.curvatures:
         bent = layout_curvatures(model, layout, dtype)
         rows = replace(rows, channels=(*rows.channels, *bent))
@@ -65,12 +65,12 @@ def tessellate(
     bounds = deviations(model, seams, layout, options, rows, origin=origin) + model.moved
     checkpoint()
     plan = plan_faces(layout, options, _sharing(layout, rows, options), model.sequence)
-    rows = fill(rows, plan)
+    rows = fill_vertices(rows, plan)
     checkpoint()
     bound = largest(bounds)
     may_close = seams.connectivity.is_joined or model.domain is None
     low, high = stored_bounds(rows.positions, origin)
-    uvs, colors, attributes = by_kind(rows.channels) if rows.channels else (None, None, ())
+    uvs, colors, attributes = split_by_kind(rows.channels) if rows.channels else (None, None, ())
     return Mesh(
         name=model.name,
         positions=rows.positions,
@@ -81,11 +81,11 @@ def tessellate(
         parts=_parts(model, plan, bounds, bound),
         grids=plan.grids,
         welds=plan.welds,
-        overlays=draw(model, options, origin, dtype) if options.overlays else (),
+        overlays=draw_overlays(model, options, origin, dtype) if options.overlays else (),
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=plan.places,
+            vertices=plan.position_count,
             triangles=len(plan.triangles),
             quads=len(plan.quads),
             patches=model.patch_count,
@@ -94,9 +94,9 @@ def tessellate(
             watertight=plan.watertight,
             boundary_edges=plan.boundary_edges,
             poles_repaired=rows.poles,
-            closure=closure(model, seams.connectivity) if may_close else OPEN,
+            closure=find_closure(model, seams.connectivity) if may_close else OPEN,
             deviation_bound=bound,
-            curvature=ranges(attributes) if attributes else None,
+            curvature=find_ranges(attributes) if attributes else None,
             merged_knots=model.merged_knots,
             moved=model.moved,
         ),
@@ -107,7 +107,7 @@ def tessellate(
 
 def overlays_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
     """The overlays alone, in float64 and model coordinates, for a form that has no mesh."""
-    return draw(model, options, AT_ZERO, np.float64)
+    return draw_overlays(model, options, AT_ZERO, np.float64)
 
 
 def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
@@ -125,7 +125,7 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     if ru != rv:
         _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
-        size, framed = layout.size, layout.framed
+        size, framed = layout.size, layout.is_framed
         # A framed grid has at least two divisions each way.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.triangular]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
@@ -142,13 +142,13 @@ def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing 
     A place may have several colours or texture coordinates, as it may have several normals. Where
     it has channels, the means are written into the normals.
     """
-    if not (options.weld and layout.shares):
+    if not (options.weld and layout.has_shared_samples):
         return None
     if rows.channels:
-        alike = agreeing(layout.places, rows.channels)
-        leader = merge_samples(layout.places, rows.normals, options.crease_angle, alike)
+        alike = match_values(layout.leaders, rows.channels)
+        leader = merge_samples(layout.leaders, rows.normals, options.crease_angle, alike)
         leaders = leader.take(layout.averages.members)
-        return Sharing(leaders, digest(leaders), is_averaged=True)
+        return Sharing(leaders, hash_arrays(leaders), is_averaged=True)
     if rows.normals is None:
         return None
     return find_creases(rows.normals, layout.averages, options.crease_angle)

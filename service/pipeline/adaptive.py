@@ -13,7 +13,7 @@ from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import goal_of
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene

@@ -159,7 +159,7 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
         why = "it grows with the third power of the degree."
         message = f"De Casteljau's algorithm would take too long: {why}"
         patches = [own for own in models if isinstance(own, PatchModel)]
-        count = sum(de_casteljau.effort(own, options.resolution) for own in patches)
+        count = sum(de_casteljau.estimate_effort(own, options.resolution) for own in patches)
         limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 

@@ -16,11 +16,11 @@ from service.engine.adaptive.tolerances import (
     goals_of_models,
     without,
 )
-from service.engine.curvatures.limit_curvature import surely_affordable
-from service.engine.curvatures.placement_scale import with_stretches
+from service.engine.curvatures.limit_curvature import is_affordable
+from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import join
 from service.engine.joining.members import join_group
-from service.engine.mesh.counts import Counts, count
+from service.engine.mesh.counts import Counts, count_mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
@@ -144,7 +144,7 @@ class EstimateWork:
             model, _ = join(model, options.weld_tolerance)
         if options.curvatures:
             # Copies that are bent in different ways are stored apart.
-            model = with_stretches(model)
+            model = add_stretches(model)
         bounds = count_models(model, options)
         whole = mesh_size(surface.size(), options, self.formats[0], bounds[1])
         expected = self._predict(model, whole)
@@ -201,8 +201,10 @@ class EstimateWork:
             return self._by_tolerance(model, patches, options.accuracy)
         if options.solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(most, most, exact=False)
-        found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
-        certain = not options.curvatures or surely_affordable(patches, size.vertices)
+        found = [
+            count_mesh(own, options) if options.surface else Counts(0, 0, 0) for own in patches
+        ]
+        certain = not options.curvatures or is_affordable(patches, size.vertices)
         return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
 
     def _by_tolerance(
@@ -229,7 +231,7 @@ class EstimateWork:
             and copies.vertices + copies.points <= limits.max_vertices
             and copies.triangles * effort <= EFFORT * limits.max_multiplications
             and _is_clear_of_rounding(model, accuracy, moved)
-            and (not options.curvatures or surely_affordable(patches, copies.vertices))
+            and (not options.curvatures or is_affordable(patches, copies.vertices))
         )
 
         def clipped(most: MostTriangles) -> Counts:

@@ -10,10 +10,10 @@ from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.pieces import Content
 from service.engine.bounds.mesh_deviation import largest
 from service.engine.build import build, build_scene, lines_of
-from service.engine.curvatures.placement_scale import with_stretches
+from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import Allow, allow_any
 from service.engine.mesh.counts import Counts
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.report import MeshReport
 from service.engine.models import carrying
 from service.engine.options import MeshOptions
@@ -278,7 +278,7 @@ def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, Mes
         model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
         # Whatever the format holds: one request has one mesh in all of them.
-        model = with_stretches(model)
+        model = add_stretches(model)
     if (uvs, curvatures) != (options.uvs, options.curvatures):
         options = replace(options, uvs=uvs, curvatures=curvatures)
     return model, options

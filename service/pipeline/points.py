@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from service.encoders import json_points
-from service.engine.points.answer import effort, points
-from service.engine.points.places import Query, locate
+from service.engine.points.answer import estimate_effort, evaluate_points
+from service.engine.points.places import PointsQuery, locate
 from service.errors import Issue
 from service.measuring import Measured
 from service.pipeline.checks import check_surface, parametric
@@ -18,7 +18,7 @@ class PointsWork:
     """A query that may be answered, as far as the shapes of the surface tell."""
 
     surface: SurfaceKind
-    query: Query
+    query: PointsQuery
     limits: Limits
     cost: Cost
 
@@ -35,17 +35,19 @@ class PointsWork:
         model = parametric(self.surface.lower())
         places = locate(model, self.query)
         self.limits.check_effort(
-            effort(model, places, self.query.order),
+            estimate_effort(model, places, self.query.order),
             "Patches of so high a degree take long where they are degenerate.",
             f"/{self.query.field}",
             "fewer points on fewer patches at once",
         )
         with Measured("points"):
-            columns = points(model, places, self.query.order)
+            columns = evaluate_points(model, places, self.query.order)
         return json_points.encode(columns)
 
 
-def plan_points(surface: SurfaceKind, query: Query, limits: Limits = DEFAULT_LIMITS) -> PointsWork:
+def plan_points(
+    surface: SurfaceKind, query: PointsQuery, limits: Limits = DEFAULT_LIMITS
+) -> PointsWork:
     """What is to be computed at places of a surface, found affordable from its shapes.
 
     Raises

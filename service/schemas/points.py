@@ -7,7 +7,7 @@ from pydantic import Field, WithJsonSchema, WrapValidator, model_validator
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.points.places import Query
+from service.engine.points.places import PointsQuery
 from service.schemas.arrays import NumberGrid
 from service.schemas.fields import conflict, optional
 from service.schemas.request import SurfaceRequest
@@ -79,9 +79,9 @@ class PointsRequest(SurfaceRequest):
             raise invalid(conflict("uv", "barycentric", message, is_neither=is_neither))
         return self
 
-    def to_query(self) -> Query:
+    def to_query(self) -> PointsQuery:
         """The places, and what is asked about them."""
         places = self.barycentric if self.uv is None else self.uv
         if places is None:
             raise ValueError("a request without places was not validated")
-        return Query(places, self.patch, self.derivatives)
+        return PointsQuery(places, self.patch, self.derivatives)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from service.cli.main import main
-from service.engine.points.places import Query
+from service.engine.points.places import PointsQuery
 from service.pipeline.points import plan_points
 from service.surface.examples import find
 
@@ -28,7 +28,7 @@ def test_an_example_at_places_of_the_command_line(
     found = answer("saddle", *flags, capsysbinary=capsysbinary)
     assert found["positions"] == [[0, 0, 0], [-1, 1, -1]]
     assert found["gaussian_curvature"] == [-1, pytest.approx(-1 / 9)]
-    query = Query(np.array([[0.5, 0.5], [0.0, 1.0]]), None, 2)
+    query = PointsQuery(np.array([[0.5, 0.5], [0.0, 1.0]]), None, 2)
     assert found == json.loads(plan_points(find("saddle").surface(), query).run())
 
 

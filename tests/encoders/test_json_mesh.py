@@ -8,7 +8,7 @@ import numpy as np
 
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from tests.meshes import carrying, sheet, silo, single, with_overlays
 
 

@@ -10,7 +10,7 @@ import trimesh
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from tests.encoders.gltf.reader import read_glb
 from tests.meshes import silo, single
 

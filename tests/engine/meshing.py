@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from service.engine.build import build
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples import find
 from service.surface.lowered import Model

@@ -7,7 +7,7 @@ import pytest
 
 from service.engine.build import build, build_scene
 from service.engine.grid import CORNER, MOST
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import grid_error, grid_steps, gridded, snapped
 from service.engine.scenes.scene import Scene

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import PatchModel

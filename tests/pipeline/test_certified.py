@@ -12,7 +12,7 @@ import trimesh
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, placed_points, scene_parts
 from service.errors import SurfaceError, TooLarge

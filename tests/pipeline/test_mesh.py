@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
-from service.engine.points.places import Query
+from service.engine.points.places import PointsQuery
 from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedByFormat
 from service.pipeline.checks import check_model, count_models
 from service.pipeline.cost import mesh_counts, mesh_size
@@ -211,9 +211,9 @@ def test_points_are_refused_where_poles_would_take_minutes() -> None:
     uv = np.random.default_rng(2).random((200_000, 2))
     cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
     for surface, order in ((cubic, 0), (cubic, 2), (high, 0)):
-        assert plan_points(surface, Query(uv, None, order)).cost.vertices == len(uv)
+        assert plan_points(surface, PointsQuery(uv, None, order)).cost.vertices == len(uv)
     with pytest.raises(TooLarge) as caught:
-        plan_points(high, Query(uv, None, 1)).run()
+        plan_points(high, PointsQuery(uv, None, 1)).run()
     assert caught.value.issues[0].code == "too_costly"
     assert caught.value.issues[0].pointer == "/uv"
 
@@ -226,13 +226,13 @@ def test_points_are_refused_where_series_would_take_minutes() -> None:
     uv = np.random.default_rng(2).random((200_000, 2))
     beside = uv * (1e-4, 1)
     for places, order in ((uv, 2), (beside, 1), (beside[:10_000], 2)):
-        plan_points(surface, Query(places, None, order))
+        plan_points(surface, PointsQuery(places, None, order))
     triangle = TriangleSurface(np.concatenate([net[k, : 4 - k] for k in range(4)]))
     within = np.column_stack([uv[:, 0], 1 - uv[:, 0], 0 * uv[:, 0]])
-    plan_points(triangle, Query(within[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
+    plan_points(triangle, PointsQuery(within[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
     for refused, places in ((surface, beside), (triangle, within)):
         with pytest.raises(TooLarge) as caught:
-            plan_points(refused, Query(places, None, 2)).run()
+            plan_points(refused, PointsQuery(places, None, 2)).run()
         assert caught.value.issues[0].code == "too_costly"
 
 

@@ -8,8 +8,8 @@ import pytest
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build
 from service.engine.options import MeshOptions
-from service.engine.points.answer import points
-from service.engine.points.places import Query, locate
+from service.engine.points.answer import evaluate_points
+from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -86,10 +86,10 @@ def test_parameters_are_those_of_each_surface() -> None:
     model, models = MultipatchSurface(some).lower(), [single.lower() for single in some]
     uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
     number = np.array([0, 1, 2, 0, 2])
-    found = points(model, locate(model, Query(uv, number, 2)), 2)
+    found = evaluate_points(model, locate(model, PointsQuery(uv, number, 2)), 2)
     for k, own in enumerate(models):
         here = number == k
-        alone = points(own, locate(own, Query(uv[here], None, 2)), 2)
+        alone = evaluate_points(own, locate(own, PointsQuery(uv[here], None, 2)), 2)
         for name, column in alone.items():
             np.testing.assert_array_equal(found[name][here], column)
     mesh = build(model, MeshOptions(resolution=(2, 2), uvs=True, weld=False))
@@ -101,7 +101,7 @@ def test_parameters_are_those_of_each_surface() -> None:
         np.testing.assert_array_equal((rows.min(axis=0), rows.max(axis=0)), ends)
     for wrong, where in (([[9, 0]], "/uv/0/0"), ([[1, 1], [0.5, 11.5]], "/uv/1/1")):
         with pytest.raises(InvalidRequest) as caught:
-            locate(model, Query(np.array(wrong, float), np.array([1, 0])[-len(wrong) :], 0))
+            locate(model, PointsQuery(np.array(wrong, float), np.array([1, 0])[-len(wrong) :], 0))
         assert caught.value.issues[0].pointer == where
 
 

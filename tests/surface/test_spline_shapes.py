@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.mesh.closure import Closure, closure
+from service.engine.mesh.closure import Closure, find_closure
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.multipatch import MultipatchSurface
@@ -22,7 +22,7 @@ def test_every_section_of_the_goblet_is_a_circle() -> None:
     """Distance from the axis and height depend on v alone."""
     surface = spline("nurbs-goblet")
     model = surface.lower()
-    assert closure(model) == Closure("C1", None)
+    assert find_closure(model) == Closure("C1", None)
     mesh = mesh_of("nurbs-goblet", resolution=(5, 4), weld=False)
     grid = mesh.positions.reshape(4, 11, 6, 5, 3)
     away, height = np.hypot(grid[..., 0], grid[..., 1]), grid[..., 2]

@@ -11,7 +11,7 @@ from service.encoders.curves.format import in_space
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
-from service.engine.curvatures.placement_scale import with_stretches
+from service.engine.curvatures.placement_scale import add_stretches
 from service.pipeline.curve import plan_curve
 from service.pipeline.mesh import render
 from service.schemas.curves import CurveRequest
@@ -49,7 +49,7 @@ def test_forms_are_drawn_where_they_are(stage: Stage, form: str) -> None:
     meshes, lines = stage.meshes(), stage.lines()
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
     model = surface.lower()
-    mesh = build(with_stretches(model) if options.curvatures else model, options)
+    mesh = build(add_stretches(model) if options.curvatures else model, options)
     positions = mesh.positions + mesh.origin
     assert sum(own["triangles"] for own in meshes) == len(mesh.triangles)
     if len(mesh.triangles):

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from service.engine.evaluation.evaluate import Formulation, choose, evaluate
+from service.engine.evaluation.evaluate import Formulation, choose_formulation, evaluate
 from service.surface.batches import TensorPatches
 from tests.strategies import example_batch
 from tools.benchmarks.alternately import alternately
@@ -76,7 +76,7 @@ def measure(work: Work) -> None:
     result = evaluate(work.patches, resolution, dtype=np.float32)
     assert result.normals is not None
     both = np.stack([result.positions, result.normals])
-    chosen = choose(work.patches, resolution, True)
+    chosen = choose_formulation(work.patches, resolution, True)
     call = partial(evaluate, work.patches, resolution, dtype=np.float32, out=result)
     calls: dict[str, Callable[[], object]] = {
         name: partial(call, formulation=name) for name in rivals(work)

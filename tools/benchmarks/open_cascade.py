@@ -31,7 +31,7 @@ import numpy as np
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.second_derivatives import blocks_along, second_derivative_bounds
 from service.engine.build import build
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.settings.runtime import pin_blas
 from service.surface.batches import TensorPatches

@@ -10,7 +10,7 @@ FORMAT = Recipe(
             '''"""Points alone, a line each: x y z."""
 
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

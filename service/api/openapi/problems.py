@@ -27,7 +27,7 @@ from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
-from service.engine.points.places import Query
+from service.engine.points.places import PointsQuery
 from service.errors import Busy, DamagedObject, StoreFailed, SurfaceError
 from service.pipeline.documents import plan_conversion
 from service.pipeline.mesh import render
@@ -47,8 +47,8 @@ Refuse: TypeAlias = Callable[[], object]
 Example: TypeAlias = Problem | SurfaceError | Refuse
 """A problem, an error, or a call that raises one."""
 
-_PLACE = Query(np.array([[0.5, 0.5]]), None, 0)
-_OUTSIDE = Query(np.array([[0.5, 1.5]]), None, 0)
+_PLACE = PointsQuery(np.array([[0.5, 0.5]]), None, 0)
+_OUTSIDE = PointsQuery(np.array([[0.5, 1.5]]), None, 0)
 _RAGGED = (
     b'{"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, true]], [[2, 0, 0], [2, 1]]]}}'
 )

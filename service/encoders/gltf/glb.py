@@ -26,12 +26,12 @@ from service.encoders.content import drawn, report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import JsonObject, Packed
 from service.encoders.gltf.columns import Columns, plain_columns
-from service.encoders.gltf.mesh import build_document
+from service.encoders.gltf.mesh_document import build_document
 from service.encoders.gltf.primitives import split_parts
 from service.encoders.pieces import Content, Pieces
 from service.encoders.text import json_text
 from service.engine.extent import is_moved
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 
 GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 """Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""

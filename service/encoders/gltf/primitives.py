@@ -21,7 +21,7 @@ from service.encoders.gltf.buffer import BufferBuilder, JsonObject, index_rows
 from service.encoders.gltf.columns import Column, Columns, plain_columns, single
 from service.encoders.gltf.materials import LINE_MATERIAL, surface_material
 from service.encoders.gltf.quantized import grid_positions, quantized_columns
-from service.engine.mesh.mesh import Mesh, MeshPart
+from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.surface.lowered import Color
 
 LINES, TRIANGLES = 1, 4

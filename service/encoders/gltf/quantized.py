@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.encoders.gltf.columns import Column, Columns, plain_columns
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 
 EXTENSION = "KHR_mesh_quantization"
 

@@ -22,7 +22,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, textual, whole
 from service.encoders.gltf.glb import binary
-from service.encoders.gltf.mesh import node_place
+from service.encoders.gltf.mesh_document import node_place
 from service.encoders.gltf.primitives import Piece, pieces
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel

@@ -15,15 +15,15 @@ from service.engine.adaptive.samples import (
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.adaptive.triangulation import Triangulation, without_flat
 from service.engine.bounds.faces import Faces
-from service.engine.curvatures.ranges import ranges
+from service.engine.curvatures.ranges import find_ranges
 from service.engine.evaluation.scattered import scattered_normals
 from service.engine.extent import stored_bounds
 from service.engine.mesh.borders import count_borders
-from service.engine.mesh.channels import ChannelRows, agreeing, by_kind
-from service.engine.mesh.closure import closure
-from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
+from service.engine.mesh.closure import find_closure
+from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
-from service.engine.mesh.weld import Welding, count_places, shared_places, weld
+from service.engine.mesh.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.options import MeshOptions
 from service.engine.vectors import largest_angle
 from service.surface.lowered import PatchModel
@@ -67,11 +67,11 @@ def assemble(
         channels += scattered_curvatures(model, samples, dtype)
     welding = _welded(samples, normals, channels, options)
     triangles = welding.vertex.astype(np.uint32)[corners]
-    welds = shared_places(welding) if options.weld else None
+    welds = find_shared_positions(welding) if options.weld else None
     boundary, watertight = count_borders((triangles, _NO_QUADS), welds)
     positions = stored[samples.vertex[welding.samples]]
     shown = None if normals is None else normals[welding.samples]
-    uvs, colors, attributes = by_kind(tuple(c.take(welding.samples) for c in channels))
+    uvs, colors, attributes = split_by_kind(tuple(c.take(welding.samples) for c in channels))
     low, high = stored_bounds(positions, origin)
     adding = slack(origin, np.array(low), np.array(high))
     return Mesh(
@@ -91,7 +91,7 @@ def assemble(
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=count_places(len(positions), welds),
+            vertices=count_positions(len(positions), welds),
             triangles=len(triangles),
             quads=0,
             patches=model.patch_count,
@@ -100,9 +100,9 @@ def assemble(
             watertight=watertight,
             boundary_edges=boundary,
             poles_repaired=limits,
-            closure=closure(model),
+            closure=find_closure(model),
             deviation_bound=_largest(bounds, adding),
-            curvature=ranges(attributes),
+            curvature=find_ranges(attributes),
             merged_knots=model.merged_knots,
             moved=model.moved,
             mesh_deviation_bound=(
@@ -133,7 +133,7 @@ def _welded(
     first = np.zeros(samples.vertex.max(initial=0) + 1, dtype=np.intp)
     first[samples.vertex[::-1]] = own[::-1]
     place = first[samples.vertex]
-    alike = agreeing(place, channels) if options.weld and channels else None
+    alike = match_values(place, channels) if options.weld and channels else None
     return weld(place, None, normals, options.crease_angle, options.weld, alike=alike)
 
 

@@ -27,7 +27,7 @@ from service.engine.bounds.second_derivatives import (
     triangle_deviations,
 )
 from service.engine.mesh.edges import EdgeCurves
-from service.engine.mesh.mesh import Overlay
+from service.engine.mesh.mesh_value import Overlay
 from service.engine.mesh.overlays import control_net
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_RESOLUTION, MeshOptions

@@ -31,7 +31,7 @@ from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from service.engine.joining.join import join
 from service.engine.joining.members import JoinedGroup, join_group
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
 from service.engine.quantize import grid_steps

@@ -17,11 +17,11 @@ from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.faces import SPAN, Faces
-from service.engine.curvatures.limit_curvature import Care
-from service.engine.curvatures.rows import as_channels, stored, stretched
-from service.engine.evaluation.scattered import by_batch
-from service.engine.evaluation.triangle_nets import barycentric_places
-from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, limits_of
+from service.engine.curvatures.limit_curvature import LimitCurvatures
+from service.engine.curvatures.rows import limit_to_storable, stretch_patches, to_channels
+from service.engine.evaluation.scattered import group_by_batch
+from service.engine.evaluation.triangle_nets import to_barycentric
+from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, find_limits
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
@@ -101,25 +101,27 @@ def scattered_curvatures(
 ) -> tuple[ChannelRows, ...]:
     """Gaussian and mean curvature."""
     rows = np.empty((2, len(samples.patch)), dtype=dtype)
-    care = Care()
-    for batch, first, here in by_batch(model.batches, samples.patch):
+    care = LimitCurvatures()
+    for batch, first, here in group_by_batch(model.batches, samples.patch):
         index, u, v = samples.patch[here] - first, samples.u[here], samples.v[here]
         if isinstance(batch, TrianglePatches):
             u = u * (1.0 - v)
-        rows[:, here] = stored(care.curvatures(stretched(batch, model.stretch), index, u, v))
-    return as_channels(model, rows)
+        rows[:, here] = limit_to_storable(
+            care.curvatures(stretch_patches(batch, model.stretch), index, u, v)
+        )
+    return to_channels(model, rows)
 
 
 def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> FloatArray:
     """Values (N, d) of one channel, computed in float64."""
     values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
-    for batch, first, rows in by_batch(model.batches, samples.patch):
+    for batch, first, rows in group_by_batch(model.batches, samples.patch):
         nets = batch.channels[number].nets
         for part in row_slices(len(rows), nets[0].size, CHUNK_VALUES):
             some = rows[part]
             own, u, v = nets[samples.patch[some] - first], samples.u[some], samples.v[some]
             if isinstance(batch, TrianglePatches):
-                places = barycentric_places(u * (1.0 - v), v)
+                places = to_barycentric(u * (1.0 - v), v)
                 basis = triangle_bernstein(degree_of(nets.shape[1]), places)
                 values[some] = np.einsum("km,mkd->md", basis, own)
             else:
@@ -137,11 +139,11 @@ def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> Floa
 def _parameters(model: PatchModel, samples: Samples) -> FloatArray:
     """Parameters (N, 2): in the surface's own domain, or in the patch; of triangles (s, t)."""
     rows = np.stack([samples.u, samples.v], axis=1)
-    for batch, _, here in by_batch(model.batches, samples.patch):
+    for batch, _, here in group_by_batch(model.batches, samples.patch):
         if isinstance(batch, TrianglePatches):
             rows[here, 0] *= 1.0 - rows[here, 1]
     if model.domains:
-        for axis, limits in enumerate(limits_of(samples.patch, model.domains)):
+        for axis, limits in enumerate(find_limits(samples.patch, model.domains)):
             low, high = limits.T
             rows[:, axis] = (1.0 - rows[:, axis]) * low + rows[:, axis] * high
     return rows

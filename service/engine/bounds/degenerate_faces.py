@@ -19,7 +19,7 @@ from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import PLANS
 from service.cancellation import checkpoint
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape, faces, merged_samples
+from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape, build_faces, merge_collapsed
 from service.engine.options import Faces, MeshOptions
 
 NOTHING = (False, False, False, False)
@@ -38,10 +38,10 @@ def missing_distances(layout: Layout, options: MeshOptions, positions: RealArray
     positions : ndarray, shape (N, 3)
     """
     # Unwelded, nothing but sides that are one point has the same place twice.
-    folds = layout.folds and options.weld
+    folds = layout.may_fold and options.weld
     if not (folds or any(loses(shape, options.faces) for shape, _ in layout.shapes)):
         return np.zeros(len(layout.base))
-    place = layout.places if options.weld else _pinched(layout)
+    place = layout.leaders if options.weld else _pinched(layout)
     found = [
         (
             *rim_triangles(shape, place[layout.patch_samples(patches, shape)], options.faces),
@@ -63,7 +63,7 @@ def loses(shape: AnyShape, kind: Faces) -> bool:
     """Whether sides that are one point leave something out of a patch of this shape."""
 
     def build() -> Bools:
-        place = merged_samples(shape)[np.newaxis]
+        place = merge_collapsed(shape)[np.newaxis]
         return missing_triangles(*rim_triangles(shape, place, kind))
 
     return bool(PLANS.array(("loses", shape, kind), build).any())
@@ -149,15 +149,15 @@ def _rim(shape: AnyShape) -> IndexArray:
         return _rim(replace(shape, collapsed=NOTHING))
 
     def build() -> IndexArray:
-        corners = faces(shape, "triangles")[0]
-        cells = 2 * len(faces(shape, "quads")[1])
+        corners = build_faces(shape, "triangles")[0]
+        cells = 2 * len(build_faces(shape, "quads")[1])
         if isinstance(shape, TriangleShape):
             border = np.zeros(triangle.count_points(shape.divisions), dtype=bool)
             border[triangle.side_rows(shape.divisions)] = True
         else:
             grid = np.arange((shape.resolution[0] + 1) * (shape.resolution[1] + 1))
             inside = grid.reshape(-1, shape.resolution[1] + 1)[1:-1, 1:-1]
-            border = np.ones(len(merged_samples(shape)), dtype=bool)
+            border = np.ones(len(merge_collapsed(shape)), dtype=bool)
             border[inside] = False
         rim: Bools = np.asarray(border[corners].any(axis=1))
         rim[:cells] = np.repeat(rim[:cells].reshape(-1, 2).any(axis=1), 2)

@@ -63,7 +63,7 @@ def deviations(
     """
     found = np.empty(len(layout.base))
     beside = edge_error(seams, layout, options.method)
-    for block, patches in layout.cut(model.batches):
+    for block, patches in layout.split_batches(model.batches):
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
@@ -77,7 +77,7 @@ def deviations(
         found[block.first + block.patches] = (
             _chordal(patches, layout, block) * STEPS + moved + beside
         )
-    if not layout.may_lose:
+    if not layout.may_lose_faces:
         return found
     return found + missing_distances(layout, options, rows.positions)
 
@@ -106,8 +106,8 @@ def _chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     if isinstance(patches, TrianglePatches):
         return triangle_deviations(patches, ru) + slack(patches, 1 / ru, 1 / ru)
     p, q = patches.degree
-    numbers = block.first + block.patches if layout.framed else block.patches
-    apart = layout.extra[numbers] >= 0 if layout.framed else None
+    numbers = block.first + block.patches if layout.is_framed else block.patches
+    apart = layout.extra[numbers] >= 0 if layout.is_framed else None
     if apart is None or not apart.any():
         if is_small(patches, (ru, rv)):
             return grid_deviations(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)

@@ -45,7 +45,7 @@ from service.bases.cache import PLANS
 from service.bases.homogeneous import to_homogeneous
 from service.bases.restriction import restriction_matrices
 from service.bases.row_batches import row_slices
-from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_nets import partial_nets
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 CHUNK = 1 << 17
@@ -129,8 +129,8 @@ def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
     for rows in row_slices(patches.count, 4 * patches.points.shape[1], CHUNK):
         # The whole patch is one block; its net is the first of the two axes of a grid's.
         net = _local(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
-        ds, dt = differences(net.swapaxes(0, 1))
-        (ss, st), tt = differences(ds), differences(dt)[1]
+        ds, dt = partial_nets(net.swapaxes(0, 1))
+        (ss, st), tt = partial_nets(ds), partial_nets(dt)[1]
         middles = None if patches.weights is None else _Middles.of(net)
         sides = (ss, tt, ss - 2 * st + tt)
         corners = (st, ss - st, tt - st)

@@ -18,7 +18,7 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_basis
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
-from service.engine.evaluation.evaluate import choose
+from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.mesh.connectivity import SAME_WEIGHT
 from service.engine.mesh.degree_matching import SAME_CURVE
 from service.engine.mesh.edges import sample_edges
@@ -82,7 +82,7 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
         far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
         lost += 10 * SAME_CURVE * far
-    if method == "matrix" or not layout.framed:
+    if method == "matrix" or not layout.is_framed:
         return lost
     largest = 0.0
     for divisions, chosen in layout.border_writes.groups:
@@ -186,5 +186,5 @@ def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tupl
         small = triangle_basis.is_small(n, divisions)
         return triangle.count_points(n) if small else n + 1, 2 * n
     p, q = patches.degree
-    at_once = choose(patches, resolution, normals) == "kronecker"
+    at_once = choose_formulation(patches, resolution, normals) == "kronecker"
     return (p + 1) * (q + 1) if at_once else p + q + 2, p + q

@@ -23,17 +23,17 @@ Planes: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
 
 SURE = 2.0**-13
-"""|N| ÷ `measure_of` above which the formulas keep enough digits even beside a pole: they are then
-off by about 2^-52 ÷ SURE² of what curves the patch, 1e-8, at most."""
+"""Value of |N| ÷ `find_measure` above which the formulas are precise enough even beside a pole: their
+relative error is at most about 2^-52 ÷ SURE² = 1e-8."""
 
 LOST = 2.0**-36
-"""The same below which N may vanish."""
+"""Value of |N| ÷ `find_measure` below which N may vanish."""
 
 LEAST = 2.0**-480
 """|N|² below which |N|⁴ loses digits to underflow."""
 
 
-def measure_of(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+def find_measure(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
     """(mean |S_u| · mean |S_v|)² over the nets (r, d, …) of both: shape (r,)."""
     squares = [np.square(net[:, :3]).sum(axis=1) for net in (along_u, along_v)]
     means = [square.reshape(len(square), -1).mean(axis=1) for square in squares]
@@ -41,16 +41,18 @@ def measure_of(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
     return measure
 
 
-def curvatures_of(partials: list[Planes], measure: FloatArray) -> tuple[FloatArray, Bools, Bools]:
+def compute_curvatures(
+    partials: list[Planes], measure: FloatArray
+) -> tuple[FloatArray, Bools, Bools]:
     """K and H (2, r, n) from S, S_u, S_v, S_uu, S_uv, S_vv.
 
     And, (r, n) each, where they are doubtful beside a pole, and where they are anywhere. Of
-    homogeneous partials S is needed as well. `measure` (r,) is that of `measure_of`.
+    homogeneous partials S is needed as well. `measure` (r,) is that of `find_measure`.
     """
     heavy: FloatArray | float = 1.0
     if len(partials[0]) > 3:
         heavy = partials[0][3]
-        partials = _projected(partials)
+        partials = _project(partials)
     _, su, sv, suu, suv, svv = partials
     with np.errstate(all="ignore"):
         n = _cross(su, sv)
@@ -67,8 +69,8 @@ def curvatures_of(partials: list[Planes], measure: FloatArray) -> tuple[FloatArr
     return found, ~(share > SURE**2), ~clear
 
 
-def _projected(x: list[Planes]) -> list[Planes]:
-    """Partials of S = X/w from those of (X, w), as `service.engine.points.differential.project`.
+def _project(x: list[Planes]) -> list[Planes]:
+    """Partials of S = X/w from those of (X, w), also in `points.differential.project_partials`.
 
     S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
     """

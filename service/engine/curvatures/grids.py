@@ -14,11 +14,11 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import sample_basis, sample_basis_columns, sample_grid_basis
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_runs
-from service.engine.curvatures.forms import Planes, measure_of
-from service.engine.evaluation.evaluate import choose
-from service.engine.evaluation.nets import PARTIALS, PatchNets
-from service.engine.evaluation.triangle_nets import differences
-from service.engine.evaluation.triangle_normals import local_triangles
+from service.engine.curvatures.forms import Planes, find_measure
+from service.engine.evaluation.evaluate import choose_formulation
+from service.engine.evaluation.nets import PARTIALS, DerivativeNets
+from service.engine.evaluation.triangle_nets import partial_nets
+from service.engine.evaluation.triangle_normals import localize
 from service.surface.batches import TensorPatches, TrianglePatches
 
 CHUNK_SAMPLES = 16_384
@@ -39,7 +39,7 @@ class Chunk:
     scale : ndarray of float64, shape (r,)
         What lengths were multiplied by.
     measure : ndarray of float64, shape (r,)
-        See `service.engine.curvatures.forms.measure_of`.
+        See `service.engine.curvatures.forms.find_measure`.
     """
 
     first: int
@@ -54,16 +54,16 @@ class Chunk:
 def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
     """Of samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
     columns = resolution[1] + 1
-    at_once = choose(patches, resolution, normals=False) == "kronecker"
+    at_once = choose_formulation(patches, resolution, normals=False) == "kronecker"
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
-        nets = PatchNets(patches, np.arange(first, last))
+        nets = DerivativeNets(patches, np.arange(first, last))
         of = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
-        measure = measure_of(*(_needed(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
+        measure = find_measure(*(_require_net(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
         for begin, end in row_runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
             empty = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
-            product = _by_grid if at_once else _by_rows
+            product = _evaluate_grid if at_once else _evaluate_rows
             partials = [empty if net is None else product(net, resolution, rows) for net in of]
             yield Chunk(first, last, *samples, partials, nets.scale, measure)
 
@@ -73,14 +73,14 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
     n = patches.degree
     starts = triangle.row_starts(divisions)
     for first, last in _patch_runs(patches, triangle.count_points(divisions)):
-        local = local_triangles(patches.take(np.arange(first, last)))
+        local = localize(patches.take(np.arange(first, last)))
         net = to_homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
-        ds, dt = (n * part for part in differences(net))
+        ds, dt = (n * part for part in partial_nets(net))
         of: list[FloatArray | None] = [net, ds, dt, None, None, None]
         if n > 1:
-            dss, dst = differences(ds)
-            of[3:] = [(n - 1) * part for part in (dss, dst, differences(dt)[1])]
-        measure = measure_of(*(part.transpose(2, 1, 0) for part in (ds, dt)))
+            dss, dst = partial_nets(ds)
+            of[3:] = [(n - 1) * part for part in (dss, dst, partial_nets(dt)[1])]
+        measure = find_measure(*(part.transpose(2, 1, 0) for part in (ds, dt)))
         small = triangle_basis.is_small(n, divisions)
         for begin, end in _row_runs(starts):
             samples = int(starts[begin]), int(starts[end])
@@ -88,7 +88,7 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
             partials = [
                 empty
                 if part is None
-                else _on_triangle(part, divisions, range(begin, end), samples, small=small)
+                else _evaluate_triangle(part, divisions, range(begin, end), samples, small=small)
                 for part in of
             ]
             yield Chunk(first, last, *samples, partials, local.scale, measure)
@@ -115,13 +115,13 @@ def _planes_first(net: FloatArray | None) -> FloatArray | None:
     return None if net is None else np.ascontiguousarray(net.swapaxes(0, 1))
 
 
-def _needed(net: FloatArray | None) -> FloatArray:
+def _require_net(net: FloatArray | None) -> FloatArray:
     if net is None:
         raise ValueError("patches have degree 1 at least")
     return net
 
 
-def _by_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
+def _evaluate_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
     """Some rows of samples (d, r, n) of nets (d, r, m, n), by one product with a cached basis."""
     planes, count, m, n = net.shape
     columns = resolution[1] + 1
@@ -131,14 +131,14 @@ def _by_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Plane
     return (net.reshape(planes * count, m * n) @ basis).reshape(planes, count, -1)
 
 
-def _by_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
+def _evaluate_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
     """The same, first along u, then along v."""
     planes, count, m, n = net.shape
     along_u = sample_basis(m - 1, resolution[0])[rows] @ net
     return (along_u @ sample_basis_columns(n - 1, resolution[1])).reshape(planes, count, -1)
 
 
-def _on_triangle(
+def _evaluate_triangle(
     net: FloatArray, divisions: int, rows: range, samples: tuple[int, int], *, small: bool
 ) -> Planes:
     """Some rows of samples (d, r, n) of triangular nets (K, d, r)."""

@@ -7,9 +7,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_runs
-from service.engine.points.answer import SERIES, near_poles
-from service.engine.points.differential import jets
-from service.engine.points.triangle_differential import triangle_jets
+from service.engine.points.answer import SERIES, find_near_poles
+from service.engine.points.differential import evaluate_jets
+from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.errors import Issue, TooLarge
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -22,7 +22,7 @@ MOST = 10_000_000_000
 
 
 @dataclass(slots=True)
-class Care:
+class LimitCurvatures:
     """What was spent on the limits of one mesh."""
 
     spent: int = 0
@@ -42,21 +42,21 @@ class Care:
             some = slice(first, last)
             here = index[some], u[some], v[some]
             if isinstance(patches, TrianglePatches):
-                known = triangle_jets(patches, *here, 2)
+                known = evaluate_triangle_jets(patches, *here, 2)
             else:
-                known = jets(patches, *here, 2)
+                known = evaluate_jets(patches, *here, 2)
             if known.curvatures is None or known.degenerate is None:
                 raise ValueError("second partials come with curvatures")
             found[0, some], found[1, some] = known.curvatures.gaussian, known.curvatures.mean
-            near = near_poles(patches, here[0], np.stack(here[1:], axis=1))
+            near = find_near_poles(patches, here[0], np.stack(here[1:], axis=1))
             count = int((near | known.degenerate).sum())
             self.check(count, patches)
-            self.spent += count * each(patches)
+            self.spent += count * cost_of_limit(patches)
         return found
 
     def check(self, count: int, patches: Patches) -> None:
         """Refuses to look for so many more limits, if they are too many."""
-        if self.spent + count * each(patches) > MOST:
+        if self.spent + count * cost_of_limit(patches) > MOST:
             raise TooLarge(
                 Issue(
                     "too_costly",
@@ -68,13 +68,13 @@ class Care:
             )
 
 
-def each(patches: Patches) -> int:
+def cost_of_limit(patches: Patches) -> int:
     """Multiplications that a limit takes at least."""
     degrees = patches.degree if isinstance(patches, TensorPatches) else (patches.degree,) * 2
     size = (degrees[0] + 1) * (degrees[1] + 1)
     return (SERIES + 100 * size) * (1 if patches.weights is None else 2)
 
 
-def surely_affordable(models: Sequence[PatchModel], samples: int) -> bool:
+def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:
     """Whether so many samples are not too many, even if every one of them is a pole."""
-    return samples * max(each(batch) for own in models for batch in own.batches) <= MOST
+    return samples * max(cost_of_limit(batch) for own in models for batch in own.batches) <= MOST

@@ -23,7 +23,7 @@ DIGITS = 10
 AnyModel = TypeVar("AnyModel", bound=Model)
 
 
-def with_stretches(model: AnyModel) -> AnyModel:
+def add_stretches(model: AnyModel) -> AnyModel:
     """The model; of a group, one model for every stretch of a surface, none of them in vain.
 
     Copies that are only moved, turned and mirrored go on sharing their model. Arrays are shared in
@@ -36,7 +36,7 @@ def with_stretches(model: AnyModel) -> AnyModel:
     members = []
     for member in model.members:
         own = model.models[member.model]
-        stretch = None if isinstance(own, SweepModel) else stretch_of(member.matrix)
+        stretch = None if isinstance(own, SweepModel) else find_stretch(member.matrix)
         key = member.model, b"" if stretch is None else stretch.tobytes()
         number = numbers.setdefault(key, len(models))
         if number == len(models):
@@ -45,7 +45,7 @@ def with_stretches(model: AnyModel) -> AnyModel:
     return replace(model, models=tuple(models), members=tuple(members))
 
 
-def stretch_of(matrix: FloatArray | None) -> FloatArray | None:
+def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
     """The stretch in a placement, (4, 4); None where lengths stay what they are."""
     if matrix is None:
         return None

@@ -11,7 +11,7 @@ NAMES = ("gaussian_curvature", "mean_curvature")
 """Of the attributes that hold them."""
 
 
-def ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
+def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
     """Those among the attributes of a mesh; None where it has none, or no vertices."""
     found = [rows for name, rows in attributes if name in NAMES and len(rows)]
     if len(found) < len(NAMES):
@@ -20,7 +20,7 @@ def ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
     return gaussian, mean
 
 
-def together(found: Iterable[Ranges | None]) -> Ranges | None:
+def merge_ranges(found: Iterable[Ranges | None]) -> Ranges | None:
     """Those of several meshes; None where no mesh has any."""
     known = [ranges for ranges in found if ranges is not None]
     if not known:
@@ -32,7 +32,7 @@ def together(found: Iterable[Ranges | None]) -> Ranges | None:
     return gaussian, mean
 
 
-def in_single(ranges: Ranges | None) -> Ranges | None:
+def round_to_single(ranges: Ranges | None) -> Ranges | None:
     """Those of the values after they were rounded to float32."""
     if ranges is None:
         return None

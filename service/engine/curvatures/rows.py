@@ -12,14 +12,14 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import sample_parameters
 from service.bases.triangle import row_starts
-from service.engine.curvatures.forms import curvatures_of
+from service.engine.curvatures.forms import compute_curvatures
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
-from service.engine.curvatures.limit_curvature import Care
+from service.engine.curvatures.limit_curvature import LimitCurvatures
 from service.engine.curvatures.ranges import NAMES
 from service.engine.mesh.channels import ChannelRows
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.runs import Block
-from service.engine.points.answer import near_poles
+from service.engine.points.answer import find_near_poles
 from service.engine.scenes.scene import placed_points
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
@@ -37,22 +37,22 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
         `too_costly`, where there are too many poles.
     """
     rows = np.empty((2, layout.size), dtype=dtype)
-    care = Care()
-    for block, patches in layout.cut(model.batches):
+    care = LimitCurvatures()
+    for block, patches in layout.split_batches(model.batches):
         out = rows[:, block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(2, len(block.patches), block.count)
-        batch = stretched(patches, model.stretch)
+        batch = stretch_patches(patches, model.stretch)
         _write_block(block, batch, care, out)
         if isinstance(batch, TensorPatches):
-            for side, owners, along, places in layout.extras_of(block):
+            for side, owners, along, places in layout.iterate_extras(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
                 own = np.searchsorted(block.patches, owners)
-                rows[:, places] = stored(care.curvatures(batch, own, u, v))
-    return as_channels(model, rows)
+                rows[:, places] = limit_to_storable(care.curvatures(batch, own, u, v))
+    return to_channels(model, rows)
 
 
-def as_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
+def to_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
     """Rows (2, N) as channels; equal is what differs by nothing in units of the model's size."""
     # As for points: adding 0.0 turns -0.0 into 0.0.
     rows += 0.0
@@ -66,7 +66,7 @@ def as_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
     )
 
 
-def stretched(patches: Patches, stretch: FloatArray | None) -> Patches:
+def stretch_patches(patches: Patches, stretch: FloatArray | None) -> Patches:
     """The patches after a linear map, without their channels."""
     if stretch is None:
         return replace(patches, channels=())
@@ -74,12 +74,12 @@ def stretched(patches: Patches, stretch: FloatArray | None) -> Patches:
     return replace(patches, points=points.reshape(patches.points.shape), channels=())
 
 
-def stored(found: FloatArray) -> FloatArray:
+def limit_to_storable(found: FloatArray) -> FloatArray:
     """Curvatures as any format can hold them."""
     return np.nan_to_num(found, nan=0.0, posinf=LARGEST, neginf=-LARGEST).clip(-LARGEST, LARGEST)
 
 
-def _write_block(block: Block, batch: Patches, care: Care, out: RealArray) -> None:
+def _write_block(block: Block, batch: Patches, care: LimitCurvatures, out: RealArray) -> None:
     """Curvatures (2, P, samples) of a block: by formulas, and by limits where these do not do."""
     if isinstance(batch, TrianglePatches):
         chunks = triangle_partials(batch, block.resolution[0])
@@ -87,31 +87,31 @@ def _write_block(block: Block, batch: Patches, care: Care, out: RealArray) -> No
         chunks = grid_partials(batch, block.resolution)
     doubtful = []
     for chunk in chunks:
-        found, left = _found(chunk, batch, block)
-        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = stored(found)
+        found, left = _compute_chunk(chunk, batch, block)
+        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = limit_to_storable(found)
         doubtful.append(left)
         care.check(sum(left.shape[1] for left in doubtful), batch)
     # All together: what is prepared for a patch of high degree costs as much as all the rest.
     row, column = np.concatenate(doubtful, axis=1)
     if len(row):
-        limits = care.curvatures(batch, row, *parameters_of(block, column))
-        out[:, row, column] = stored(limits)
+        limits = care.curvatures(batch, row, *find_parameters(block, column))
+        out[:, row, column] = limit_to_storable(limits)
 
 
-def _found(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:
+def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:
     """Curvatures (2, r, n) of a chunk; and patches and samples (2, m) of which they are no good."""
-    found, beside_poles, anywhere = curvatures_of(chunk.partials, chunk.measure)
+    found, beside_poles, anywhere = compute_curvatures(chunk.partials, chunk.measure)
     with np.errstate(over="ignore", invalid="ignore"):
         found[0] *= np.square(chunk.scale)[:, np.newaxis]
         found[1] *= chunk.scale[:, np.newaxis]
     row, column = np.nonzero(beside_poles | anywhere)
     surely = anywhere[row, column]
     row, column = row + chunk.first, column + chunk.begin
-    surely |= near_poles(batch, row, np.stack(parameters_of(block, column), axis=1))
+    surely |= find_near_poles(batch, row, np.stack(find_parameters(block, column), axis=1))
     return found, np.stack([row, column])[:, surely]
 
 
-def parameters_of(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
+def find_parameters(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) of samples by their number in a patch; of triangles (s, t)."""
     if block.triangular:
         divisions = block.resolution[0]

@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import leggauss
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.engine.curves.evaluation import CHUNK, Samples
+from service.engine.curves.evaluation import CHUNK, CurveSamples
 from service.surface.curve_pieces import CurvePieces
 
 COARSE, FINE = (leggauss(count) for count in (6, 12))
@@ -30,7 +30,7 @@ MAX_GROWTH = 256
 few halvings. More open intervals than this for each at the beginning are a matter of rounding."""
 
 
-def arc_lengths(pieces: CurvePieces, at: Samples) -> FloatArray:
+def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     """Length of the curve from its beginning to each sample, shape (N,); the last is the whole.
 
     Parameters

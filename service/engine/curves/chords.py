@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import deviations, halves, projected
-from service.engine.curves.evaluation import Samples
+from service.engine.curves.evaluation import CurveSamples
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.curve_pieces import CurvePieces
 
@@ -36,9 +36,9 @@ def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) ->
     return 4 * (2 * step + _slack(pieces, MAX_HALVINGS))
 
 
-def halved(
+def halve_chords(
     pieces: CurvePieces, tolerance: float, most: int, *, single: bool, origin: FloatArray
-) -> Samples:
+) -> CurveSamples:
     """Samples at dyadic parameters whose chords are within the tolerance of the curve.
 
     Parameters
@@ -86,7 +86,7 @@ def halved(
             waiting.append((both, where, depth + 1, np.concatenate([first, second])))
     places = np.concatenate(begins)
     places = places[np.lexsort((places[:, 1], places[:, 0]))]
-    return Samples(places[:, 0].astype(np.intp), places[:, 1])
+    return CurveSamples(places[:, 0].astype(np.intp), places[:, 1])
 
 
 def _check_tolerance(tolerance: float, least: float) -> None:
@@ -117,7 +117,9 @@ def _check_count(count: int, most: int) -> None:
         )
 
 
-def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: FloatArray) -> float:
+def certify_chords(
+    pieces: CurvePieces, at: CurveSamples, stored: RealArray, origin: FloatArray
+) -> float:
     """Bound of the distance from any point of the curve to the polyline of its stored samples.
 
     Parameters
@@ -134,7 +136,7 @@ def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: Float
         piece, begin = at.piece[rows], at.t[rows]
         following = slice(rows.start + 1, rows.stop + 1)
         end = np.where(at.piece[following] == piece, at.t[following], 1.0)
-        nets = restricted(net[piece], begin, end)
+        nets = restrict_nets(net[piece], begin, end)
         chords = np.stack([vertices[rows], vertices[following]], axis=1)
         worst = max(worst, float(deviations(nets, chords).max()))
     far = float(np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max())
@@ -146,7 +148,7 @@ def local_nets(pieces: CurvePieces) -> FloatArray:
     return to_homogeneous(pieces.points - pieces.middle, pieces.weights)
 
 
-def restricted(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
     """Nets (M, n+1, k) of the parts [begin, end] of curves, by de Casteljau's construction twice.
 
     Only convex combinations: what is lost is a few roundings a level.

@@ -23,21 +23,21 @@ STILL = 2.0**-40
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class CurveSamples:
     """Places on a curve: numbers of pieces, and parameters t ∈ [0, 1] in them, shapes (N,)."""
 
     piece: Ints
     t: FloatArray
 
     @staticmethod
-    def uniform(count: int, divisions: int) -> "Samples":
+    def uniform(count: int, divisions: int) -> "CurveSamples":
         """R divisions of each of S pieces: S R + 1 samples, joints once, at t = 0 of what follows.
 
         The end of the curve is at t = 1 of its last piece.
         """
         number = np.arange(count * divisions + 1)
         piece = np.minimum(number // divisions, count - 1)
-        return Samples(piece, (number - piece * divisions) / divisions)
+        return CurveSamples(piece, (number - piece * divisions) / divisions)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -54,7 +54,7 @@ class Samples:
         return own
 
 
-def positions(pieces: CurvePieces, at: Samples) -> FloatArray:
+def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     """Points C, shape (N, d); at t = 0 and t = 1 the control points themselves."""
     out = np.empty((len(at), pieces.dimension))
     for rows in at.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
@@ -68,7 +68,7 @@ def positions(pieces: CurvePieces, at: Samples) -> FloatArray:
     return out
 
 
-def tangents(pieces: CurvePieces, at: Samples, *, before: bool = False) -> FloatArray:
+def evaluate_tangents(pieces: CurvePieces, at: CurveSamples, *, before: bool = False) -> FloatArray:
     """Unit tangents, shape (N, d): limits from behind the sample, or from before it.
 
     Where C′ vanishes, at a cusp or at an end with repeated control points, the limit is that of
@@ -85,7 +85,7 @@ def tangents(pieces: CurvePieces, at: Samples, *, before: bool = False) -> Float
         out[rows] = shape.directions(at.piece[rows], at.t[rows], before)
     missing = np.flatnonzero(np.isnan(out[:, 0]))
     if len(missing):
-        out[missing] = shape.borrowed(at.piece[missing])
+        out[missing] = shape.neighbour_directions(at.piece[missing])
     return out
 
 
@@ -151,7 +151,7 @@ class _Local:
             best[found] = clear[found]
         return out
 
-    def borrowed(self, piece: Ints) -> FloatArray:
+    def neighbour_directions(self, piece: Ints) -> FloatArray:
         """Directions at pieces that are one point: of the next that is none, else of the last.
 
         So a corner that such pieces hide is at the first of them.

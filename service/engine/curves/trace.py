@@ -9,8 +9,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.curves.arc_length import arc_lengths
-from service.engine.curves.chords import certified, halved
-from service.engine.curves.evaluation import Samples, positions, tangents
+from service.engine.curves.chords import certify_chords, halve_chords
+from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.polyline import Polyline, PolylineReport
 from service.engine.extent import extent, local_origin
@@ -19,7 +19,7 @@ from service.surface.curve_pieces import CurvePieces
 
 def choose_samples(
     pieces: CurvePieces, options: CurveOptions, most: int, *, single: bool = False
-) -> Samples:
+) -> CurveSamples:
     """Where the curve shall be sampled.
 
     Raises
@@ -28,13 +28,13 @@ def choose_samples(
         If a tolerance is too small for the numbers, or needs more than `most` samples.
     """
     if options.tolerance is None:
-        return Samples.uniform(pieces.count, options.resolution)
+        return CurveSamples.uniform(pieces.count, options.resolution)
     origin = _origin(pieces, single)
-    return halved(pieces, options.tolerance, most, single=single, origin=origin)
+    return halve_chords(pieces, options.tolerance, most, single=single, origin=origin)
 
 
 def trace(
-    pieces: CurvePieces, at: Samples, options: CurveOptions, *, single: bool = False
+    pieces: CurvePieces, at: CurveSamples, options: CurveOptions, *, single: bool = False
 ) -> Polyline:
     """The polyline through these samples.
 
@@ -45,13 +45,13 @@ def trace(
         model coordinates.
     """
     origin = _origin(pieces, single)
-    points = _stored(positions(pieces, at), origin, single)
+    points = _store(evaluate_positions(pieces, at), origin, single)
     lengths = arc_lengths(pieces, at)
     low, high = extent(points)
     return Polyline(
         name=pieces.name,
         points=points,
-        tangents=tangents(pieces, at) if options.tangents else None,
+        tangents=evaluate_tangents(pieces, at) if options.tangents else None,
         parameters=at.parameters(pieces.breaks),
         arc_lengths=lengths if options.arc_lengths else None,
         origin=origin,
@@ -61,9 +61,9 @@ def trace(
             pieces=pieces.count,
             length=float(lengths[-1]),
             closed=pieces.closed,
-            deviation_bound=certified(pieces, at, points, origin),
-            bounds_min=_absolute(low, origin),
-            bounds_max=_absolute(high, origin),
+            deviation_bound=certify_chords(pieces, at, points, origin),
+            bounds_min=_bound_in_model(low, origin),
+            bounds_max=_bound_in_model(high, origin),
         ),
     )
 
@@ -72,9 +72,9 @@ def _origin(pieces: CurvePieces, single: bool) -> FloatArray:
     return local_origin(*pieces.bounds) if single else np.zeros(pieces.dimension)
 
 
-def _stored(points: FloatArray, origin: FloatArray, single: bool) -> RealArray:
+def _store(points: FloatArray, origin: FloatArray, single: bool) -> RealArray:
     return (points - origin).astype(np.float32) if single else points
 
 
-def _absolute(bound: RealArray, origin: FloatArray) -> tuple[float, ...]:
+def _bound_in_model(bound: RealArray, origin: FloatArray) -> tuple[float, ...]:
     return tuple((bound.astype(np.float64) + origin).tolist())

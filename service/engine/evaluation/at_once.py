@@ -34,7 +34,7 @@ SMALL = 64
 """Control points of a patch up to which a product takes differences as fast as subtractions."""
 
 
-def is_everyday(patches: TensorPatches, resolution: tuple[int, int]) -> bool:
+def can_evaluate_at_once(patches: TensorPatches, resolution: tuple[int, int]) -> bool:
     """Whether `evaluate_at_once` can evaluate these, at least four at a time."""
     (p, q), (ru, rv) = patches.degree, resolution
     is_small = (p + 1) * (q + 1) <= SMALL and (ru + 1) * (rv + 1) <= CHUNK_SAMPLES // 4

@@ -18,7 +18,7 @@ from service.bases.bernstein import sample_parameters
 from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.triangle_nets import neighbours
+from service.engine.evaluation.triangle_nets import neighbour_rows
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -29,7 +29,7 @@ LEAST_SAMPLES = 64
 """Samples worked on at a time even where one net fills the cache: numpy's calls cost as much."""
 
 
-def grids(work: GridEvaluation) -> None:
+def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: bilinear steps, then linear ones.
 
     While both degrees last every 2 × 2 block of points becomes one, mixed by (1 − u, u) × (1 − v,
@@ -40,19 +40,19 @@ def grids(work: GridEvaluation) -> None:
     lines: list[RealArray] = [sample_parameters(r).astype(work.dtype) for r in work.resolution]
     out = work.positions.reshape(work.patches.count, work.each, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
-    for first, last, begin, end in _pieces(work.patches.count, work.each, (p + 1) * (q + 1)):
+    for first, last, begin, end in _split_work(work.patches.count, work.each, (p + 1) * (q + 1)):
         checkpoint()
         nets = work.nets(first, last)
-        net = work.local(first, last).reshape(p + 1, q + 1, -1, last - first)
+        net = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
         i, j = np.divmod(np.arange(begin, end), work.shape[1])
         u, v = lines[0][i], lines[1][j]
         blocks = _last_blocks(net.astype(work.dtype), u, v)
-        sides = _mixed(blocks[:, 0], blocks[:, 1], v)
-        at = _mixed(sides[0], sides[1], u)
+        sides = _interpolate(blocks[:, 0], blocks[:, 1], v)
+        at = _interpolate(sides[0], sides[1], u)
         work.write_local(at, out[first:last, begin:end])
         if normals is not None:
             du = sides[1] - sides[0]
-            dv = _mixed(blocks[0, 1] - blocks[0, 0], blocks[1, 1] - blocks[1, 0], u)
+            dv = _interpolate(blocks[0, 1] - blocks[0, 0], blocks[1, 1] - blocks[1, 0], u)
             vectors = work.partials_to_vectors(at, du, dv)
             place = first * work.each + begin
             work.write_normals(
@@ -64,16 +64,16 @@ def _last_blocks(net: RealArray, u: RealArray, v: RealArray) -> RealArray:
     """The 2 × 2 points before the last bilinear step: (p+1, q+1, d, r) to (2, 2, d, r, m)."""
     points = net[..., np.newaxis]
     while len(points) > 2 and points.shape[1] > 2:
-        points = _mixed(points[:-1], points[1:], u)
-        points = _mixed(points[:, :-1], points[:, 1:], v)
+        points = _interpolate(points[:-1], points[1:], u)
+        points = _interpolate(points[:, :-1], points[:, 1:], v)
     while len(points) > 2:
-        points = _mixed(points[:-1], points[1:], u)
+        points = _interpolate(points[:-1], points[1:], u)
     while points.shape[1] > 2:
-        points = _mixed(points[:, :-1], points[:, 1:], v)
+        points = _interpolate(points[:, :-1], points[:, 1:], v)
     return np.broadcast_to(points, (*points.shape[:-1], len(u)))
 
 
-def triangles(work: TriangleEvaluation) -> None:
+def evaluate_triangles(work: TriangleEvaluation) -> None:
     """The same of triangles: every upright triangle of neighbours becomes one point.
 
         b_ijk ← r b_{i+1,j,k} + s b_{i,j+1,k} + t b_{i,j,k+1}
@@ -81,14 +81,14 @@ def triangles(work: TriangleEvaluation) -> None:
     The last three points show the partials.
     """
     degree = work.patches.degree
-    for first, last, begin, end in _pieces(
+    for first, last, begin, end in _split_work(
         work.patches.count, work.each, triangle.count_points(degree)
     ):
         nets = work.nets(first, last)
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T
-        points = work.local(first, last).astype(work.dtype)[..., np.newaxis]
+        points = work.load_local(first, last).astype(work.dtype)[..., np.newaxis]
         while len(points) > 3:
-            here, along, above = neighbours(len(points))
+            here, along, above = neighbour_rows(len(points))
             points = r * points[here] + s * points[along] + t * points[above]
         points = np.broadcast_to(points, (*points.shape[:-1], end - begin))
         at = r * points[0] + s * points[1] + t * points[2]
@@ -100,22 +100,22 @@ def triangles(work: TriangleEvaluation) -> None:
             work.write_normals(vectors, out, nets.least(work.dtype), place)
 
 
-def curves(points: FloatArray, divisions: int) -> FloatArray:
+def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
     Every number is computed by itself: its bits do not depend on what is computed beside it.
     """
     t = sample_parameters(divisions)[:, np.newaxis]
     out = np.empty((len(points), divisions + 1, points.shape[2]))
-    for first, last, begin, end in _pieces(len(points), divisions + 1, points.shape[1]):
+    for first, last, begin, end in _split_work(len(points), divisions + 1, points.shape[1]):
         level: RealArray = points[first:last, :, np.newaxis]
         while level.shape[1] > 1:
-            level = _mixed(level[:, :-1], level[:, 1:], t[begin:end])
+            level = _interpolate(level[:, :-1], level[:, 1:], t[begin:end])
         out[first:last, begin:end] = level[:, 0]
     return out
 
 
-def effort(model: PatchModel, resolution: tuple[int, int]) -> int:
+def estimate_effort(model: PatchModel, resolution: tuple[int, int]) -> int:
     """Multiplications that all samples of a model take together, a millisecond a million."""
     ru, rv = resolution
     total = 0
@@ -123,11 +123,11 @@ def effort(model: PatchModel, resolution: tuple[int, int]) -> int:
         each = (ru + 1) * (rv + 1)
         if isinstance(batch, TrianglePatches):
             each = triangle.count_points(max(ru, rv))
-        total += batch.count * each * multiplications(batch)
+        total += batch.count * each * count_multiplications(batch)
     return total
 
 
-def multiplications(patches: Patches) -> int:
+def count_multiplications(patches: Patches) -> int:
     """How many each sample takes: of the order of p³."""
     planes = 3 if patches.weights is None else 4
     if isinstance(patches, TrianglePatches):
@@ -141,14 +141,14 @@ def multiplications(patches: Patches) -> int:
     return planes * (count + left * (left + 1))
 
 
-def _mixed(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
+def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
     """(1 − t) a + t b."""
     mixed: RealArray = (1 - t) * a
     mixed += t * b
     return mixed
 
 
-def _pieces(count: int, each: int, points: int) -> Iterator[tuple[int, int, int, int]]:
+def _split_work(count: int, each: int, points: int) -> Iterator[tuple[int, int, int, int]]:
     """Patches [first, last) and their samples [begin, end) of `each`, so many points a net.
 
     All samples of some patches, or some samples of one.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein, binomials
-from service.engine.evaluation.nets import PatchNets, along, longest
+from service.engine.evaluation.nets import DerivativeNets, evaluate_along, longest_vectors
 
 VANISHING = 2.0**-40
 """Part of a measure below which its difference counts as zero: it is exact to some 2^-52 of the
@@ -24,7 +24,7 @@ Direction: TypeAlias = Literal["v", "u", "diagonal"]
 
 
 def limit_normals(
-    nets: PatchNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
+    nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> FloatArray:
     """Limit normals at parameters where N vanishes.
 
@@ -47,7 +47,7 @@ def limit_normals(
         Unit vectors.
     """
     coefficients = nets.normal_net
-    largest = longest(coefficients)
+    largest = longest_vectors(coefficients)
     floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.measure)[which]
     # Restriction only averages coefficients: where none is above the floor, none will be.
     hopeful = largest[which] > floor
@@ -65,8 +65,8 @@ def limit_normals(
         for direction in directions:
             open_ = np.flatnonzero(group & np.isnan(normals[:, 0]))
             if len(open_):
-                lines = lines_inwards(coefficients, which[open_], u[open_], v[open_], direction)
-                normals[open_] = _leading(lines, floor[open_])
+                lines = trace_inwards(coefficients, which[open_], u[open_], v[open_], direction)
+                normals[open_] = _find_leading(lines, floor[open_])
     rest = np.flatnonzero(np.isnan(normals[:, 0]))
     if len(rest):
         normals[rest] = _patch_normals(nets, coefficients, which[rest])
@@ -96,7 +96,7 @@ def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArr
     return np.moveaxis(moved, -1, axis)
 
 
-def lines_inwards(
+def trace_inwards(
     coefficients: FloatArray,
     which: NDArray[np.intp],
     u: FloatArray,
@@ -106,10 +106,10 @@ def lines_inwards(
     """Coefficients (m, d, n) of polynomials (K, d, …) along a line from each sample inwards."""
     if direction == "v":
         basis = bernstein(coefficients.shape[2] - 1, u)
-        return _from_corner(along(coefficients, which, basis), v, axis=2)
+        return _from_corner(evaluate_along(coefficients, which, basis), v, axis=2)
     if direction == "u":
         basis = bernstein(coefficients.shape[3] - 1, v)
-        return _from_corner(along(coefficients.swapaxes(2, 3), which, basis), u, axis=2)
+        return _from_corner(evaluate_along(coefficients.swapaxes(2, 3), which, basis), u, axis=2)
     boxes = _from_corner(_from_corner(coefficients[which], u, axis=2), v, axis=3)
     rows, columns = boxes.shape[2:]
     weighted = boxes * np.multiply.outer(binomials(rows - 1), binomials(columns - 1))
@@ -119,7 +119,7 @@ def lines_inwards(
     return line / binomials(rows + columns - 2)
 
 
-def _leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
+def _find_leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
     """The first coefficient longer than `floor` of each line, made unit; NaN if there is none."""
     lengths = np.linalg.norm(lines, axis=1)
     large = lengths > floor[:, None]
@@ -131,7 +131,7 @@ def _leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
 
 
 def _patch_normals(
-    nets: PatchNets, coefficients: FloatArray, which: NDArray[np.intp]
+    nets: DerivativeNets, coefficients: FloatArray, which: NDArray[np.intp]
 ) -> FloatArray:
     """Last resort: the mean normal of the whole patch, weighted by area; else a perpendicular.
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
-from service.engine.evaluation.at_once import CHUNK_SAMPLES, evaluate_at_once, is_everyday
-from service.engine.evaluation.evaluation_state import Evaluation, Samples
+from service.engine.evaluation.at_once import CHUNK_SAMPLES, can_evaluate_at_once, evaluate_at_once
+from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
@@ -41,15 +41,18 @@ LARGEST = 1 << 20
 """Values of a matrix that is worth keeping; also what the cache takes, 8 MiB."""
 
 GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
-    {"de_casteljau": de_casteljau.grids, "forward_difference": forward_difference.grids}
+    {
+        "de_casteljau": de_casteljau.evaluate_grids,
+        "forward_difference": forward_difference.evaluate_grids,
+    }
 )
 """The methods beside `matrix`, on tensor-product patches."""
 
 TRIANGLES: Mapping[Method, Callable[[TriangleEvaluation], None]] = MappingProxyType(
     {
         "matrix": TriangleEvaluation.run,
-        "de_casteljau": de_casteljau.triangles,
-        "forward_difference": forward_difference.triangles,
+        "de_casteljau": de_casteljau.evaluate_triangles,
+        "forward_difference": forward_difference.evaluate_triangles,
     }
 )
 """All methods, on triangles."""
@@ -64,8 +67,8 @@ def evaluate(
     origin: FloatArray | None = None,
     method: Method = "matrix",
     formulation: Formulation | None = None,
-    out: Samples | None = None,
-) -> Samples:
+    out: PatchSamples | None = None,
+) -> PatchSamples:
     """S(i/Ru, j/Rv) − origin and the unit normals there, for every patch of a batch.
 
     Parameters
@@ -98,52 +101,54 @@ def evaluate(
         if isinstance(patches, TrianglePatches):
             each = (triangle.count_points(divisions),)
         shape = (patches.count, *each, 3)
-        out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
+        out = PatchSamples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
     work: Evaluation
     in_double = None
     if dtype is not np.float64:
-        in_double = partial(_in_double, patches, resolution, method, formulation)
+        in_double = partial(_evaluate_in_double, patches, resolution, method, formulation)
     if isinstance(patches, TrianglePatches):
         work = TriangleEvaluation(patches, divisions, dtype, out, origin)
         with Measured("triangles" if method == "matrix" else method):
             TRIANGLES[method](work)
-        return work.finished(in_double)
+        return work.finish(in_double)
     if method != "matrix":
         formulation = None
     elif formulation is None:
-        formulation = choose(patches, resolution, normals)
-    if formulation == "kronecker" and is_everyday(patches, resolution):
+        formulation = choose_formulation(patches, resolution, normals)
+    if formulation == "kronecker" and can_evaluate_at_once(patches, resolution):
         with Measured(formulation):
             doubtful = evaluate_at_once(patches, resolution, origin, out.positions, out.normals)
         if not doubtful:
             return out
         work = GridEvaluation(patches, resolution, dtype, out, origin)
         work.doubtful = doubtful
-        return work.finished(in_double)
+        return work.finish(in_double)
     work = GridEvaluation(patches, resolution, dtype, out, origin)
     with Measured(formulation or method):
         (FORMULATIONS[formulation] if formulation else GRIDS[method])(work)
-    return work.finished(in_double)
+    return work.finish(in_double)
 
 
-def _in_double(
+def _evaluate_in_double(
     patches: Patches,
     resolution: tuple[int, int],
     method: Method,
     formulation: Formulation | None,
     index: NDArray[np.intp],
-) -> Samples:
+) -> PatchSamples:
     """Patches `index` evaluated in float64, in work arrays if they are few: use them up at once."""
     several, room = patches.take(index), None
     if isinstance(several, TensorPatches):
         shape = (several.count, resolution[0] + 1, resolution[1] + 1, 3)
         if prod(shape[:3]) <= CHUNK_SAMPLES:
             points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
-            room = Samples(points, vectors, 0)
+            room = PatchSamples(points, vectors, 0)
     return evaluate(several, resolution, method=method, formulation=formulation, out=room)
 
 
-def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:
+def choose_formulation(
+    patches: TensorPatches, resolution: tuple[int, int], normals: bool
+) -> Formulation:
     """The formulation expected to be fastest, by counting multiplications and numpy calls."""
     p, q = patches.degree
     samples = (resolution[0] + 1) * (resolution[1] + 1)

@@ -30,7 +30,7 @@ ONE_BY_ONE = 128
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Samples:
+class PatchSamples:
     """Points and unit normals at all samples of a batch: (P, Ru+1, Rv+1, 3); triangles (P, S, 3).
 
     `poles` counts the samples at which S_u × S_v vanishes.
@@ -53,7 +53,7 @@ class Evaluation(ABC):
         patches: Patches,
         each: int,
         dtype: Real,
-        out: Samples,
+        out: PatchSamples,
         origin: FloatArray | None,
     ) -> None:
         self.patches = patches
@@ -72,7 +72,7 @@ class Evaluation(ABC):
         self.dimension = 4 if self.rational else 3
         self.doubtful: list[NDArray[np.intp]] = []
 
-    def points(self, first: int, last: int, at: FloatArray) -> FloatArray:
+    def load_points(self, first: int, last: int, at: FloatArray) -> FloatArray:
         """Writes the control points of patches [first, last) that are evaluated.
 
         They are homogeneous if the patches are rational. The patches are the innermost axis:
@@ -112,7 +112,7 @@ class Evaluation(ABC):
         at, du, dv = (scratch(name, form, self.dtype) for name in ("at", "du", "dv"))
         return at, du, dv
 
-    def trust(self, du: FloatArray, dv: FloatArray) -> FloatArray:
+    def find_least_trusted(self, du: FloatArray, dv: FloatArray) -> FloatArray:
         """The least |S_u × S_v|² that is good enough, from the differences (…, d, r): (r,)."""
         planes, count = du.shape[-2:]
         trust = _square_sums(du) * _square_sums(dv)
@@ -125,16 +125,16 @@ class Evaluation(ABC):
         if self.rational:
             self.write_local(planes, out)
         else:
-            np.positive(planes, out=_coordinates(out))
+            np.positive(planes, out=_take_coordinates(out))
 
-    def local(self, first: int, last: int) -> FloatArray:
+    def load_local(self, first: int, last: int) -> FloatArray:
         """Control points (K, d, r) about the batch's middle and in the scale of the evaluation.
 
         Homogeneous if the patches are rational.
         """
         points = self._planes(self.patches.points, first, last)
         if self.rational:
-            return self.points(first, last, np.empty((len(points), 4, last - first)))
+            return self.load_points(first, last, np.empty((len(points), 4, last - first)))
         local: FloatArray = (points - self.patches.middle[:, None]) * self.scale
         return local
 
@@ -175,7 +175,7 @@ class Evaluation(ABC):
             square[doubtful] = np.nan
             self.doubtful.append(doubtful.reshape(-1).nonzero()[0] + first)
         np.sqrt(square, out=square)
-        np.divide(vectors, square, out=_coordinates(out))
+        np.divide(vectors, square, out=_take_coordinates(out))
 
     def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
@@ -200,14 +200,14 @@ class Evaluation(ABC):
         np.subtract(z, term, out=z)
         return vectors
 
-    def finished(self, in_double: Callable[[NDArray[np.intp]], Samples] | None) -> Samples:
+    def finish(self, in_double: Callable[[NDArray[np.intp]], PatchSamples] | None) -> PatchSamples:
         """The result, after the doubtful normals have been computed anew.
 
         Limits at poles come first. A patch of which many normals are still owed is evaluated as a
         whole in float64, by `in_double`; what is owed then is computed one by one.
         """
         if self.normals is None or not self.doubtful:
-            return Samples(self.positions, self.normals, 0)
+            return PatchSamples(self.positions, self.normals, 0)
         doubtful = self.doubtful[0] if len(self.doubtful) == 1 else np.concatenate(self.doubtful)
         normals = self.normals.reshape(-1, 3)
         self._write_poles(self.normals)
@@ -229,7 +229,7 @@ class Evaluation(ABC):
             patch, sample = np.divmod(rest, self.each)
             normals[rest], limits = self._slow_normals(patch, sample)
             poles += limits
-        return Samples(self.positions, self.normals, poles)
+        return PatchSamples(self.positions, self.normals, poles)
 
     @abstractmethod
     def _slow_normals(
@@ -264,7 +264,7 @@ class ChunkNets:
         return least[:, None]
 
 
-def _coordinates(points: RealArray) -> RealArray:
+def _take_coordinates(points: RealArray) -> RealArray:
     """Planes of coordinates (3, …) of points (…, 3): a view."""
     return points.transpose(points.ndim - 1, *range(points.ndim - 1))
 

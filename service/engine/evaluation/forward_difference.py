@@ -24,7 +24,7 @@ from service.bases.triangle_polynomials import tensor_net
 from service.cancellation import checkpoint
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_nets import partial_nets
 from service.engine.scratch import Real
 
 MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}
@@ -35,13 +35,13 @@ CHUNK_SAMPLES = 1 << 17
 """Samples worked on at a time: the more rows step together, the fewer calls."""
 
 
-def grids(work: GridEvaluation) -> None:
+def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: rows along v, as many as fit step together."""
     p, q = work.patches.degree
-    for first, last, begin, end in _pieces(work.patches.count, *work.shape):
+    for first, last, begin, end in _split_work(work.patches.count, *work.shape):
         checkpoint()
         nets = work.nets(first, last)
-        local = work.local(first, last).reshape(p + 1, q + 1, -1, last - first)
+        local = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
         rows = slice(begin, end)
         at = _rows(local, work, rows)
         work.write_local(at, work.positions[first:last, rows])
@@ -60,22 +60,22 @@ def _rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
     basis = sample_basis(len(net) - 1, work.resolution[0])[rows]
     curves = np.moveaxis(np.tensordot(basis, net, axes=(1, 0)), 0, -1)
     divisions = np.full(len(basis), work.resolution[1])
-    return np.moveaxis(_marched(curves, divisions, work.dtype), 0, -1)
+    return np.moveaxis(_march(curves, divisions, work.dtype), 0, -1)
 
 
-def triangles(work: TriangleEvaluation) -> None:
+def evaluate_triangles(work: TriangleEvaluation) -> None:
     """The same of triangles: row m of the samples, where t = m/R, has R − m divisions."""
     starts = triangle.row_starts(work.divisions)
-    for first, last, begin, end in _pieces(work.patches.count, *2 * (work.divisions + 1,)):
+    for first, last, begin, end in _split_work(work.patches.count, *2 * (work.divisions + 1,)):
         nets = work.nets(first, last)
-        local = work.local(first, last)
+        local = work.load_local(first, last)
         run = slice(starts[begin], starts[end])
         at = _triangle_rows(local, work.divisions, slice(begin, end), work.dtype)
         work.write_local(at, work.positions[first:last, run])
         if work.normals is not None:
             du, dv = (
                 _triangle_rows(net, work.divisions, slice(begin, end), work.dtype)
-                for net in differences(local)
+                for net in partial_nets(local)
             )
             work.write_normals(
                 work.partials_to_vectors(at, du, dv),
@@ -95,13 +95,13 @@ def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) ->
     basis = bernstein(square.shape[1] - 1, number / divisions)
     curves = np.einsum("mk,rlkd->ldrm", basis, square)
     lengths = divisions - number
-    values = _marched(curves, np.maximum(lengths, 1), dtype)
+    values = _march(curves, np.maximum(lengths, 1), dtype)
     row = np.repeat(np.arange(len(number)), lengths + 1)
     place = np.concatenate([np.arange(length + 1) for length in lengths.tolist()])
     return np.moveaxis(values[place, :, :, row], 0, -1)
 
 
-def curves(points: FloatArray, divisions: int) -> FloatArray:
+def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
     Every number is computed by itself: its bits do not depend on what is computed beside it.
@@ -109,18 +109,18 @@ def curves(points: FloatArray, divisions: int) -> FloatArray:
     out = np.empty((len(points), divisions + 1, points.shape[2]))
     for rows in row_slices(len(points), divisions + 1, CHUNK_SAMPLES):
         part = points[rows].transpose(1, 2, 0)
-        values = _marched(part, np.full(part.shape[2], divisions), np.float64)
+        values = _march(part, np.full(part.shape[2], divisions), np.float64)
         out[rows] = values.transpose(2, 0, 1)
     return out
 
 
-def _marched(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
+def _march(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
     """Values of curves (n+1, …, rows) at their own equal divisions: (most divisions + 1, …, rows).
 
     The rows come longest first; behind the end of a row nothing is written. What is added up is
     the way from the start of the row, lest its distance from the origin cost digits.
     """
-    exact = starting_differences(curves, divisions)
+    exact = find_starting_differences(curves, divisions)
     begin, differences_ = exact[0].astype(dtype), exact.astype(dtype)
     differences_[0] = 0
     values = np.zeros((int(divisions.max()) + 1, *curves.shape[1:]), dtype)
@@ -132,7 +132,7 @@ def _marched(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
     return values
 
 
-def starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray:
+def find_starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray:
     """Forward differences of order 0 … n at the start, for steps of 1/R: as (n+1, …, rows).
 
         Δ_h^k t^m = k! S(m, k) h^m at t = 0,  S of the second kind of Stirling
@@ -141,7 +141,7 @@ def starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray:
     the digits that R^k then magnifies.
     """
     degree = len(curves) - 1
-    counts = _surjections(degree)
+    counts = _count_surjections(degree)
     step = 1.0 / divisions
     found = np.zeros(curves.shape)
     difference = curves
@@ -154,7 +154,7 @@ def starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray:
 
 
 @lru_cache(maxsize=32)
-def _surjections(degree: int) -> FloatArray:
+def _count_surjections(degree: int) -> FloatArray:
     """K! S(m, k), which is how many maps of m things onto k there are: row m, column k."""
     counts = np.zeros((degree + 1, degree + 1))
     counts[0, 0] = 1
@@ -165,7 +165,7 @@ def _surjections(degree: int) -> FloatArray:
     return counts
 
 
-def _pieces(count: int, rows: int, samples: int) -> Iterator[tuple[int, int, int, int]]:
+def _split_work(count: int, rows: int, samples: int) -> Iterator[tuple[int, int, int, int]]:
     """Patches [first, last) and their rows [begin, end): all rows of some, or some rows of one."""
     step = max(1, CHUNK_SAMPLES // samples)
     patches = max(1, step // rows)

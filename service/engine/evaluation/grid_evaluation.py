@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_parameters
-from service.engine.evaluation.evaluation_state import ChunkNets, Evaluation, Samples
+from service.engine.evaluation.evaluation_state import ChunkNets, Evaluation, PatchSamples
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.poles import write_pole_normals
 from service.engine.scratch import Real, scratch
@@ -26,7 +26,7 @@ class GridEvaluation(Evaluation):
         patches: TensorPatches,
         resolution: tuple[int, int],
         dtype: Real,
-        out: Samples,
+        out: PatchSamples,
         origin: FloatArray | None,
     ) -> None:
         self.resolution = resolution
@@ -47,14 +47,14 @@ class GridEvaluation(Evaluation):
         count = (of_at if self.normals is None else of_dv).stop
         rows = scratch("nets", (count, self.dimension, last - first), np.float64)
         at = rows[of_at].reshape(p + 1, q + 1, *rows.shape[1:])
-        net = self.points(first, last, rows[of_at]).reshape(at.shape)
+        net = self.load_points(first, last, rows[of_at]).reshape(at.shape)
         if self.normals is None:
             return ChunkNets(rows, at)
         du = rows[of_du].reshape(p, q + 1, *rows.shape[1:])
         dv = rows[of_dv].reshape(p + 1, q, *rows.shape[1:])
         np.subtract(net[1:], net[:-1], out=du)
         np.subtract(net[:, 1:], net[:, :-1], out=dv)
-        return ChunkNets(rows, at, du, dv, self.trust(du, dv))
+        return ChunkNets(rows, at, du, dv, self.find_least_trusted(du, dv))
 
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]

@@ -23,7 +23,7 @@ CHUNK_SAMPLES = 1024
 """Samples of one patch that are worked on at a time."""
 
 
-class PatchNets:
+class DerivativeNets:
     """Homogeneous nets of some patches, about their own middle and in their own scale.
 
     `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational, and are those of
@@ -52,8 +52,8 @@ class PatchNets:
         self.du: FloatArray = np.diff(local, axis=2)
         self.dv: FloatArray = np.diff(local, axis=3)
         self._partial_nets: dict[tuple[int, int], FloatArray] = {}
-        self.longest_u: FloatArray = longest(self.du[:, :3])
-        self.longest_v: FloatArray = longest(self.dv[:, :3])
+        self.longest_u: FloatArray = longest_vectors(self.du[:, :3])
+        self.longest_v: FloatArray = longest_vectors(self.dv[:, :3])
 
     @property
     def measure(self) -> FloatArray:
@@ -70,10 +70,10 @@ class PatchNets:
 
         For a rational patch X_u − S w_u and X_v − S w_v, which need no second division.
         """
-        du = at(self.du, which, along_u[1], along_v[0])
-        dv = at(self.dv, which, along_u[0], along_v[1])
+        du = evaluate_at(self.du, which, along_u[1], along_v[0])
+        dv = evaluate_at(self.dv, which, along_u[0], along_v[1])
         if self.rational:
-            point = at(self.point, which, along_u[0], along_v[0])
+            point = evaluate_at(self.point, which, along_u[0], along_v[0])
             place = point[:, :3] / point[:, 3:]
             du = du[:, :3] - place * du[:, 3:]
             dv = dv[:, :3] - place * dv[:, 3:]
@@ -114,7 +114,7 @@ class PatchNets:
 
 def nets_of_samples(
     patches: TensorPatches, index: NDArray[np.intp]
-) -> Iterator[tuple[PatchNets, NDArray[np.intp], NDArray[np.intp]]]:
+) -> Iterator[tuple[DerivativeNets, NDArray[np.intp], NDArray[np.intp]]]:
     """The nets that samples of patches `index` (m,) need, some samples at a time.
 
     Yields
@@ -129,7 +129,7 @@ def nets_of_samples(
     net_bytes = 8 * 4 * 3 * (3 * p + 1) * (3 * q + 1)
     for rows in _rounds(index, max(1, CHUNK_BYTES // net_bytes)):
         used, which = np.unique(index[rows], return_inverse=True)
-        nets = PatchNets(patches, used)
+        nets = DerivativeNets(patches, used)
         for first in range(0, len(rows), CHUNK_SAMPLES):
             part = slice(first, first + CHUNK_SAMPLES)
             yield nets, rows[part], which[part]
@@ -150,7 +150,7 @@ def _rounds(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
         yield rest[begin : begin + step]
 
 
-def along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
+def evaluate_along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
     """Polynomials (K, d, m, n) with their first parameter given: row k by row k (r, d, n)."""
     if len(nets) == 1:
         d, m, n = nets.shape[1:]
@@ -161,15 +161,15 @@ def along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> Float
     return fixed
 
 
-def at(
+def evaluate_at(
     nets: FloatArray, which: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
 ) -> FloatArray:
     """Polynomials (K, d, m, n) at one parameter each, from bases (r, m) and (r, n): (r, d)."""
-    values: FloatArray = np.einsum("rdj,rj->rd", along(nets, which, along_u), along_v)
+    values: FloatArray = np.einsum("rdj,rj->rd", evaluate_along(nets, which, along_u), along_v)
     return values
 
 
-def longest(nets: FloatArray) -> FloatArray:
+def longest_vectors(nets: FloatArray) -> FloatArray:
     """Longest length among the vectors of each net (K, 3, …): shape (K,)."""
     lengths: FloatArray = np.sqrt(np.square(nets).sum(axis=1).max(axis=(1, 2)))
     return lengths

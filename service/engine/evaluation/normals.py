@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import Bools, FloatArray
 from service.bases.bernstein import bernstein
 from service.engine.evaluation.degenerate import VANISHING, limit_normals
-from service.engine.evaluation.nets import PatchNets, nets_of_samples
+from service.engine.evaluation.nets import DerivativeNets, nets_of_samples
 from service.engine.vectors import cross
 from service.surface.batches import TensorPatches
 
@@ -47,13 +47,13 @@ def unit_normals(
     normals = np.empty((len(index), 3))
     limits = 0
     for nets, rows, which in nets_of_samples(patches, index):
-        normals[rows], vanishes = normals_of(nets, which, u[rows], v[rows])
+        normals[rows], vanishes = find_normals(nets, which, u[rows], v[rows])
         limits += int(np.count_nonzero(vanishes))
     return normals, limits
 
 
-def normals_of(
-    nets: PatchNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
+def find_normals(
+    nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """The same for rows `which` of nets at hand; and at which samples S_u × S_v vanishes."""
     p, q = nets.degree

@@ -10,7 +10,7 @@ from service.engine.evaluation.triangle_normals import triangle_normals
 from service.surface.batches import Patches, TrianglePatches
 
 
-def by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
+def group_by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
     """The batches that patches (N,) are in: batch, number of its first patch, rows (m,).
 
     Patches are numbered from one batch to the next.
@@ -34,7 +34,7 @@ def scattered_normals(
     """
     normals = np.empty((len(patch), 3))
     limits = 0
-    for batch, first, rows in by_batch(batches, patch):
+    for batch, first, rows in group_by_batch(batches, patch):
         index, at_u, at_v = patch[rows] - first, u[rows], v[rows]
         if isinstance(batch, TrianglePatches):
             normals[rows], found = triangle_normals(batch, index, at_u * (1.0 - at_v), at_v)

@@ -23,9 +23,9 @@ from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.evaluation_state import (
     ChunkNets,
     Evaluation,
-    Samples,
+    PatchSamples,
 )
-from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_nets import partial_nets
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.scratch import Real, scratch
 from service.surface.batches import TrianglePatches
@@ -44,7 +44,7 @@ class TriangleEvaluation(Evaluation):
         patches: TrianglePatches,
         divisions: int,
         dtype: Real,
-        out: Samples,
+        out: PatchSamples,
         origin: FloatArray | None,
     ) -> None:
         self.divisions = divisions
@@ -61,11 +61,11 @@ class TriangleEvaluation(Evaluation):
         """Planes of the nets of patches [first, last): (K, d, r)."""
         size = triangle.count_points(self.patches.degree)
         at = scratch("nets", (size, self.dimension, last - first), np.float64)
-        net = self.points(first, last, at)
+        net = self.load_points(first, last, at)
         if self.normals is None:
             return ChunkNets(at, at)
-        ds, dt = differences(net)
-        return ChunkNets(at, at, ds, dt, self.trust(ds, dt))
+        ds, dt = partial_nets(net)
+        return ChunkNets(at, at, ds, dt, self.find_least_trusted(ds, dt))
 
     def _at_once(self) -> None:
         # Sixteen numbers are a cache line: every plane of a chunk begins at one.

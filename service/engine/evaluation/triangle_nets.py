@@ -6,7 +6,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 
 
-def differences(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
+def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Nets of the partials along s and t, ÷ n: (K, …) to two of degree n − 1.
 
         S_s: b_{i,j+1,k} − b_{i+1,j,k}    S_t: b_{i,j,k+1} − b_{i+1,j,k}
@@ -15,16 +15,16 @@ def differences(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     ----------
     Farin, Curves and Surfaces for CAGD, 5th ed., section 17.4.
     """
-    here, along, above = neighbours(len(nets))
+    here, along, above = neighbour_rows(len(nets))
     return nets[along] - nets[here], nets[above] - nets[here]
 
 
-def barycentric_places(s: FloatArray, t: FloatArray) -> FloatArray:
+def to_barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
     """(r, s, t) with the sum 1, shape (m, 3); r is never negative, whatever s and t add up to."""
     return np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
 
 
-def neighbours(count: int) -> tuple[Ints, Ints, Ints]:
+def neighbour_rows(count: int) -> tuple[Ints, Ints, Ints]:
     """Rows of b_{i+1,j,k}, b_{i,j+1,k} and b_{i,j,k+1} in a net of so many control points.
 
     In the order of the b_ijk of degree n − 1: the upright triangles of the net.

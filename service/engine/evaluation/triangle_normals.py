@@ -17,7 +17,7 @@ from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
-from service.engine.evaluation.triangle_nets import barycentric_places, differences
+from service.engine.evaluation.triangle_nets import partial_nets, to_barycentric
 from service.engine.extent import powers_of_two
 from service.engine.vectors import cross
 from service.surface.batches import TrianglePatches
@@ -56,14 +56,14 @@ def normals_at(
     normals = np.empty((len(index), 3))
     vanishes = np.empty(len(index), dtype=bool)
     for local, rows, which in triangles_of_samples(patches, index):
-        found = _regular(local.patches, which, s[rows], t[rows])
+        found = _find_regular_normals(local.patches, which, s[rows], t[rows])
         normals[rows], vanishes[rows] = found
     zero = np.flatnonzero(vanishes)
     if len(zero):
         # All together: what is prepared for a patch of high degree costs as much as all the rest.
         used, which = np.unique(index[zero], return_inverse=True)
-        around = local_triangles(patches.take(used)).patches
-        u = across(around, which, barycentric_places(s[zero], t[zero]))
+        around = localize(patches.take(used)).patches
+        u = tensor_u(around, which, to_barycentric(s[zero], t[zero]))
         normals[zero], _ = unit_normals(around.to_tensor(), which, u, t[zero])
     return normals, vanishes
 
@@ -97,16 +97,16 @@ def triangles_of_samples(
     for part in row_slices(len(order), patches.points.shape[1], CHUNK_NUMBERS):
         rows = order[part]
         used, which = np.unique(index[rows], return_inverse=True)
-        yield local_triangles(patches.take(used)), rows, which
+        yield localize(patches.take(used)), rows, which
 
 
-def _regular(
+def _find_regular_normals(
     local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """S_s × S_t of rows `which` of patches at hand, made unit where it does not vanish."""
-    places = barycentric_places(s, t)
+    places = to_barycentric(s, t)
     nets = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
-    along = differences(nets)
+    along = partial_nets(nets)
     below = triangle_basis.triangle_bernstein(local.degree - 1, places)
     ds, dt = (_sums(below, net, which) for net in along)
     if local.weights is not None:
@@ -117,7 +117,7 @@ def _regular(
         dt = dt[:, :3] - place * dt[:, 3:]
     vectors = cross(ds, dt)
     length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
-    longest_s, longest_t = (_longest(net)[which] for net in along)
+    longest_s, longest_t = (_longest_vectors(net)[which] for net in along)
     vanishes: Bools = length <= VANISHING * length_s * length_t
     vanishes |= length_s <= VANISHING * longest_s
     vanishes |= length_t <= VANISHING * longest_t
@@ -133,7 +133,7 @@ def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> Float
     return values
 
 
-def local_triangles(patches: TrianglePatches) -> LocalTriangles:
+def localize(patches: TrianglePatches) -> LocalTriangles:
     """The patches, each about its own middle and in its own scale."""
     middle = patches.points.mean(axis=1, keepdims=True)
     points = patches.points - middle
@@ -143,7 +143,7 @@ def local_triangles(patches: TrianglePatches) -> LocalTriangles:
     return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
 
 
-def across(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
+def tensor_u(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
     """U of barycentric places in the tensor form, s / (r + s).
 
     At the corner t = 1 it is the direction in which the corner is approached: along a side if the
@@ -156,7 +156,7 @@ def across(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray
     return np.where(inside, s / np.where(inside, r + s, 1.0), middle)
 
 
-def _longest(nets: FloatArray) -> FloatArray:
+def _longest_vectors(nets: FloatArray) -> FloatArray:
     """Longest length among the vectors of each net: (K, P, d) to (P,)."""
     lengths: FloatArray = np.sqrt(np.square(nets[..., :3]).sum(axis=-1).max(axis=0))
     return lengths

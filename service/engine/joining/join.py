@@ -14,7 +14,7 @@ from service.cancellation import checkpoint
 from service.engine.joining.cutting import cut, lines_of
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
-from service.engine.mesh.connect import connect, connect_apart, may_be_cut, weld_reach
+from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut, weld_reach
 from service.engine.mesh.seams import Seams
 from service.surface.lowered import GroupModel, PatchModel
 
@@ -44,13 +44,13 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
     allow : callable
         Looks at a model that was cut, before anything is made of it.
     """
-    return join_further(model, connect_apart(model, tolerance), tolerance, allow)
+    return join_further(model, connect_if_apart(model, tolerance), tolerance, allow)
 
 
 def join_further(
     model: PatchModel, seams: Seams | None, tolerance: float, allow: Allow
 ) -> tuple[PatchModel, Seams]:
-    """What `join` returns, where the `seams` of `connect_apart` are known."""
+    """What `join` returns, where the `seams` of `connect_if_apart` are known."""
     model, seams = _snapped(model, seams, tolerance)
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams
@@ -67,7 +67,7 @@ def join_further(
         model = cut(model, lines)
         if model.patch_count > most:
             return known
-        model, seams = _snapped(model, connect_apart(model, tolerance), tolerance)
+        model, seams = _snapped(model, connect_if_apart(model, tolerance), tolerance)
     else:
         return known
     if model.patch_count > known[0].patch_count:

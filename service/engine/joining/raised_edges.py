@@ -10,7 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import elevate
 from service.engine.clustering import leaders
-from service.engine.mesh.degree_matching import candidates
+from service.engine.mesh.degree_matching import find_candidates
 from service.engine.mesh.edge_patterns import EdgePattern
 from service.surface.sides import BEGINS, ENDS
 
@@ -30,7 +30,7 @@ def equal_raised(
     begin, end = np.where(against, ends[1], ends[0]), np.where(against, ends[0], ends[1])
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
     first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
-    pair, edges, highest = candidates(~known.collapsed.ravel()[side], degree, begin, end)
+    pair, edges, highest = find_candidates(~known.collapsed.ravel()[side], degree, begin, end)
     open_ = begin[edges] != end[edges]
     pair, edges, highest = pair[open_], edges[open_], highest[open_]
     for common in np.unique(highest).tolist():

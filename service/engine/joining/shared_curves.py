@@ -24,7 +24,7 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.clustering import leaders
 from service.engine.joining.near_points import run_starts
-from service.engine.mesh.connectivity import digest
+from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS, ENDS
@@ -111,7 +111,7 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
         rows = known.open_lines[group.ids].nonzero()[0]
         arrays += [group.points.take(rows, axis=0)]
         arrays += [] if group.weights is None else [group.weights.take(rows, axis=0)]
-    key = ("cuts", known.key, reach, digest(*arrays))
+    key = ("cuts", known.key, reach, hash_arrays(*arrays))
     return KNOWN.get(key, lambda: _cuts(seams, reach))
 
 

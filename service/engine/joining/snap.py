@@ -35,9 +35,9 @@ from service.engine.mesh.edge_patterns import (
     border_points,
     border_weights,
     find_pattern,
-    with_border,
+    replace_border,
 )
-from service.engine.mesh.edges import directed
+from service.engine.mesh.edges import direct_edges
 from service.surface.lowered import PatchModel
 
 ROUNDED_UP = 1 + 2.0**-40
@@ -73,7 +73,9 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     batches, first = [], 0
     for batch, run in zip(model.batches, runs, strict=True):
         own = slice(first, first + len(run))
-        batches.append(with_border(batch, points[own], None if weights is None else weights[own]))
+        batches.append(
+            replace_border(batch, points[own], None if weights is None else weights[own])
+        )
         first += len(run)
     return replace(model, batches=tuple(batches), moved=model.moved + moved)
 
@@ -86,7 +88,7 @@ def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatA
     first = np.empty(len(border), dtype=np.intp)
     first[group[least]] = least
     for rows, edge in pattern.sides:
-        nets, _, _ = directed(border[rows], None)
+        nets, _, _ = direct_edges(border[rows], None)
         order = np.lexsort((*nets.reshape(len(nets), -1).T[::-1], edge))
         order = order[run_starts(edge[order])]
         points[rows[:, 1:-1]] = border[rows[order, 1:-1]][edge]

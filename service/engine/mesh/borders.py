@@ -8,7 +8,7 @@ from service.engine.options import MeshOptions
 from service.surface.sides import BEGINS, ENDS
 
 
-def borders(
+def find_borders(
     layout: Layout,
     options: MeshOptions,
     mesh_faces: tuple[IndexArray, IndexArray],
@@ -28,7 +28,7 @@ def borders(
     returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
     coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
     if options.weld:
-        counted = coarse or seams.is_folded or _meet_twice(layout)
+        counted = coarse or seams.is_folded or _is_met_twice(layout)
     else:
         # Every face at a pole has a vertex of its own there.
         counted = coarse or layout.has_poles
@@ -41,7 +41,7 @@ def borders(
     return boundary, boundary == 0 and bool((uses <= 2).all())
 
 
-def _meet_twice(layout: Layout) -> bool:
+def _is_met_twice(layout: Layout) -> bool:
     """Whether two patches share both sides of a corner that a line of the mesh cuts off.
 
     That line, from side to side, is then one of both meshes: with two divisions at whichever end

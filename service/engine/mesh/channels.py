@@ -64,7 +64,7 @@ def sample_channels(
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
     carried = model.batches[0].channels
     found = [
-        ChannelRows(channel.name, channel.kind, _rows(model, layout, number, dtype))
+        ChannelRows(channel.name, channel.kind, _build_rows(model, layout, number, dtype))
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
@@ -72,7 +72,7 @@ def sample_channels(
     return tuple(found)
 
 
-def by_kind(
+def split_by_kind(
     channels: tuple[ChannelRows, ...],
 ) -> tuple[RealArray | None, RealArray | None, tuple[tuple[str, RealArray], ...]]:
     """Texture coordinates, colours, and attributes by name, as a mesh has them."""
@@ -81,7 +81,7 @@ def by_kind(
     return found.get("uvs"), found.get("colors"), named
 
 
-def agreeing(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
+def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     """For each sample the first one at its place where every channel has the same value.
 
     Values that differ by rounding alone become equal, channel by channel.
@@ -103,7 +103,7 @@ def agreeing(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     local = spot
     for channel in channels:
         values = channel.values[rows]
-        first = leaders(spot, _in_steps(channel, values), 1.0)
+        first = leaders(spot, _scale_values(channel, values), 1.0)
         channel.values[rows] = values[first]
         local = leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
     alike = own
@@ -111,7 +111,7 @@ def agreeing(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     return alike
 
 
-def _in_steps(channel: ChannelRows, values: RealArray) -> FloatArray:
+def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
     """Values of a channel in units of the difference that counts as none.
 
     With a unit by arsinh, which is linear about 0 and logarithmic beyond: what is small differs by
@@ -131,7 +131,7 @@ def _scale(values: RealArray) -> FloatArray:
     return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)
 
 
-def _rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
+def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
     """Values (N, d) of one channel: grids, then the samples beside them."""
     dimension = model.batches[0].channels[number].dimension
     rows = np.empty((layout.size, dimension), dtype=dtype)
@@ -143,7 +143,7 @@ def _rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealAr
             _write_triangles(channel, block, out)
             continue
         _write_grids(channel, block, out)
-        for side, patches, along, samples in layout.extras_of(block):
+        for side, patches, along, samples in layout.iterate_extras(block):
             edges = take_side(channel.nets, side)[patches]
             basis = bernstein(edges.shape[1] - 1, along)
             rows[samples] = np.einsum("ni,nid->nd", basis, edges)
@@ -179,17 +179,17 @@ def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) ->
         if block.triangular:
             _write_triangle_parameters(block, rows)
             continue
-        ends = limits_of(block.first + block.patches, domains)
+        ends = find_limits(block.first + block.patches, domains)
         u, v = (
-            _between(limits, parameters(r))
+            _interpolate(limits, parameters(r))
             for limits, r in zip(ends, block.resolution, strict=True)
         )
         out = rows[block.base : block.base + block.count * len(block.patches)]
         grid = out.reshape(len(u), u.shape[1], v.shape[1], 2)
         grid[..., 0] = u[:, :, np.newaxis]
         grid[..., 1] = v[:, np.newaxis]
-        for side, patches, along, samples in layout.extras_of(block):
-            limits = limits_of(block.first + patches, domains)
+        for side, patches, along, samples in layout.iterate_extras(block):
+            limits = find_limits(block.first + patches, domains)
             axis = 1 if side < 2 else 0
             low, high = limits[axis].T
             rows[samples, axis] = (1.0 - along) * low + along * high
@@ -207,7 +207,7 @@ def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
         out[:, first:last, 1] = row / divisions
 
 
-def limits_of(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray, FloatArray]:
+def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray, FloatArray]:
     """First and last u, and v, of patches by their numbers in the model: (m, 2) each."""
     if not domains:
         unit = np.tile([0.0, 1.0], (len(patches), 1))
@@ -223,13 +223,13 @@ def limits_of(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray, F
     row += (np.cumsum(rows) - rows)[owner]
     column += (np.cumsum(columns) - columns)[owner]
     u, v = (np.concatenate(knots) for knots in zip(*((d.u, d.v) for d in domains), strict=True))
-    return _ends(u, row), _ends(v, column)
+    return _span_ends(u, row), _span_ends(v, column)
 
 
-def _ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:
+def _span_ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:
     return np.stack([knots[span], knots[span + 1]], axis=1)
 
 
-def _between(limits: FloatArray, t: FloatArray) -> FloatArray:
+def _interpolate(limits: FloatArray, t: FloatArray) -> FloatArray:
     """Parameters (m, R+1) from limits (m, 2); the ends are the very limits."""
     return limits[:, :1] * (1.0 - t) + limits[:, 1:] * t

@@ -56,7 +56,7 @@ OPEN = Closure(None, None)
 """Of a surface whose sides are all different edges."""
 
 
-def closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
+def find_closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
     """How the surface closes; None for patches that are not pieces of one surface.
 
     A surface whose first and last sides are different edges is open: the connectivity, where it is
@@ -77,11 +77,11 @@ def closure(model: PatchModel, connectivity: Connectivity | None = None) -> Clos
         if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
             found.append(None)
         else:
-            found.append(_along(batch, first, last, side, degree / np.diff(knots)))
+            found.append(_find_continuity(batch, first, last, side, degree / np.diff(knots)))
     return Closure(*found)
 
 
-def _along(
+def _find_continuity(
     batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
     """Continuity of the seam between this side of the first patches and the next of the last."""

@@ -16,17 +16,17 @@ from service.engine.mesh.connectivity import (
     EQUAL_WEIGHT,
     FEW_POINTS,
     Connectivity,
-    digest,
-    equal_points,
-    first_equals,
-    may_be_near,
+    find_equal_points,
+    find_first_equals,
+    has_near_points,
+    hash_arrays,
 )
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
     border_points,
     border_weights,
+    find_first_rows,
     find_pattern,
-    first_of,
 )
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams, find_seams
@@ -44,12 +44,12 @@ def connect(model: PatchModel) -> Seams:
     As `find_seams` finds them; but numbered, and directed, by the patches that come first, so that
     nothing of the connectivity depends on coordinates.
     """
-    seams = connect_apart(model, 0.0)
+    seams = connect_if_apart(model, 0.0)
     assert seams is not None  # no points are nearer than that
     return seams
 
 
-def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
+def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
     """What `connect` finds; None if points or weights may be near though they are not equal.
 
     Parameters
@@ -62,7 +62,7 @@ def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
     border = points[0] if len(points) == 1 else np.concatenate(points)
     forms = tuple((isinstance(b, TrianglePatches), b.degree, b.count) for b in batches)
     reach = _reach(model, tolerance) if tolerance else 0.0
-    pattern, is_apart = _pattern(model, border, forms, reach)
+    pattern, is_apart = _find_pattern(model, border, forms, reach)
     if reach and not is_apart and _may_be_near(model, border, reach):
         return None
     seams = None
@@ -73,7 +73,7 @@ def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
         seams = pattern.seams(border, weights)
         if seams is None and weights is not None and _are_near(weights, tolerance):
             return None
-    return seams or _renumbered(find_seams(batches))
+    return seams or _renumber(find_seams(batches))
 
 
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:
@@ -132,7 +132,7 @@ def _may_be_near(model: PatchModel, border: FloatArray, reach: float) -> bool:
         grid = batch.points.reshape(len(domain.u) - 1, len(domain.v) - 1, *batch.points.shape[1:])
         lines = grid[0, :, 0], grid[-1, :, -1], grid[:, 0, :, 0], grid[:, -1, :, -1], batch.corners
         border = np.concatenate([line.reshape(-1, 3) for line in lines])
-    return may_be_near(border, reach)
+    return has_near_points(border, reach)
 
 
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
@@ -142,7 +142,7 @@ def _are_near(weights: FloatArray, tolerance: float) -> bool:
     return bool(((gaps > EQUAL_WEIGHT * size) & (gaps <= tolerance * size)).any())
 
 
-def _pattern(
+def _find_pattern(
     model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...], reach: float
 ) -> tuple[EdgePattern, bool]:
     """The pattern of the border points of a model: mostly that of the last model of its form.
@@ -151,7 +151,7 @@ def _pattern(
     """
     found: object
     if len(border) <= FEW_POINTS:
-        few = first_equals(border)
+        few = find_first_equals(border)
         found = MESH_PLANS.get(
             ("edges", forms, few), lambda: find_pattern(model.batches, np.array(few))
         )
@@ -159,13 +159,15 @@ def _pattern(
         return found, False
     last = ("last edges", forms)
     found = MESH_PLANS.find(last)
-    if isinstance(found, EdgePattern) and found.equal.hold(border, reach):
+    if isinstance(found, EdgePattern) and found.equal.is_right_for(border, reach):
         return found, True
     columns = 0 if model.domain is None else _plain_columns(model.batches[0], model.domain)
-    numbers = None if columns else equal_points(border)
+    numbers = None if columns else find_equal_points(border)
     found = MESH_PLANS.get(
-        ("edges", forms, columns, b"" if numbers is None else digest(numbers)),
-        lambda: find_pattern(model.batches, equal_points(border) if numbers is None else numbers),
+        ("edges", forms, columns, b"" if numbers is None else hash_arrays(numbers)),
+        lambda: find_pattern(
+            model.batches, find_equal_points(border) if numbers is None else numbers
+        ),
     )
     assert isinstance(found, EdgePattern)
     MESH_PLANS.put(last, found)
@@ -188,11 +190,11 @@ def _plain_columns(batch: Patches, domain: Domain) -> int:
     corners = np.empty((grid[0] + 1, grid[1] + 1, 3))
     corners[:-1, :-1], corners[-1, :-1] = nets[:, :, 0, 0], nets[-1, :, -1, 0]
     corners[:-1, -1], corners[-1, -1] = nets[:, -1, 0, -1], nets[-1, -1, -1, -1]
-    number = equal_points(corners.reshape(-1, 3))
+    number = find_equal_points(corners.reshape(-1, 3))
     return grid[1] if (number == np.arange(len(number))).all() else 0
 
 
-def _renumbered(seams: Seams) -> Seams:
+def _renumber(seams: Seams) -> Seams:
     """The seams with edges and corners in the order, and the direction, of their first sides."""
     connectivity = seams.connectivity
     _, side = np.unique(connectivity.edge, return_index=True)
@@ -210,7 +212,7 @@ def _renumbered(seams: Seams) -> Seams:
             weights[turned] = weights[turned, ::-1]
         curves.append(EdgeCurves(new, points, weights))
         first += len(order)
-    stand_in, number = first_of(connectivity.corner.reshape(-1, 1).astype(np.float64))
+    stand_in, number = find_first_rows(connectivity.corner.reshape(-1, 1).astype(np.float64))
     renumbered = Connectivity(
         counts=connectivity.counts,
         triangular=connectivity.triangular,

@@ -75,7 +75,7 @@ class Connectivity:
     @cached_property
     def key(self) -> bytes:
         """Equal for connectivities that are equal, and for no others."""
-        return digest(
+        return hash_arrays(
             np.array([len(self.counts), *self.counts]),
             self.triangular,
             self.edge,
@@ -154,26 +154,26 @@ def triangular_patches(batches: Sequence[Patches]) -> Bools:
     return np.concatenate([np.full(b.count, isinstance(b, TrianglePatches)) for b in batches])
 
 
-def equal_points(points: FloatArray) -> Ints:
+def find_equal_points(points: FloatArray) -> Ints:
     """For each point (N, 3) the first one that is equal to it: one decision for the whole engine.
 
     Points are equal if their coordinates are, bit for bit.
     """
     if len(points) <= FEW_POINTS:
-        return np.array(first_equals(points), np.intp)
+        return np.array(find_first_equals(points), np.intp)
     leaders, number = unique_rows(points)
     return leaders[number]
 
 
-def first_equals(points: FloatArray) -> tuple[int, ...]:
-    """What `equal_points` answers, of few points, looked up one by one."""
+def find_first_equals(points: FloatArray) -> tuple[int, ...]:
+    """What `find_equal_points` answers, of few points, looked up one by one."""
     first: dict[tuple[float, ...], int] = {}
     return tuple([first.setdefault(tuple(p), k) for k, p in enumerate(points.tolist())])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EqualPoints:
-    """An answer of `equal_points`, to be compared with other points.
+    """An answer of `find_equal_points`, to be compared with other points.
 
     `number` (N,) is the answer, `leaders` (L,) the points that are equal to none before them.
     """
@@ -182,11 +182,11 @@ class EqualPoints:
     leaders: Ints
 
     @staticmethod
-    def of(number: Ints) -> "EqualPoints":
+    def from_number(number: Ints) -> "EqualPoints":
         """The answer with its leaders."""
         return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
 
-    def hold(self, points: FloatArray, reach: float) -> bool:
+    def is_right_for(self, points: FloatArray, reach: float) -> bool:
         """Whether this is the answer for `points` (N, 3), too, and others are further apart.
 
         False where that is not certain. All leaders are further apart than `reach` if their
@@ -195,21 +195,21 @@ class EqualPoints:
         equal = points.take(self.number, axis=0) == points
         if np.count_nonzero(equal) < equal.size:
             return False
-        place = _projected(points.take(self.leaders, axis=0))
+        place = _project(points.take(self.leaders, axis=0))
         place.sort()
         return not np.count_nonzero(place[1:] - place[:-1] <= reach)
 
 
-def may_be_near(points: FloatArray, reach: float) -> bool:
+def has_near_points(points: FloatArray, reach: float) -> bool:
     """Whether two points (N, 3) that differ may be at most `reach` apart, told by projections."""
-    place = _projected(points)
+    place = _project(points)
     order = place.argsort()
     rows, place = points.take(order, axis=0), place.take(order)
     differ = np.logical_or.reduce(rows[1:] != rows[:-1], axis=1)
     return bool((differ & (place[1:] - place[:-1] <= reach)).any())
 
 
-def _projected(points: FloatArray) -> FloatArray:
+def _project(points: FloatArray) -> FloatArray:
     """Places of points (N, 3) along one direction, (N,)."""
     x, y, z = points.T
     place: FloatArray = x * DIRECTION[0]
@@ -218,7 +218,7 @@ def _projected(points: FloatArray) -> FloatArray:
     return place
 
 
-def digest(*arrays: NDArray[Any]) -> bytes:
+def hash_arrays(*arrays: NDArray[Any]) -> bytes:
     """A key for arrays: their BLAKE2b hash of 32 bytes, as safe against collisions as SHA-256."""
     found = blake2b(digest_size=32)
     for array in arrays:

@@ -19,10 +19,10 @@ from service.engine.mesh.patterns import (
     AnyShape,
     Shape,
     TriangleShape,
-    faces,
-    merged_samples,
-    rim,
-    used_samples,
+    build_faces,
+    build_rim,
+    find_used_samples,
+    merge_collapsed,
 )
 from service.engine.options import Faces, MeshOptions
 from service.surface.lowered import PatchModel
@@ -37,7 +37,7 @@ class Counts:
     quads: int
 
 
-def count(model: PatchModel, options: MeshOptions) -> Counts:
+def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     """Exactly what `tessellate` will report of a model at its resolution; nothing is evaluated.
 
     Costs hardly more than to find the shared edges, unless two sides of a patch are one edge, or a
@@ -45,23 +45,25 @@ def count(model: PatchModel, options: MeshOptions) -> Counts:
     """
     kind = options.faces
     layout = Layout.plan(connect(model).connectivity, options.resolution)
-    groups = [_Group(shape, each, _tally(shape, kind)) for shape, each in layout.shapes]
+    groups = [_Group(shape, each, _count_shape(shape, kind)) for shape, each in layout.shapes]
     triangles = sum(len(group.patches) * group.tally.triangles for group in groups)
     quads = sum(len(group.patches) * group.tally.quads for group in groups)
-    if not (layout.framed or (options.weld and layout.shares)):
+    if not (layout.is_framed or (options.weld and layout.has_shared_samples)):
         return Counts(layout.size, triangles, quads)
     complete = all(group.tally.complete for group in groups)
-    if complete and not layout.folds and options.weld:
-        return Counts(_all_places(layout, groups), triangles, quads)
+    if complete and not layout.may_fold and options.weld:
+        return Counts(_count_positions(layout, groups), triangles, quads)
 
-    place = layout.places
-    if layout.folds:
-        whole = [_whole(layout, group, kind, place) for group in groups]
+    place = layout.leaders
+    if layout.may_fold:
+        whole = [_count_proper(layout, group, kind, place) for group in groups]
         triangles, quads = (sum(column) for column in zip(*whole, strict=True))
     if options.weld and complete:
-        vertices = _all_places(layout, groups)
+        vertices = _count_positions(layout, groups)
     else:
-        vertices = _shown(layout, groups, kind, place if options.weld else np.arange(layout.size))
+        vertices = _count_used_positions(
+            layout, groups, kind, place if options.weld else np.arange(layout.size)
+        )
     return Counts(vertices, triangles, quads)
 
 
@@ -81,71 +83,73 @@ class _Group(NamedTuple):
     tally: _Tally
 
 
-def _tally(shape: AnyShape, kind: Faces) -> _Tally:
+def _count_shape(shape: AnyShape, kind: Faces) -> _Tally:
     """The tally of a shape; its faces at the border are looked at one by one."""
     if isinstance(shape, TriangleShape) and not any(shape.collapsed[:3]):
         return _Tally(shape.divisions**2, 0, complete=True)
-    if isinstance(shape, Shape) and not shape.framed and not any(shape.collapsed):
-        return _Tally(*_cells(shape.resolution[0] * shape.resolution[1], kind), complete=True)
+    if isinstance(shape, Shape) and not shape.is_framed and not any(shape.collapsed):
+        return _Tally(
+            *_count_cell_faces(shape.resolution[0] * shape.resolution[1], kind), complete=True
+        )
 
     def build() -> Ints:
-        (triangles, quads), inside = _at_border(shape, kind)
-        merged = merged_samples(shape)
+        (triangles, quads), inside = _build_border_faces(shape, kind)
+        merged = merge_collapsed(shape)
         missing = merged == np.arange(len(merged))
         for rows in (triangles, quads):
             missing[merged[rows]] = False
         if inside and isinstance(shape, Shape):
             ru, rv = shape.resolution
             missing[: (ru + 1) * (rv + 1)].reshape(ru + 1, rv + 1)[1:-1, 1:-1] = False
-        more = _cells(inside, kind)
+        more = _count_cell_faces(inside, kind)
         return np.array([len(triangles) + more[0], len(quads) + more[1], not missing.any()])
 
     triangles, quads, complete = PLANS.array(("tally", shape, kind), build).tolist()
     return _Tally(triangles, quads, complete=bool(complete))
 
 
-def _at_border(shape: AnyShape, kind: Faces) -> tuple[tuple[IndexArray, IndexArray], int]:
+def _build_border_faces(shape: AnyShape, kind: Faces) -> tuple[tuple[IndexArray, IndexArray], int]:
     """Triangles and quads of a shape as local indices, and how many cells inside are left out.
 
     Of triangles all faces are there.
     """
     if isinstance(shape, TriangleShape):
-        return faces(shape, kind), 0
+        return build_faces(shape, kind), 0
     ru, rv = shape.resolution
-    return rim(shape, kind), max(ru - 2, 0) * max(rv - 2, 0)
+    return build_rim(shape, kind), max(ru - 2, 0) * max(rv - 2, 0)
 
 
-def _cells(count: int, kind: Faces) -> tuple[int, int]:
+def _count_cell_faces(count: int, kind: Faces) -> tuple[int, int]:
     """So many cells as triangles and quads."""
     return (2 * count, 0) if kind == "triangles" else (0, count)
 
 
-def _whole(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tuple[int, int]:
+def _count_proper(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tuple[int, int]:
     """Triangles and quads of a group without those that have one place twice.
 
     A quad of which one side is a point is a triangle.
     """
-    (triangles, quads), inside = _at_border(group.shape, kind)
+    (triangles, quads), inside = _build_border_faces(group.shape, kind)
     vertices = place[layout.patch_samples(group.patches, group.shape)]
-    more = _cells(inside * len(group.patches), kind)
+    more = _count_cell_faces(inside * len(group.patches), kind)
     around = vertices[:, quads]
-    different = _different(around)
+    different = _count_distinct(around)
     sided = (around == np.roll(around, -1, axis=-1)).any(axis=-1)
     halved = int(((different == 3) & sided).sum())
     return (
-        int((_different(vertices[:, triangles]) == 3).sum()) + halved + more[0],
+        int((_count_distinct(vertices[:, triangles]) == 3).sum()) + halved + more[0],
         int((different == 4).sum()) + more[1],
     )
 
 
-def _different(vertices: Ints) -> Ints:
+def _count_distinct(vertices: Ints) -> Ints:
     """How many different vertices faces have, shape (n, F) of (n, F, corners)."""
     ordered = np.sort(vertices, axis=-1)
     found: Ints = (ordered[..., 1:] != ordered[..., :-1]).sum(axis=-1) + 1
     return found
 
 
-def _all_places(layout: Layout, groups: Sequence[_Group]) -> int:
+def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
     """Places of all samples: those inside the patches, those inside the edges, the corners."""
     inside = sum(len(group.patches) * group.shape.inner for group in groups)
     lines = np.zeros(len(layout.divisions), dtype=bool)
@@ -153,10 +157,12 @@ def _all_places(layout: Layout, groups: Sequence[_Group]) -> int:
     return inside + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
 
 
-def _shown(layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints) -> int:
+def _count_used_positions(
+    layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints
+) -> int:
     """Places that occur in faces; of a surface without any faces all of them."""
     shown = np.zeros(layout.size, dtype=bool)
     for shape, patches, _ in groups:
         samples = layout.patch_samples(patches, shape)
-        shown[place[samples[:, used_samples(shape, kind)]]] = True
+        shown[place[samples[:, find_used_samples(shape, kind)]]] = True
     return int(np.count_nonzero(shown if shown.any() else place == np.arange(len(place))))

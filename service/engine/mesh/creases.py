@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.engine.clustering import leaders
-from service.engine.mesh.connectivity import digest
+from service.engine.mesh.connectivity import hash_arrays
 
 OPPOSITE = 1e-6
 """A sum of unit normals shorter than this has no direction."""
@@ -38,7 +38,7 @@ class Averages:
     first: Ints
 
     @staticmethod
-    def of(leader: Ints, members: Ints | None = None) -> "Averages":
+    def from_leaders(leader: Ints, members: Ints | None = None) -> "Averages":
         """The groups of samples of which `leader` (N,) names the first one.
 
         `members` are those that have another leader than themselves, where they are known.
@@ -77,7 +77,7 @@ class Sharing:
     is_averaged: bool = False
 
 
-def chord(angle: float) -> float:
+def chord_length(angle: float) -> float:
     """How far two unit vectors at this angle, in radians, are apart."""
     return 2 * sin(angle / 2)
 
@@ -103,17 +103,17 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     """
     own = normals.take(places.members, axis=0)
     step = own - normals.take(places.first, axis=0)
-    near = np.vecdot(step, step) <= chord(angle) ** 2
+    near = np.vecdot(step, step) <= chord_length(angle) ** 2
     if np.count_nonzero(near) == len(near):
         return None
     rest = np.flatnonzero(~near)
     slot = places.slot[rest]
     first = np.empty(len(places.leaders), np.intp)
     first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
-    group = leaders(first[slot], own[rest], chord(angle))
+    group = leaders(first[slot], own[rest], chord_length(angle))
     found = places.first.copy()
     found[rest] = places.members[rest[group]]
-    return Sharing(found, digest(near, group))
+    return Sharing(found, hash_arrays(near, group))
 
 
 def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:

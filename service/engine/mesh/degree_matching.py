@@ -21,7 +21,7 @@ themselves. No point of the one curve is then further from the other than ten ti
 are off by √3 + 1, weights move points by 4 √3, and the rest is the rounding of the raising."""
 
 
-def lowest(
+def find_lowest(
     curves: Sequence[EdgeCurves], lines: Bools, begin: Ints, end: Ints
 ) -> tuple[Ints, Bools]:
     """For each edge the one of lowest degree that is the same curve, and whether it runs back.
@@ -46,7 +46,7 @@ def lowest(
     degree = np.zeros(len(lines), dtype=np.intp)
     for group in curves:
         degree[group.ids] = group.points.shape[1] - 1
-    pair, edges, highest = candidates(lines, degree, begin, end)
+    pair, edges, highest = find_candidates(lines, degree, begin, end)
     for common in np.unique(highest).tolist():
         here = highest == common
         edge, place = edges[here], pair[here]
@@ -66,7 +66,7 @@ def lowest(
     return leader, turned
 
 
-def candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
+def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
     """Edges between two corners that have edges of several degrees between them.
 
     Returns

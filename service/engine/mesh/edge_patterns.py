@@ -19,8 +19,8 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.unique_rows import unique_rows
 from service.engine.mesh.connectivity import Connectivity, EqualPoints, triangular_patches
-from service.engine.mesh.degree_matching import candidates
-from service.engine.mesh.edges import EdgeCurves, directed
+from service.engine.mesh.degree_matching import find_candidates
+from service.engine.mesh.edges import EdgeCurves, direct_edges
 from service.engine.mesh.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
@@ -92,7 +92,7 @@ def border_weights(batch: Patches) -> FloatArray:
     return batch.weights.reshape(batch.count, -1).take(border, axis=1).ravel()
 
 
-def with_border(batch: Patches, points: FloatArray, weights: FloatArray | None) -> Patches:
+def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | None) -> Patches:
     """The batch with other points (P b, 3) and weights (P b,) on the borders of its patches."""
     border, _, _ = _border_rows(*_form(batch))
     nets = batch.points.copy()
@@ -151,14 +151,14 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         place, own = place[order], own[order]
         points = numbers[own]
         collapsed[place] = (points == points[:, :1]).all(axis=1)
-        canonical, _, turned = directed(points[..., None].astype(np.float64), None)
-        leader, number = first_of(canonical[..., 0])
+        canonical, _, turned = direct_edges(points[..., None].astype(np.float64), None)
+        leader, number = find_first_rows(canonical[..., 0])
         edge[place] = sum(map(len, edges)) + number
         backward[place] = turned ^ turned[leader[number]]
         edges.append(own[leader])
         sides_of.append((np.where(backward[place, None], own[:, ::-1], own), number))
     at_corners = np.concatenate(corners)
-    stand_in, corner = first_of(numbers[at_corners].reshape(-1, 1).astype(np.float64))
+    stand_in, corner = find_first_rows(numbers[at_corners].reshape(-1, 1).astype(np.float64))
     connectivity = Connectivity(
         counts=tuple(batch.count for batch in batches),
         triangular=triangular_patches(batches),
@@ -176,11 +176,11 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         tuple(edges),
         tuple(sides_of),
         is_certain,
-        EqualPoints.of(numbers),
+        EqualPoints.from_number(numbers),
     )
 
 
-def first_of(rows: FloatArray) -> tuple[Ints, Ints]:
+def find_first_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     """First place of every distinct row, ascending; and the number of each row among them."""
     first, number = unique_rows(rows)
     order = np.argsort(first)
@@ -197,4 +197,4 @@ def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
     begin, end = (connectivity.corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
     lines = ~connectivity.collapsed.ravel()[side]
-    return len(candidates(lines, degree, begin, end)[0]) > 0
+    return len(find_candidates(lines, degree, begin, end)[0]) > 0

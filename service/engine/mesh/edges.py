@@ -40,7 +40,10 @@ class EdgeCurves:
 
 
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
-    {"de_casteljau": de_casteljau.curves, "forward_difference": forward_difference.curves}
+    {
+        "de_casteljau": de_casteljau.evaluate_curves,
+        "forward_difference": forward_difference.evaluate_curves,
+    }
 )
 """The methods beside `matrix`, on curves."""
 
@@ -76,7 +79,7 @@ def sample_edges(
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
-def directed(
+def direct_edges(
     points: FloatArray, weights: FloatArray | None
 ) -> tuple[FloatArray, FloatArray | None, Bools]:
     """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
@@ -107,12 +110,14 @@ def _sample_by(
     weights: FloatArray | None,
     divisions: int,
 ) -> FloatArray:
-    points, weights, turned = directed(points.copy(), None if weights is None else weights.copy())
+    points, weights, turned = direct_edges(
+        points.copy(), None if weights is None else weights.copy()
+    )
     if weights is None:
         values = method(points, divisions)
     else:
         values = method(to_homogeneous(points, weights), divisions)
-        values[_plain(weights), :, 3] = 1.0
+        values[_find_polynomial(weights), :, 3] = 1.0
         values = values[..., :3] / values[..., 3:]
     values[:, 0], values[:, -1] = points[:, 0], points[:, -1]
     values[turned] = values[turned, ::-1]
@@ -133,7 +138,7 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
     scaled *= rows
     samples = _sum_pairs(scaled).reshape(divisions + 1, count, 3)
     total = _sum_pairs(shares)
-    total[:, _plain(weights)] = 1.0
+    total[:, _find_polynomial(weights)] = 1.0
     samples /= total[:, :, np.newaxis]
     samples[0], samples[-1] = points[:, 0], points[:, -1]
     return samples
@@ -152,7 +157,7 @@ def _sum_pairs(terms: FloatArray) -> FloatArray:
     return total
 
 
-def _plain(weights: FloatArray) -> Bools:
+def _find_polynomial(weights: FloatArray) -> Bools:
     """Edges that are polynomial, though others are not: their points are, to the last bit."""
     plain: Bools = (weights == 1.0).all(axis=1)
     return plain

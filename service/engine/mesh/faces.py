@@ -6,12 +6,12 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.patterns import faces
+from service.engine.mesh.patterns import build_faces
 from service.engine.mesh.weld import Welding
 from service.engine.options import Faces
 
 
-def join(
+def join_faces(
     layout: Layout, welding: Welding | None, kind: Faces, sequence: Ints | None
 ) -> tuple[IndexArray, IndexArray, Ints]:
     """Triangles (T, 3), quads (Q, 4), patch by patch in sequence; and how many are before each.
@@ -20,13 +20,13 @@ def join(
     numbers before each patch and in all have the shape (2, P + 1).
     """
     groups = layout.shapes
-    patterns = [faces(shape, kind) for shape, _ in groups]
+    patterns = [build_faces(shape, kind) for shape, _ in groups]
     total = len(layout.base)
     counts = np.zeros((2, total), dtype=np.intp)
     for (_, patches), pattern in zip(groups, patterns, strict=True):
         counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
     if welding is None and total == 1:
-        return (*patterns[0], _ends(counts))
+        return (*patterns[0], _count_before(counts))
     position = np.arange(total)
     if sequence is not None:
         position[sequence] = position.copy()
@@ -43,30 +43,30 @@ def join(
             vertices = samples if welding is None else welding.vertex[samples]
             # Gathering through the pattern writes all faces of all these patches in one go.
             whole = np.take(vertices.astype(np.uint32), local, axis=1)
-            for run in _runs(position[patches]):
+            for run in _find_runs(position[patches]):
                 first = ends[position[patches[run.start]]] - len(local)
                 rows = slice(first, first + (run.stop - run.start) * len(local))
                 out[rows] = whole[run].reshape(-1, corners)
         found.append(out)
     triangles, quads = found
-    if welding is not None and layout.folds:
-        triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
-    return triangles, quads, _ends(counts)
+    if welding is not None and layout.may_fold:
+        triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
+    return triangles, quads, _count_before(counts)
 
 
-def _runs(numbers: Ints) -> list[slice]:
+def _find_runs(numbers: Ints) -> list[slice]:
     """Where numbers follow one another without a gap."""
     breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
     ends = [0, *breaks.tolist(), len(numbers)]
     return [slice(first, last) for first, last in pairwise(ends)]
 
 
-def _ends(counts: Ints) -> Ints:
+def _count_before(counts: Ints) -> Ints:
     """Faces before each patch and in all, (2, P + 1), from the numbers of those that each has."""
     return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
 
 
-def _without_slivers(
+def _drop_slivers(
     triangles: IndexArray, quads: IndexArray, counts: Ints, place: Ints
 ) -> tuple[IndexArray, IndexArray, Ints]:
     """Drops faces that have one place twice; of a quad with one such pair a triangle is left.

@@ -37,7 +37,7 @@ class SampleRows:
     poles: int
 
 
-def fill(rows: SampleRows, plan: FacePlan) -> SampleRows:
+def fill_vertices(rows: SampleRows, plan: FacePlan) -> SampleRows:
     """The vertices of a plan: rows of samples, and the mean normals of those that share one."""
     if plan.samples is None:
         return rows
@@ -55,7 +55,7 @@ def fill(rows: SampleRows, plan: FacePlan) -> SampleRows:
     )
 
 
-def sample(
+def sample_model(
     model: PatchModel,
     seams: Seams,
     layout: Layout,
@@ -66,7 +66,7 @@ def sample(
 ) -> SampleRows:
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
     results = []
-    for block, patches in layout.cut(model.batches):
+    for block, patches in layout.split_batches(model.batches):
         if layout.has_poles and isinstance(patches, TensorPatches):
             patches.set_collapsed(seams.collapsed[block.first + block.patches])
         results.append(
@@ -80,12 +80,12 @@ def sample(
             )
         )
     poles = sum([result.poles for result in results])
-    positions = _run([result.positions for result in results], layout.size)
+    positions = _join_grids([result.positions for result in results], layout.size)
     normals = None
     if options.normals:
-        normals = _run([r.normals for r in results if r.normals is not None], layout.size)
+        normals = _join_grids([r.normals for r in results if r.normals is not None], layout.size)
     _write_edges(positions, seams, layout, origin, options.method)
-    if layout.framed and normals is not None:
+    if layout.is_framed and normals is not None:
         poles += _write_extra_normals(model, layout, normals)
     if dtype is np.float64:
         # People read these numbers: adding 0.0 turns -0.0 into 0.0.
@@ -98,7 +98,7 @@ def sample(
     return SampleRows(positions, normals, channels, poles)
 
 
-def _run(grids: list[RealArray], size: int) -> RealArray:
+def _join_grids(grids: list[RealArray], size: int) -> RealArray:
     """Grids (m, Ru+1, Rv+1, d) as one run of `size` rows, those behind the grids zero."""
     rows = [grid.reshape(-1, grid.shape[-1]) for grid in grids]
     extras = size - sum(map(len, rows))
@@ -132,7 +132,7 @@ def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) 
         batch = model.batches[block.batch]
         if not isinstance(batch, TensorPatches):
             continue  # triangles have no samples beside their rows
-        for side, patches, along, samples in layout.extras_of(block):
+        for side, patches, along, samples in layout.iterate_extras(block):
             across = np.full(len(along), float(side % 2))
             u, v = (across, along) if side < 2 else (along, across)
             normals[samples], found = unit_normals(batch, patches, u, v)

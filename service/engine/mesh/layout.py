@@ -70,7 +70,7 @@ class Layout(SampleRuns):
     def plan(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
         """The layout at this many divisions of a patch along u and v; kept for the next mesh."""
         found = MESH_PLANS.get(
-            ("layout", connectivity.key, resolution), lambda: Layout.of(connectivity, resolution)
+            ("layout", connectivity.key, resolution), lambda: Layout.build(connectivity, resolution)
         )
         assert isinstance(found, Layout)
         return found
@@ -81,7 +81,7 @@ class Layout(SampleRuns):
         return self.connectivity.key, self.resolution
 
     @staticmethod
-    def of(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
+    def build(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
         """Divisions of the edges, and the run of samples of every patch and framed side."""
         ru, rv = resolution
         edge, collapsed = connectivity.edge, connectivity.collapsed
@@ -137,7 +137,7 @@ class Layout(SampleRuns):
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
-    def cut(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
+    def split_batches(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
         """The blocks, and their patches out of the batches of a model."""
         return [
             (
@@ -148,35 +148,35 @@ class Layout(SampleRuns):
         ]
 
     @cached_property
-    def framed(self) -> bool:
+    def is_framed(self) -> bool:
         """Whether any side has samples of its own beside its grid."""
         return bool((self.extra >= 0).any())
 
     @cached_property
-    def folds(self) -> bool:
+    def may_fold(self) -> bool:
         """Whether faces may have one place twice that no pattern knows of."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
     @cached_property
-    def may_lose(self) -> bool:
+    def may_lose_faces(self) -> bool:
         """Whether faces that have no area may leave out more than a line."""
         is_fine = min(self.ru.min(), self.rv.min()) >= FINE
-        return self.folds or (self.has_poles and not is_fine)
+        return self.may_fold or (self.has_poles and not is_fine)
 
     @cached_property
     def has_poles(self) -> bool:
         """Whether any side is one point and yet several samples."""
-        return bool(self.pinched.any())
+        return bool(self.pinched_sides.any())
 
     @cached_property
-    def shares(self) -> bool:
+    def has_shared_samples(self) -> bool:
         """Whether samples of one patch or of several have places in common."""
         # A triangle has three corners.
         corners = self.connectivity.corner.size - int(np.count_nonzero(self.triangular))
         return self.connectivity.is_joined or self.connectivity.corners < corners or self.has_poles
 
     @cached_property
-    def places(self) -> Ints:
+    def leaders(self) -> Ints:
         """For each sample the first one that is the same by construction: edge, corner or pole."""
         place = np.arange(self.size)
         edge = self.connectivity.edge.ravel()
@@ -197,7 +197,7 @@ class Layout(SampleRuns):
     @cached_property
     def averages(self) -> Averages:
         """Samples whose normals are averaged where the model is smooth: all at one place."""
-        return Averages.of(self.places)
+        return Averages.from_leaders(self.leaders)
 
     @cached_property
     def border_writes(self) -> BorderWrites:

@@ -6,7 +6,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.mesh.edges import sample_edges
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.mesh import Overlay
+from service.engine.mesh.mesh_value import Overlay
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
@@ -14,7 +14,7 @@ from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 
-def draw(
+def draw_overlays(
     model: PatchModel,
     options: MeshOptions,
     origin: FloatArray,
@@ -73,7 +73,7 @@ def _triangle_pattern(degree: int) -> Ints:
 def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype: Real) -> Overlay:
     """Every distinct edge once, as a line through the samples that the faces use."""
     seams = find_seams(model.batches)
-    divisions = Layout.of(seams.connectivity, options.resolution).divisions
+    divisions = Layout.build(seams.connectivity, options.resolution).divisions
     lines = np.zeros(len(divisions), dtype=bool)
     lines[seams.edge[~seams.collapsed]] = True
     positions = [np.empty((0, 3), dtype)]

@@ -44,14 +44,14 @@ class Shape:
     turned: tuple[bool, bool] = (False, False)
 
     @property
-    def own(self) -> Divisions:
+    def grid_divisions(self) -> Divisions:
         """The grid's divisions along the four sides."""
         return along_sides(*self.resolution)
 
     @property
-    def framed(self) -> bool:
+    def is_framed(self) -> bool:
         """Whether a border has other divisions than the grid."""
-        return self.sides != self.own
+        return self.sides != self.grid_divisions
 
     @property
     def inner(self) -> int:
@@ -75,7 +75,7 @@ class TriangleShape:
 AnyShape: TypeAlias = Shape | TriangleShape
 
 
-def faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+def build_faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles (T, 3) and quads (Q, 4) of a patch of this shape, as local indices; read-only.
 
     Cells wind (i,j) (i+1,j) (i+1,j+1) (i,j+1) and split along (1,0)–(0,1), but for those that are
@@ -91,11 +91,11 @@ def faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     return triangles, PLANS.array(("quads", shape), lambda: _build(shape, kind)[1])
 
 
-def used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
+def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
     """Local indices that occur in the faces of this shape, ascending; read-only."""
 
     def build() -> NDArray[np.intp]:
-        triangles, quads = faces(shape, kind)
+        triangles, quads = build_faces(shape, kind)
         return np.union1d(triangles, quads).astype(np.intp)
 
     return PLANS.array(("used", shape, kind), build)
@@ -103,17 +103,17 @@ def used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
 
 def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     ru, rv = shape.resolution
-    if not shape.framed and not any(shape.collapsed):
+    if not shape.is_framed and not any(shape.collapsed):
         if kind == "quads":
-            return NO_TRIANGLES, _over_rows(_row_of_cells(rv), ru, rv + 1)
-        return _turned(shape, _over_rows(_halves(_row_of_cells(rv)), ru, rv + 1)), NO_QUADS
-    cells = _over_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
-    if shape.framed:
+            return NO_TRIANGLES, _repeat_rows(_row_of_cells(rv), ru, rv + 1)
+        return _turned(shape, _repeat_rows(_split_quads(_row_of_cells(rv)), ru, rv + 1)), NO_QUADS
+    cells = _repeat_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
+    if shape.is_framed:
         cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
-    return _joined(shape, kind, cells)
+    return _build_cells(shape, kind, cells)
 
 
-def rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles and quads of a patch of this shape without those of the cells inside.
 
     Those inside, (Ru − 2)(Rv − 2) cells that touch no border, are the same whatever the sides are:
@@ -121,7 +121,7 @@ def rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """
     ru, rv = shape.resolution
     corner = np.arange(0)
-    if not shape.framed:
+    if not shape.is_framed:
         i, j = np.arange(ru), np.arange(rv)
         ends_u, ends_v = np.unique([0, ru - 1]), np.unique([0, rv - 1])
         rows = (ends_u[:, None] * (rv + 1) + j).ravel()
@@ -129,21 +129,23 @@ def rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
         corner = np.concatenate([rows, columns])
     below = rv + 1
     cells = np.stack([corner, corner + below, corner + below + 1, corner + 1], axis=1)
-    return _joined(shape, kind, cells)
+    return _build_cells(shape, kind, cells)
 
 
-def _joined(shape: Shape, kind: Faces, cells: NDArray[np.intp]) -> tuple[IndexArray, IndexArray]:
+def _build_cells(
+    shape: Shape, kind: Faces, cells: NDArray[np.intp]
+) -> tuple[IndexArray, IndexArray]:
     """Faces of these cells, and of the strips of a frame; none with a vertex twice."""
     ru, rv = shape.resolution
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
-    strips = _frame(shape, number) if shape.framed else []
-    merged = merged_samples(shape)
+    strips = _frame(shape, number) if shape.is_framed else []
+    merged = merge_collapsed(shape)
     quads = cells[:0]
     if kind == "quads":
-        whole = _distinct(merged[cells])
+        whole = _find_proper(merged[cells])
         quads, cells = cells[whole], cells[~whole]
-    triangles = np.concatenate([_turned(shape, _halves(cells)), *strips])
-    triangles = triangles[_distinct(merged[triangles])]
+    triangles = np.concatenate([_turned(shape, _split_quads(cells)), *strips])
+    triangles = triangles[_find_proper(merged[triangles])]
     return triangles.astype(np.uint32), quads.astype(np.uint32)
 
 
@@ -160,7 +162,7 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     whole[triangle.side_rows(divisions - 1)[1], 1] = False
     found = pairs.reshape(-1, 3)[whole.ravel()]
     if any(shape.collapsed[:3]):
-        found = found[_distinct(merged_samples(shape)[found])]
+        found = found[_find_proper(merge_collapsed(shape)[found])]
     return found
 
 
@@ -171,13 +173,13 @@ def _row_of_cells(columns: int) -> IndexArray:
     return np.stack([j, j + below, j + below + np.uint32(1), j + np.uint32(1)], axis=1)
 
 
-def _over_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
+def _repeat_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
     """A row of faces, once for every line of cells: the whole index buffer in one addition."""
     offsets = np.arange(rows, dtype=np.uint32) * np.uint32(step)
     return (row + offsets[:, None, None]).reshape(-1, row.shape[1])
 
 
-def _halves(cells: NDArray[Index]) -> NDArray[Index]:
+def _split_quads(cells: NDArray[Index]) -> NDArray[Index]:
     """Two triangles of every quad, split along (1, 0)–(0, 1)."""
     return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
@@ -196,14 +198,16 @@ def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
     return triangles
 
 
-def merged_samples(shape: AnyShape) -> NDArray[np.intp]:
+def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
     """Local indices with those of a collapsed side made equal."""
     if isinstance(shape, TriangleShape):
         merged = np.arange(triangle.count_points(shape.divisions))
         borders = list(triangle.side_rows(shape.divisions))
     else:
         ru, rv = shape.resolution
-        extra = sum(n - 1 for n, own in zip(shape.sides, shape.own, strict=True) if n != own)
+        extra = sum(
+            n - 1 for n, own in zip(shape.sides, shape.grid_divisions, strict=True) if n != own
+        )
         number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
         merged = np.arange(number.size + extra)
         borders = [number[0], number[-1], number[:, 0], number[:, -1]]
@@ -221,7 +225,7 @@ def _merge(merged: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None
         merged[among[merged]] = merged[line].min()
 
 
-def _distinct(faces: Ints) -> NDArray[np.bool_]:
+def _find_proper(faces: Ints) -> NDArray[np.bool_]:
     """Which faces have no vertex twice."""
     ordered = np.sort(faces, axis=1)
     keep: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)

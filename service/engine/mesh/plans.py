@@ -12,18 +12,18 @@ import numpy as np
 from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.cancellation import checkpoint
-from service.engine.mesh.borders import borders
-from service.engine.mesh.connectivity import digest
+from service.engine.mesh.borders import find_borders
+from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.creases import Averages, Sharing
-from service.engine.mesh.faces import join
+from service.engine.mesh.faces import join_faces
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.patterns import used_samples
+from service.engine.mesh.patterns import find_used_samples
 from service.engine.mesh.weld import (
     Welding,
-    count_places,
+    count_positions,
+    drop_unused,
+    find_shared_positions,
     number_vertices,
-    shared_places,
-    without_unused,
 )
 from service.engine.options import Faces, MeshOptions
 
@@ -57,7 +57,7 @@ class FacePlan:
     ends: Ints
     grids: tuple[IndexArray, ...]
     welds: IndexArray | None
-    places: int
+    position_count: int
     boundary_edges: int
     watertight: bool
 
@@ -90,7 +90,7 @@ def plan_faces(
         Patches in the order in which they are written.
     """
     pattern = b"" if sharing is None else (sharing.key, sharing.is_averaged)
-    order = b"" if sequence is None else digest(sequence)
+    order = b"" if sequence is None else hash_arrays(sequence)
     key = ("faces", layout.key, options.faces, options.weld, options.normals, pattern, order)
     found = MESH_PLANS.get(key, lambda: _plan(layout, options, sharing, sequence))
     assert isinstance(found, FacePlan)
@@ -101,25 +101,25 @@ def _plan(
     layout: Layout, options: MeshOptions, sharing: Sharing | None, sequence: Ints | None
 ) -> FacePlan:
     welding = means = None
-    if layout.framed or (options.weld and layout.shares):
-        used = _used(layout, options.faces) if layout.framed or layout.has_poles else None
+    if layout.is_framed or (options.weld and layout.has_shared_samples):
+        used = _find_used(layout, options.faces) if layout.is_framed or layout.has_poles else None
         leader = np.arange(layout.size)
         if options.weld and sharing is None:
-            leader = layout.places
+            leader = layout.leaders
         elif options.weld and sharing is not None:
             leader[layout.averages.members] = sharing.leaders
-        welding = number_vertices(layout.places, leader, used)
+        welding = number_vertices(layout.leaders, leader, used)
     checkpoint()
-    faces = join(layout, welding, options.faces, sequence)
-    if welding is not None and layout.folds and options.weld:
-        welding = without_unused(welding, faces[:2])
-        faces = join(layout, welding, options.faces, sequence)
+    faces = join_faces(layout, welding, options.faces, sequence)
+    if welding is not None and layout.may_fold and options.weld:
+        welding = drop_unused(welding, faces[:2])
+        faces = join_faces(layout, welding, options.faces, sequence)
     checkpoint()
     if welding is not None and options.weld and options.normals:
-        means = None if sharing and sharing.is_averaged else _means(welding, leader)
+        means = None if sharing and sharing.is_averaged else _find_means(welding, leader)
     triangles, quads, ends = faces
-    welds = shared_places(welding) if options.weld else None
-    boundary, watertight = borders(layout, options, (triangles, quads), welds)
+    welds = find_shared_positions(welding) if options.weld else None
+    boundary, watertight = find_borders(layout, options, (triangles, quads), welds)
     vertices = layout.size if welding is None else len(welding.samples)
     plan = FacePlan(
         samples=None if welding is None else welding.samples,
@@ -127,9 +127,9 @@ def _plan(
         triangles=triangles,
         quads=quads,
         ends=ends,
-        grids=_grids(layout, welding),
+        grids=_build_grids(layout, welding),
         welds=welds,
-        places=count_places(vertices, welds),
+        position_count=count_positions(vertices, welds),
         boundary_edges=boundary,
         watertight=watertight,
     )
@@ -138,30 +138,30 @@ def _plan(
     return plan
 
 
-def _means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
+def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
     """Groups of samples that share a vertex, and that vertex; those of no vertex are left out."""
-    averages = Averages.of(leader)
+    averages = Averages.from_leaders(leader)
     vertex = np.searchsorted(welding.samples, averages.leaders)
     vertex = np.minimum(vertex, len(welding.samples) - 1)
     there = welding.samples[vertex] == averages.leaders
     if not there.all():
-        averages = Averages.of(leader, np.sort(averages.members[there[averages.slot]]))
+        averages = Averages.from_leaders(leader, np.sort(averages.members[there[averages.slot]]))
         vertex = np.searchsorted(welding.samples, averages.leaders)
     return (averages, vertex) if len(averages.leaders) else None
 
 
-def _used(layout: Layout, kind: Faces) -> Ints:
+def _find_used(layout: Layout, kind: Faces) -> Ints:
     """Samples that occur in faces: not those that a frame replaces, nor all those at a pole."""
     samples = [
-        layout.patch_samples(patches, shape)[:, used_samples(shape, kind)].ravel()
+        layout.patch_samples(patches, shape)[:, find_used_samples(shape, kind)].ravel()
         for shape, patches in layout.shapes
     ]
     return np.concatenate(samples)
 
 
-def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
+def _build_grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
     """The vertex at every sample of every patch; nothing where a frame or a triangle is no grid."""
-    if layout.framed or layout.triangular.any():
+    if layout.is_framed or layout.triangular.any():
         return ()
     grids = []
     for block in layout.blocks:

@@ -67,7 +67,7 @@ class SampleRuns:
         return self.connectivity.triangular
 
     @cached_property
-    def pinched(self) -> Bools:
+    def pinched_sides(self) -> Bools:
         """Which sides are one point and yet several samples, shape (P, 4)."""
         several = self.connectivity.collapsed.copy()
         several[self.triangular, 3] = False
@@ -108,12 +108,14 @@ class SampleRuns:
         runs = [self.base[patches, None] + np.arange(count)]
         runs += [
             self.extra[patches, side, None] + np.arange(divisions - 1)
-            for side, (divisions, own) in enumerate(zip(shape.sides, shape.own, strict=True))
+            for side, (divisions, own) in enumerate(
+                zip(shape.sides, shape.grid_divisions, strict=True)
+            )
             if divisions != own
         ]
         return np.concatenate(runs, axis=1)
 
-    def extras_of(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
+    def iterate_extras(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
         """Samples beside the grids of a block, side by side (0 … 3).
 
         Yields
@@ -140,7 +142,7 @@ class SampleRuns:
         """Samples on sides that are one point, and for each the number of that corner."""
         samples, corners = [_NONE], [_NONE]
         lines = np.stack(along_sides(self.ru, self.rv), axis=1)
-        collapsed = np.flatnonzero(self.pinched)
+        collapsed = np.flatnonzero(self.pinched_sides)
         corner = self.connectivity.corner[:, BEGINS].ravel()
         for divisions in np.unique(lines.ravel()[collapsed]).tolist():
             sides = collapsed[lines.ravel()[collapsed] == divisions]

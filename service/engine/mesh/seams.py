@@ -16,7 +16,7 @@ from service.bases.unique_rows import unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import leaders
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
-from service.engine.mesh.degree_matching import lowest
+from service.engine.mesh.degree_matching import find_lowest
 from service.engine.mesh.edges import EdgeCurves
 from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS
@@ -74,7 +74,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     found = 0
     for sides in _sides_by_degree(batches):
         checkpoint()
-        points, weights, turned = _canonical(sides)
+        points, weights, turned = _direct_sides(sides)
         place = sides.place
         if weights is not None:
             # Of weights that differ in rounding the least stand for all, not the first to come.
@@ -98,7 +98,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     collapsed = np.concatenate([batch.collapsed for batch in batches])
     corner = number.reshape(-1, 4)
     if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
-        edge, backward, curves = _across_degrees(edge, backward, curves, collapsed, corner)
+        edge, backward, curves = _join_degrees(edge, backward, curves, collapsed, corner)
     connectivity = Connectivity(
         counts=tuple(batch.count for batch in batches),
         triangular=triangular_patches(batches),
@@ -112,7 +112,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     return Seams(connectivity, corners[distinct], tuple(curves))
 
 
-def _across_degrees(
+def _join_degrees(
     edge: Ints, backward: Bools, curves: list[EdgeCurves], collapsed: Bools, corner: Ints
 ) -> tuple[Ints, Bools, list[EdgeCurves]]:
     """Sides (P · 4,) and edges anew, those that are one curve in several degrees joined."""
@@ -120,7 +120,7 @@ def _across_degrees(
     against = backward[side]
     begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
     begin, end = np.where(against, end, begin), np.where(against, begin, end)
-    leader, turned = lowest(curves, ~collapsed.ravel()[side], begin, end)
+    leader, turned = find_lowest(curves, ~collapsed.ravel()[side], begin, end)
     kept = leader == np.arange(len(leader))
     number = np.cumsum(kept) - 1
     left = []
@@ -149,10 +149,10 @@ def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
         first += batch.count
         for side, degree in enumerate(batch.side_degrees):
             groups.setdefault(degree, []).append(_Sides(patches + side, *batch.side(side)))
-    return [_joined(groups[degree]) for degree in sorted(groups)]
+    return [_join_sides(groups[degree]) for degree in sorted(groups)]
 
 
-def _joined(parts: list[_Sides]) -> _Sides:
+def _join_sides(parts: list[_Sides]) -> _Sides:
     points = np.concatenate([part.points for part in parts])
     weights = None
     if any(part.weights is not None for part in parts):
@@ -164,7 +164,7 @@ def _joined(parts: list[_Sides]) -> _Sides:
     return _Sides(np.concatenate([part.place for part in parts]), points, weights)
 
 
-def _canonical(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
+def _direct_sides(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
     """Each side in the direction in which its numbers come first in dictionary order."""
     rows = sides.points.reshape(len(sides.points), -1)
     turned = sides.points[:, ::-1].reshape(rows.shape)

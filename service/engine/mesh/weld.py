@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, Ints, RealArray
 from service.engine.clustering import leaders
-from service.engine.mesh.creases import Averages, chord, mean_normals
+from service.engine.mesh.creases import Averages, chord_length, mean_normals
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,9 +65,9 @@ def merge_samples(
     """
     leader = place if alike is None else alike
     if normals is not None:
-        leader = leaders(place, normals, chord(crease_angle))
+        leader = leaders(place, normals, chord_length(crease_angle))
         own = np.arange(len(place))
-        averages = Averages.of(leader)
+        averages = Averages.from_leaders(leader)
         normals[averages.leaders] = mean_normals(normals, averages)
         if alike is not None:
             shared = np.flatnonzero(leader != own)
@@ -97,7 +97,7 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
     return Welding(number[leader], samples, first[place[samples]])
 
 
-def without_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
+def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
     """The welding without vertices that none of these faces has.
 
     A place that no face has keeps its vertices: a grid may show it.
@@ -116,14 +116,14 @@ def without_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> We
     return Welding(vertex[welding.vertex], welding.samples[kept], first[welding.welds[kept]])
 
 
-def shared_places(welding: Welding | None) -> IndexArray | None:
+def find_shared_positions(welding: Welding | None) -> IndexArray | None:
     """The first vertex at each vertex's position; None where all positions differ."""
     if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
         return None
     return welding.welds.astype(np.uint32)
 
 
-def count_places(vertices: int, welds: IndexArray | None) -> int:
+def count_positions(vertices: int, welds: IndexArray | None) -> int:
     """How many different positions there are."""
     if welds is None:
         return vertices

@@ -6,10 +6,10 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.points.differential import jets
-from service.engine.points.places import Places
+from service.engine.points.differential import evaluate_jets
+from service.engine.points.places import ParameterPoints
 from service.engine.points.pole_curvature import NEAR
-from service.engine.points.triangle_differential import triangle_jets
+from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -36,7 +36,7 @@ SERIES = 100_000
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def points(model: PatchModel, places: Places, order: int) -> Columns:
+def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> Columns:
     """The columns up to an order of derivatives, one row a place, float64.
 
     Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
@@ -55,9 +55,9 @@ def points(model: PatchModel, places: Places, order: int) -> Columns:
             u, v = places.local[rows].T
             index = places.patch[rows] - first
             if isinstance(batch, TrianglePatches):
-                found = triangle_jets(batch, index, u, v, order)
+                found = evaluate_triangle_jets(batch, index, u, v, order)
             else:
-                found = jets(batch, index, u, v, order)
+                found = evaluate_jets(batch, index, u, v, order)
             wu, wv = places.widths[rows].T[:, :, np.newaxis]
             columns["positions"][rows] = found.partials[0]
             if found.normals is not None and found.degenerate is not None:
@@ -80,7 +80,7 @@ def points(model: PatchModel, places: Places, order: int) -> Columns:
     return columns
 
 
-def effort(model: PatchModel, places: Places, order: int) -> int:
+def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> int:
     """Multiplications that a query may take if S_u × S_v vanishes at every place of it.
 
     The normal polynomial of every patch asked for, of degree (3p, 3q) if rational, else (2p, 2q),
@@ -99,12 +99,12 @@ def effort(model: PatchModel, places: Places, order: int) -> int:
         place = 3 * (factor * p + 1) * (factor * q + 1)
         total += len(np.unique(index)) * patch + len(rows) * place
         if order == 2:
-            near = near_poles(batch, index, places.local[rows])
+            near = find_near_poles(batch, index, places.local[rows])
             total += int(near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
     return total
 
 
-def near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
+def find_near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
     """Which places are at or near a side that is one point, of the patches `index` of a batch."""
     u, v = local.T
     collapsed = batch.collapsed[index]

@@ -6,10 +6,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.engine.evaluation.nets import PARTIALS, PatchNets, at, nets_of_samples
-from service.engine.evaluation.normals import normals_of
+from service.engine.evaluation.nets import PARTIALS, DerivativeNets, evaluate_at, nets_of_samples
+from service.engine.evaluation.normals import find_normals
 from service.engine.points.curvature import Curvatures, regular_curvatures
-from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
+from service.engine.points.pole_curvature import find_curvatures_near, find_limit_curvatures
 from service.surface.batches import TensorPatches
 from service.surface.sides import take_corners
 
@@ -38,7 +38,9 @@ class Jets:
     curvatures: Curvatures | None
 
 
-def jets(patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, order: int) -> Jets:
+def evaluate_jets(
+    patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, order: int
+) -> Jets:
     """Partials of patch `index[k]` at (u[k], v[k]) up to an order; normals and curvatures.
 
     Parameters
@@ -66,16 +68,16 @@ def jets(patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, orde
         partials[:, rows] = local / scale[:, None]
         partials[0, rows] += nets.middle[which]
         if order > 0:
-            normals[rows], degenerate[rows] = normals_of(nets, which, *here)
+            normals[rows], degenerate[rows] = find_normals(nets, which, *here)
         if order > 1:
             found = regular_curvatures(local, normals[rows])
             pole = degenerate[rows]
             if pole.any():
                 u_pole, v_pole = u[rows[pole]], v[rows[pole]]
-                found[:, pole] = limit_curvatures(
+                found[:, pole] = find_limit_curvatures(
                     nets, which[pole], u_pole, v_pole, normals[rows[pole]]
                 )
-            beside = curvatures_near(nets, which, *here, normals[rows])
+            beside = find_curvatures_near(nets, which, *here, normals[rows])
             found = np.where(np.isnan(beside), found, beside)
             curvatures[:, rows] = found * np.stack([scale * scale, scale, scale, scale])
     _write_ends(patches, index, u, v, partials[0])
@@ -87,7 +89,9 @@ def jets(patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, orde
     )
 
 
-def _partials(nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
+def _partials(
+    nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, order: int
+) -> FloatArray:
     """Partials of the surface in the scale and about the middle of its net: (1, 3 or 6, m, 3)."""
     p, q = nets.degree
     along_u = [bernstein(p - k, u) if k <= p else None for k in range(order + 1)]
@@ -98,11 +102,11 @@ def _partials(nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, order:
         if net is None or bu is None or bv is None:
             found.append(np.zeros((len(which), nets.point.shape[1])))
         else:
-            found.append(at(net, which, bu, bv))
-    return project(np.stack(found)) if nets.rational else np.stack(found)
+            found.append(evaluate_at(net, which, bu, bv))
+    return project_partials(np.stack(found)) if nets.rational else np.stack(found)
 
 
-def project(x: FloatArray) -> FloatArray:
+def project_partials(x: FloatArray) -> FloatArray:
     """Partials of S = X/w from those of the homogeneous (X, w): (1, 3 or 6, m, 4) to (…, m, 3).
 
         S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w

@@ -14,7 +14,7 @@ SAME_SUM = 1e-9
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Places:
+class ParameterPoints:
     """m parameters, each on a patch of the model.
 
     Attributes
@@ -33,7 +33,7 @@ class Places:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Query:
+class PointsQuery:
     """What is asked of a surface.
 
     Attributes
@@ -57,7 +57,7 @@ class Query:
         return "uv" if self.places.shape[1] == 2 else "barycentric"
 
 
-def locate(model: PatchModel, query: Query) -> Places:
+def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
     """The places of a query.
 
     At a knot the patch that begins there counts, at the end of the domain the last one.
@@ -79,16 +79,16 @@ def locate(model: PatchModel, query: Query) -> Places:
                 "none for this kind of surface",
             )
         )
-    numbers = _numbers(len(model.domains) or model.patch_count, query)
+    numbers = _patch_numbers(len(model.domains) or model.patch_count, query)
     patch = _first_patches(model)[numbers]
     _check_form(model, patch, query)
     if query.field == "barycentric":
         local = _unit_sums(query.places)[:, 1:]
-        return Places(patch, local, np.ones(local.shape))
+        return ParameterPoints(patch, local, np.ones(local.shape))
     if not model.domains:
         unit = np.array([0.0, 1.0])
         _check_inside(query.places, (unit, unit))
-        return Places(patch, query.places, np.ones(query.places.shape))
+        return ParameterPoints(patch, query.places, np.ones(query.places.shape))
     local, widths = np.empty(query.places.shape), np.empty(query.places.shape)
     for number in np.unique(numbers).tolist():
         rows, domain = np.flatnonzero(numbers == number), model.domains[number]
@@ -97,7 +97,7 @@ def locate(model: PatchModel, query: Query) -> Places:
         (k, u, wu), (m, v, wv) = (_span(uv[:, axis], line) for axis, line in enumerate(knots))
         patch[rows] += k * (len(domain.v) - 1) + m
         local[rows], widths[rows] = np.stack([u, v], axis=1), np.stack([wu, wv], axis=1)
-    return Places(patch, local, widths)
+    return ParameterPoints(patch, local, widths)
 
 
 def _first_patches(model: PatchModel) -> Ints:
@@ -132,7 +132,7 @@ def _unit_sums(places: FloatArray) -> FloatArray:
     return same
 
 
-def _check_form(model: PatchModel, numbers: Ints, query: Query) -> None:
+def _check_form(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
     """Refuses places as patches of the other form have them."""
     triangular = np.concatenate(
         [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
@@ -178,7 +178,7 @@ def _check_inside(
         )
 
 
-def _numbers(most: int, query: Query) -> Ints:
+def _patch_numbers(most: int, query: PointsQuery) -> Ints:
     """For each place the number of its patch among the `most` that the request lists."""
     count, patch = len(query.places), query.patch
     if patch is None:

@@ -12,9 +12,9 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine import vectors
-from service.engine.evaluation.degenerate import Direction, lines_inwards
-from service.engine.evaluation.nets import PARTIALS, PatchNets
-from service.engine.points.series import Series, cross, dot, taylor
+from service.engine.evaluation.degenerate import Direction, trace_inwards
+from service.engine.evaluation.nets import PARTIALS, DerivativeNets
+from service.engine.points.series import Series, cross, dot, expand
 
 ORDERS = (1, 4)
 """Orders of the zero of S_u × S_v up to which limits are looked for: a usual pole first, which is
@@ -30,8 +30,8 @@ KNOWN = 2.0**-20
 """A limit that is known less exactly than this, in units of the net or relative, is not told."""
 
 
-def curvatures_near(
-    nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
+def find_curvatures_near(
+    nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
     """K, H, k_1, k_2 next to sides that are one point, NaN elsewhere and on them: (4, m).
 
@@ -61,8 +61,8 @@ def curvatures_near(
     return result
 
 
-def limit_curvatures(
-    nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
+def find_limit_curvatures(
+    nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
     """Limits of K, H, k_1, k_2 where S_u × S_v vanishes, in the scale of the nets: (4, m).
 
@@ -97,7 +97,7 @@ def limit_curvatures(
 class Line:
     """Lines inwards from parameters of patches: rows `which` of nets, at (u, v)."""
 
-    nets: PatchNets
+    nets: DerivativeNets
     which: Ints
     u: FloatArray
     v: FloatArray
@@ -130,7 +130,7 @@ class Line:
         if net is None:
             zero = np.zeros((len(self.which), self.nets.point.shape[1], count))
             return Series(zero, zero)
-        return taylor(lines_inwards(net, self.which, self.u, self.v, self.direction), count)
+        return expand(trace_inwards(net, self.which, self.u, self.v, self.direction), count)
 
 
 def _quotients(

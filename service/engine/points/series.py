@@ -102,7 +102,7 @@ class Series:
         return value, np.where(beyond, np.nan, error)
 
 
-def taylor(coefficients: FloatArray, count: int) -> Series:
+def expand(coefficients: FloatArray, count: int) -> Series:
     """Polynomials in the Bernstein basis (…, n+1) as series of so many terms about t = 0.
 
         a_k = C(n, k) Δ^k b_0

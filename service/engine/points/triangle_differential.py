@@ -9,21 +9,21 @@ import numpy as np
 from service.bases import triangle_basis
 from service.bases.arrays import FloatArray, Ints
 from service.bases.homogeneous import to_homogeneous
-from service.engine.evaluation.nets import PARTIALS, PatchNets
-from service.engine.evaluation.triangle_nets import barycentric_places, differences
-from service.engine.evaluation.triangle_normals import across, normals_at, triangles_of_samples
+from service.engine.evaluation.nets import PARTIALS, DerivativeNets
+from service.engine.evaluation.triangle_nets import partial_nets, to_barycentric
+from service.engine.evaluation.triangle_normals import normals_at, tensor_u, triangles_of_samples
 from service.engine.points.curvature import Curvatures, regular_curvatures
-from service.engine.points.differential import COUNTS, Jets, project
-from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
+from service.engine.points.differential import COUNTS, Jets, project_partials
+from service.engine.points.pole_curvature import find_curvatures_near, find_limit_curvatures
 from service.surface.batches import TrianglePatches
 
 
-def triangle_jets(
+def evaluate_triangle_jets(
     patches: TrianglePatches, index: Ints, s: FloatArray, t: FloatArray, order: int
 ) -> Jets:
     """Partials of patch `index[k]` at (s[k], t[k]) up to an order; normals and curvatures.
 
-    As `service.engine.points.differential.jets`, with s and t for u and v.
+    As `service.engine.points.differential.evaluate_jets`, with s and t for u and v.
     """
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
@@ -32,7 +32,7 @@ def triangle_jets(
         normals, degenerate = normals_at(patches, index, s, t)
     curvatures = np.empty((4, m))
     for local, rows, which in triangles_of_samples(patches, index):
-        places = barycentric_places(s[rows], t[rows])
+        places = to_barycentric(s[rows], t[rows])
         found = _partials(local.patches, which, places, order)
         scale = local.scale[which]
         partials[:, rows] = found / scale[:, None]
@@ -42,7 +42,7 @@ def triangle_jets(
             bent[:, degenerate[rows]] = np.nan
             odd = degenerate[rows] | local.patches.collapsed[which, :3].any(axis=1)
             if odd.any():
-                bent[:, odd] = _at_poles(
+                bent[:, odd] = _write_at_poles(
                     local.patches, which[odd], places[odd], normals[rows[odd]], bent[:, odd]
                 )
             curvatures[:, rows] = bent * np.stack([scale * scale, scale, scale, scale])
@@ -61,10 +61,10 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
     net = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     nets = {(0, 0): net}
     if order > 0:
-        nets[1, 0], nets[0, 1] = differences(net)
+        nets[1, 0], nets[0, 1] = partial_nets(net)
     if order > 1 and n > 1:
-        nets[2, 0], nets[1, 1] = differences(nets[1, 0])
-        nets[0, 2] = differences(nets[0, 1])[1]
+        nets[2, 0], nets[1, 1] = partial_nets(nets[1, 0])
+        nets[0, 2] = partial_nets(nets[0, 1])[1]
     found = np.zeros((COUNTS[order], len(which), net.shape[-1]))
     for row, key in enumerate(PARTIALS[: COUNTS[order]]):
         if key in nets:
@@ -72,23 +72,23 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
             basis = triangle_basis.triangle_bernstein(n - below, places)
             factor = (1, n, n * (n - 1))[below]
             found[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
-    return project(found) if local.weights is not None else found
+    return project_partials(found) if local.weights is not None else found
 
 
-def _at_poles(
+def _write_at_poles(
     local: TrianglePatches, which: Ints, places: FloatArray, normals: FloatArray, bent: FloatArray
 ) -> FloatArray:
     """The curvatures again where S_s × S_t vanishes, and beside sides that are one point."""
     used, row = np.unique(which, return_inverse=True)
-    nets = PatchNets(local.take(used).to_tensor(), np.arange(len(used)))
+    nets = DerivativeNets(local.take(used).to_tensor(), np.arange(len(used)))
     # The corner t = 1 is a pole of this form only.
     nets.collapsed[:, 3] = False
-    u, v = across(local, which, places), places[:, 2]
+    u, v = tensor_u(local, which, places), places[:, 2]
     units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
     lost = np.flatnonzero(np.isnan(bent).all(axis=0))
-    bent[:, lost] = limit_curvatures(nets, row[lost], u[lost], v[lost], normals[lost])
+    bent[:, lost] = find_limit_curvatures(nets, row[lost], u[lost], v[lost], normals[lost])
     bent[:, lost] *= units[:, lost]
-    beside = curvatures_near(nets, row, u, v, normals) * units
+    beside = find_curvatures_near(nets, row, u, v, normals) * units
     return np.where(np.isnan(beside), bent, beside)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.curves.evaluation import Samples, tangents
+from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
 from service.engine.evaluation.scattered import scattered_normals
 from service.engine.mesh.connect import connect
 from service.engine.mesh.connectivity import triangular_patches
@@ -87,9 +87,9 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         nets, ProjectQuery(to_space(query.points), query.relative_tolerance)
     )
     columns["positions"] = columns["positions"][:, : pieces.dimension]
-    places = Samples(found.net, found.place[:, 0])
+    places = CurveSamples(found.net, found.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)
-    columns["tangents"] = tangents(pieces, places)
+    columns["tangents"] = evaluate_tangents(pieces, places)
     return columns
 
 

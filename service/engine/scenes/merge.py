@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
-from service.engine.curvatures.ranges import together
-from service.engine.mesh.mesh import Mesh, MeshPart
+from service.engine.curvatures.ranges import merge_ranges
+from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
 
 
@@ -67,7 +67,7 @@ def added(reports: Sequence[MeshReport]) -> MeshReport:
         deviation_bound=_largest(reports, "deviation_bound"),
         mesh_deviation_bound=_largest(reports, "mesh_deviation_bound"),
         normal_angle=_largest(reports, "normal_angle"),
-        curvature=together([report.curvature for report in reports]),
+        curvature=merge_ranges([report.curvature for report in reports]),
         merged_knots=sum(report.merged_knots for report in reports),
         moved=max(report.moved for report in reports),
     )

@@ -10,9 +10,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.unique_rows import unique_rows
-from service.engine.curvatures.ranges import in_single as rounded
+from service.engine.curvatures.ranges import round_to_single as rounded
 from service.engine.extent import extent, local_origin
-from service.engine.mesh.mesh import Mesh, MeshPart
+from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
 from service.engine.scenes.colors import tinted
 from service.engine.scenes.merge import added, merged

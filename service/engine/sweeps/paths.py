@@ -15,7 +15,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.curves.arc_length import Speeds, arc_lengths
-from service.engine.curves.evaluation import Samples, positions, tangents
+from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.sweeps.frames import perpendicular
 from service.surface.curve_pieces import CurvePieces, to_space
 
@@ -78,7 +78,7 @@ def path_of(
     it is.
     """
     closed = pieces.closed if closed is None else closed
-    at = Samples.uniform(pieces.count, divisions)
+    at = CurveSamples.uniform(pieces.count, divisions)
     arriving = _arriving(at)
     before, after = _directions(pieces, at, arriving, closed)
     turn = _angles(before, after)
@@ -103,7 +103,7 @@ def path_of(
     arrives = (counts[sample] > 1) & (share == 0)
     speeds = np.where(arrives, _speeds(pieces, arriving)[sample], _speeds(pieces, at)[sample])
     return Paths(
-        points=to_space(positions(pieces, at))[np.newaxis, sample],
+        points=to_space(evaluate_positions(pieces, at))[np.newaxis, sample],
         tangents=directions[np.newaxis],
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
         closed=closed,
@@ -116,14 +116,14 @@ def path_of(
 
 def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
     """How many stations there can be, at most: exact but for cusps within pieces."""
-    joints = Samples.uniform(pieces.count, 1)
+    joints = CurveSamples.uniform(pieces.count, 1)
     turn = _angles(*_directions(pieces, joints, _arriving(joints), pieces.closed))
     corners = int((_stations(turn, crease_angle) - 1).sum())
     cusps = int(np.minimum(_most_cusps(pieces), divisions - 1).sum())
     return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
 
 
-def _corners(pieces: CurvePieces, at: Samples, turn: FloatArray, crease_angle: float) -> Ints:
+def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_angle: float) -> Ints:
     """Stations at every sample; within a piece only as many corners as it can have cusps.
 
     Where there are more, rounding turns the tangents, and there are none.
@@ -150,18 +150,18 @@ def _most_cusps(pieces: CurvePieces) -> Ints:
     return most
 
 
-def _arriving(at: Samples) -> Samples:
+def _arriving(at: CurveSamples) -> CurveSamples:
     """The same places as they are reached: joints at t = 1 of the piece before."""
     joint = (at.t == 0.0) & (at.piece > 0)
-    return Samples(at.piece - joint, np.where(joint, 1.0, at.t))
+    return CurveSamples(at.piece - joint, np.where(joint, 1.0, at.t))
 
 
 def _directions(
-    pieces: CurvePieces, at: Samples, arriving: Samples, closed: bool
+    pieces: CurvePieces, at: CurveSamples, arriving: CurveSamples, closed: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Unit tangents with which the curve arrives at each sample, and with which it goes on."""
-    after = to_space(tangents(pieces, at))
-    before = to_space(tangents(pieces, arriving, before=True))
+    after = to_space(evaluate_tangents(pieces, at))
+    before = to_space(evaluate_tangents(pieces, arriving, before=True))
     if closed:
         # The corner between end and beginning belongs to both.
         after[-1], before[0] = after[0], before[-1]
@@ -170,7 +170,7 @@ def _directions(
     return before, after
 
 
-def _speeds(pieces: CurvePieces, at: Samples) -> FloatArray:
+def _speeds(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     """Change of the length with the parameter, that from 0 to 1 along the whole curve."""
     widths = np.diff(pieces.breaks) / (pieces.breaks[-1] - pieces.breaks[0])
     speeds: FloatArray = Speeds(pieces).at(at.piece, at.t[:, None])[:, 0] / widths[at.piece]

@@ -4,7 +4,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.sweeps.paths import Paths, most_stations, path_of
 from service.engine.sweeps.profiles import ribbons, tubes

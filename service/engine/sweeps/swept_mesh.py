@@ -6,7 +6,7 @@ from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.cancellation import checkpoint
 from service.engine.extent import extent, local_origin
 from service.engine.mesh.borders import count_borders
-from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import Welding, weld
 from service.engine.options import MeshOptions

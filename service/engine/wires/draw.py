@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.extent import extent, local_origin
 from service.engine.grid import on_grid
-from service.engine.mesh.mesh import Mesh, Overlay
+from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.scenes.merge import merged

@@ -18,7 +18,7 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.edges import sample_edges
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.seams import Seams, find_seams
-from service.engine.points.triangle_differential import triangle_jets
+from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS
@@ -85,7 +85,7 @@ class Divisions:
         along_u, along_v = (np.full(len(seams.edge), divisions) for divisions in resolution)
         triangular = seams.connectivity.triangular
         along_u[triangular] = along_v[triangular] = max(resolution)
-        return Divisions(Layout.of(seams.connectivity, resolution).divisions, along_u, along_v)
+        return Divisions(Layout.build(seams.connectivity, resolution).divisions, along_u, along_v)
 
     def size(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
         """How many curves there are at most, and how many samples they have together."""
@@ -254,7 +254,9 @@ def _across_triangles(
             line = (1 - share)[:, None] * begin + share[:, None] * end
             s, t = (np.tile(column, len(patches)) for column in line.T)
             index = np.repeat(np.arange(len(patches)), count + 1)
-            points = triangle_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
+            points = (
+                evaluate_triangle_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
+            )
             points[:, 0], points[:, -1] = (ends.at(patches, *side) for side in sides)
             first, last = (np.tile(place, (len(patches), 1)) for place in (begin, end))
             yield IsoCurves(points, patches, first, last)

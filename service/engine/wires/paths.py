@@ -15,8 +15,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
 from service.engine.clustering import leaders
-from service.engine.points.differential import jets
-from service.engine.points.triangle_differential import triangle_jets
+from service.engine.points.differential import evaluate_jets
+from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.engine.sweeps.paths import Paths
 from service.engine.wires.isocurves import IsoCurves
 from service.surface.batches import TrianglePatches
@@ -81,9 +81,9 @@ def _directed(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
             index = np.repeat(run.patch[rows] - first, samples)
             u, v = places[rows].reshape(-1, 2).T
             if isinstance(batch, TrianglePatches):
-                found = triangle_jets(batch, index, u, v, 1)
+                found = evaluate_triangle_jets(batch, index, u, v, 1)
             else:
-                found = jets(batch, index, u, v, 1)
+                found = evaluate_jets(batch, index, u, v, 1)
             steps = np.repeat(along[rows], samples, axis=0)
             slope = found.partials[1] * steps[:, :1] + found.partials[2] * steps[:, 1:]
             slopes[rows] = slope.reshape(len(rows), samples, 3)

@@ -9,7 +9,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.glb import JOINED, PLACE, encode_glb
 from service.encoders.pieces import Pieces
 from service.engine.build import build
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples import EXAMPLES
 

@@ -8,7 +8,7 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder
 from service.encoders.gltf.glb import encode_glb
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.meshes import carrying, silo, single, with_overlays
 

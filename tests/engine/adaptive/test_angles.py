@@ -10,7 +10,7 @@ from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import goal_of
 from service.engine.build import build_scene
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.surface.bezier import BezierSurface

@@ -14,7 +14,7 @@ from service.engine.adaptive.samples import samples_of
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.faces import SPAN
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.batches import TrianglePatches
 from service.surface.bezier import BezierSurface

@@ -11,7 +11,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.adaptive.lines import goal_divisions
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.bounds.goal import Goal, View
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
 from service.engine.wires.isocurves import divided_isocurves, isocurves

@@ -8,7 +8,7 @@ import pytest
 
 from service.engine.bounds.mesh_deviation import largest
 from service.engine.build import build
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part
 from tests.engine.meshing import mesh_of

@@ -7,15 +7,15 @@ from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build
 from service.engine.curvatures import limit_curvature
 from service.engine.curvatures.ranges import NAMES
-from service.engine.curvatures.rows import layout_curvatures, parameters_of
+from service.engine.curvatures.rows import find_parameters, layout_curvatures
 from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.points.answer import points
-from service.engine.points.differential import jets
-from service.engine.points.places import Query, locate
-from service.engine.points.triangle_differential import triangle_jets
+from service.engine.points.answer import evaluate_points
+from service.engine.points.differential import evaluate_jets
+from service.engine.points.places import PointsQuery, locate
+from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.errors import TooLarge
 from service.surface import quadrics
 from service.surface.batches import TensorPatches, TrianglePatches
@@ -136,11 +136,11 @@ def compare(model: PatchModel, mesh: Mesh) -> None:
         for dv in steps:
             uvs: Array = np.clip(mesh.uvs - np.array([du, dv]), 0, None)
             if isinstance(model.batches[0], TensorPatches):
-                query = Query(uvs, None, 2)
+                query = PointsQuery(uvs, None, 2)
             else:
                 places = np.column_stack([1 - uvs.sum(axis=1), uvs])
-                query = Query(places, None, 2)
-            columns = points(model, locate(model, query), 2)
+                query = PointsQuery(places, None, 2)
+            columns = evaluate_points(model, locate(model, query), 2)
             right = np.array([columns[name] for name in NAMES], np.float64)
             larger: Array = np.abs(columns["principal_curvatures"].astype(np.float64)).max(axis=1)
             larger = np.maximum(larger, 1e-9)
@@ -157,12 +157,12 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
     rows = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
     for block in layout.blocks:
         patch, sample = np.divmod(np.arange(block.count * len(block.patches)), block.count)
-        places = block.patches[patch], *parameters_of(block, sample)
+        places = block.patches[patch], *find_parameters(block, sample)
         batch = model.batches[block.batch]
         if isinstance(batch, TrianglePatches):
-            right = triangle_jets(batch, *places, 2).curvatures
+            right = evaluate_triangle_jets(batch, *places, 2).curvatures
         else:
-            right = jets(batch, *places, 2).curvatures
+            right = evaluate_jets(batch, *places, 2).curvatures
         assert right is not None
         found = rows[:, block.base : block.base + len(patch)]
         known = ~np.isnan(right.mean)
@@ -241,7 +241,9 @@ def test_what_float32_cannot_hold_is_its_largest_number(size: float) -> None:
 
 def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     model = quadrics.sphere().lower()
-    monkeypatch.setattr(limit_curvature, "MOST", limit_curvature.each(model.batches[0]) * 8 * 7)
+    monkeypatch.setattr(
+        limit_curvature, "MOST", limit_curvature.cost_of_limit(model.batches[0]) * 8 * 7
+    )
     assert len(curved(meshed(model, (6, 6)))[0]) > 0
     with pytest.raises(TooLarge) as refused:
         meshed(model, (7, 7))

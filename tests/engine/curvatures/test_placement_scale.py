@@ -5,7 +5,7 @@ import pytest
 
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build, build_scene
-from service.engine.curvatures.placement_scale import with_stretches
+from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.curvatures.ranges import NAMES
 from service.engine.models import as_patches
 from service.engine.options import MeshOptions
@@ -42,7 +42,7 @@ PLACES = {
 
 def group_of(*matrices: Array | None, name: str = "sphere") -> GroupModel:
     ball = find(name).surface()
-    return with_stretches(
+    return add_stretches(
         GroupSurface(tuple(Member(ball, matrix=m) for m in matrices), up="z").lower()
     )
 
@@ -108,7 +108,7 @@ def test_copies_share_what_is_bent_alike() -> None:
     assert [member.model for member in group.members] == [0, 0, 0, 1, 1, 2, 2]
     plain, *bent = group.models
     assert all(own.batches is plain.batches for own in bent)  # type: ignore[union-attr]
-    again = with_stretches(group)
+    again = add_stretches(group)
     assert [m.model for m in again.members] == [m.model for m in group.members]
     scene = build_scene(again, OPTIONS)
     assert len(scene.meshes) == 3

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 from service.bases.arrays import FloatArray
 from service.engine.curves.arc_length import arc_lengths
-from service.engine.curves.evaluation import Samples, positions, tangents
+from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.polyline import Polyline
 from service.engine.curves.trace import choose_samples, trace
@@ -77,7 +77,7 @@ def traced(curve: Curve, options: CurveOptions, *, single: bool = False) -> Poly
 
 
 def length_of(pieces: CurvePieces, divisions: int) -> float:
-    return float(arc_lengths(pieces, Samples.uniform(pieces.count, divisions))[-1])
+    return float(arc_lengths(pieces, CurveSamples.uniform(pieces.count, divisions))[-1])
 
 
 def distances(points: FloatArray, line: FloatArray) -> FloatArray:
@@ -93,8 +93,8 @@ def distances(points: FloatArray, line: FloatArray) -> FloatArray:
 @given(bezier_curves(), st.integers(1, 9))
 def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int) -> None:
     pieces = curve.lower()
-    at = Samples.uniform(1, divisions)
-    got, directions = positions(pieces, at), tangents(pieces, at)
+    at = CurveSamples.uniform(1, divisions)
+    got, directions = evaluate_positions(pieces, at), evaluate_tangents(pieces, at)
     size = np.abs(curve.control_points).max()
     for k in range(divisions + 1):
         t = Fraction(k, divisions)
@@ -109,8 +109,8 @@ def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int
 @given(bspline_curves(), st.integers(1, 4))
 def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
     pieces = curve.lower()
-    at = Samples.uniform(pieces.count, divisions)
-    got = positions(pieces, at)
+    at = CurveSamples.uniform(pieces.count, divisions)
+    got = evaluate_positions(pieces, at)
     points, weights, knots = curve.control_points, curve.weights, curve.knot_vector
     if curve.periodic:
         points = np.resize(points, (len(points) + curve.degree, points.shape[1]))
@@ -123,17 +123,17 @@ def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
 
 def test_a_cusp_has_the_direction_that_follows() -> None:
     pieces = CUSP.lower()
-    at = Samples.uniform(1, 2)
-    assert tangents(pieces, at)[1] == pytest.approx([0, -1])
-    assert tangents(pieces, at, before=True)[1] == pytest.approx([0, 1])
+    at = CurveSamples.uniform(1, 2)
+    assert evaluate_tangents(pieces, at)[1] == pytest.approx([0, -1])
+    assert evaluate_tangents(pieces, at, before=True)[1] == pytest.approx([0, 1])
 
 
 def test_a_piece_that_is_one_point_borrows_a_direction() -> None:
     points = np.array([[0.0, 0], [1, 0], [1, 0], [1, 0], [1, 1]])
     pieces = BsplineCurve(points, 1).lower()
-    at = Samples.uniform(4, 1)
-    assert tangents(pieces, at).tolist() == [[1, 0], [0, 1], [0, 1], [0, 1], [0, 1]]
-    assert tangents(pieces, at, before=True)[2].tolist() == [0, 1]
+    at = CurveSamples.uniform(4, 1)
+    assert evaluate_tangents(pieces, at).tolist() == [[1, 0], [0, 1], [0, 1], [0, 1], [0, 1]]
+    assert evaluate_tangents(pieces, at, before=True)[2].tolist() == [0, 1]
     assert arc_lengths(pieces, at).tolist() == [0, 1, 1, 1, 2]
 
 
@@ -162,7 +162,7 @@ def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
 def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
     for unit in (1e-150, 1.0, 1e30):
         pieces = BezierCurve(CUSP.control_points * unit).lower()
-        lengths = arc_lengths(pieces, Samples.uniform(1, 9)) / unit
+        lengths = arc_lengths(pieces, CurveSamples.uniform(1, 9)) / unit
         assert lengths[0] == 0
         assert (np.diff(lengths) > 0).all()
         assert lengths[-1] == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-11)
@@ -180,14 +180,14 @@ def test_no_point_is_further_away_than_is_said(
         if options.tolerance is not None:
             assert bound <= tolerance
         stored = line.points.astype(np.float64) + line.origin
-        fine = positions(pieces, Samples.uniform(1, 400))
+        fine = evaluate_positions(pieces, CurveSamples.uniform(1, 400))
         assert distances(fine, stored).max() <= bound
 
 
 def test_the_bound_is_nearly_what_is_true() -> None:
     """On an arc the control polygon is twice as high as the curve: there, nothing is given away."""
     line = traced(QUARTER, CurveOptions(resolution=16))
-    fine = positions(QUARTER.lower(), Samples.uniform(1, 4096))
+    fine = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
     true = distances(fine, line.points.astype(np.float64)).max()
     assert true <= line.report.deviation_bound <= 1.01 * true
 

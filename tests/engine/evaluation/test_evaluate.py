@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from service.engine.evaluation.evaluate import Formulation, choose, evaluate
-from service.engine.evaluation.evaluation_state import Samples
+from service.engine.evaluation.evaluate import Formulation, choose_formulation, evaluate
+from service.engine.evaluation.evaluation_state import PatchSamples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
 from tests.oracles import exact
@@ -85,18 +85,18 @@ def test_the_choice_is_one_that_applies(normals: bool, weighted: bool) -> None:
     for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
         for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
             patches = smooth(degree, weighted)
-            assert choose(patches, resolution, normals) in usable(patches, normals)
+            assert choose_formulation(patches, resolution, normals) in usable(patches, normals)
 
 
 def test_every_formulation_is_chosen_somewhere() -> None:
     """None of them is dead: the teapot, a high degree, one large patch."""
     teapot = example_batch("utah-teapot")
-    assert choose(teapot, (16, 16), True) == "kronecker"
-    assert choose(smooth((15, 15), False), (128, 128), True) == "separable"
-    assert choose(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
+    assert choose_formulation(teapot, (16, 16), True) == "kronecker"
+    assert choose_formulation(smooth((15, 15), False), (128, 128), True) == "separable"
+    assert choose_formulation(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
     # What each patch takes by itself is paid for every patch.
-    assert choose(teapot, (64, 64), True) == "kronecker"
-    assert choose(teapot.take(np.array([0])), (64, 64), True) == "separable"
+    assert choose_formulation(teapot, (64, 64), True) == "kronecker"
+    assert choose_formulation(teapot.take(np.array([0])), (64, 64), True) == "separable"
 
 
 def test_steep_patches_get_their_normals_in_double_precision() -> None:
@@ -152,7 +152,7 @@ def test_corners_are_interpolated(
         np.testing.assert_allclose(corners, expected, atol=1e-14)
 
 
-def _of(found: Samples) -> Array:
+def _of(found: PatchSamples) -> Array:
     assert found.normals is not None
     return np.asarray(found.normals)
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.evaluation.forward_difference import starting_differences
-from service.engine.mesh.mesh import Mesh
+from service.engine.evaluation.forward_difference import find_starting_differences
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
@@ -199,7 +199,7 @@ def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.Mon
 def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
     """Δ^k of the samples at 0, h, … n h, computed in fractions; beyond the end as well."""
     curve = net[:, :1]
-    found = starting_differences(curve.swapaxes(1, 2), np.array([divisions]))
+    found = find_starting_differences(curve.swapaxes(1, 2), np.array([divisions]))
     points = [tuple(Fraction(x) for x in row[0]) for row in curve.tolist()]
     values = [exact.curve_point(points, Fraction(k, divisions)) for k in range(len(points))]
     for k in range(len(points)):
@@ -239,8 +239,8 @@ def test_effort_counts_the_multiplications(p: int, q: int) -> None:
     for left in range(max(rows, columns) - 1, 0, -1):
         count += 2 * left
     patches = TensorPatches(np.zeros((2, p + 1, q + 1, 3)))
-    assert de_casteljau.multiplications(patches) == 3 * count
+    assert de_casteljau.count_multiplications(patches) == 3 * count
     model = model_of(list(patches.points))
-    assert de_casteljau.effort(model, (4, 6)) == 2 * 5 * 7 * 3 * count
+    assert de_casteljau.estimate_effort(model, (4, 6)) == 2 * 5 * 7 * 3 * count
     cubic = TrianglePatches(np.zeros((1, 10, 3)), np.ones((1, 10)))
-    assert de_casteljau.multiplications(cubic) == 4 * 3 * (6 + 3 + 1)
+    assert de_casteljau.count_multiplications(cubic) == 4 * 3 * (6 + 3 + 1)

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
 from service.engine.joining.near_points import MAX_CROWD, near_groups
-from service.engine.mesh.connectivity import may_be_near
+from service.engine.mesh.connectivity import has_near_points
 
 Array = np.ndarray
 
@@ -75,6 +75,6 @@ def test_what_is_near_is_never_missed(seed: int, far: float) -> None:
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1, 1, (20, 3)) + far
     equal = np.concatenate([points, points[:5]])
-    assert not may_be_near(equal, 1e-12)
+    assert not has_near_points(equal, 1e-12)
     near = np.concatenate([equal, np.nextafter(points[:1], np.inf)])
-    assert may_be_near(near[rng.permutation(len(near))], 1e-12 + 2.0**-49 * far)
+    assert has_near_points(near[rng.permutation(len(near))], 1e-12 + 2.0**-49 * far)

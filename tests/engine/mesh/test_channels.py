@@ -11,8 +11,8 @@ from hypothesis.extra import numpy as arrays
 
 from service.bases import triangle
 from service.bases.arrays import RealArray
-from service.engine.mesh.channels import ChannelRows, agreeing
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.channels import ChannelRows, match_values
+from service.engine.mesh.mesh_value import Mesh
 from service.surface.batches import Channel, TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
@@ -215,7 +215,7 @@ def test_agreement_is_asked_of_every_channel() -> None:
     place = np.array([0, 1, 0, 0, 0])
     first = ChannelRows("a", "attribute", np.array([[1.0], [7], [1 + 1e-9], [1], [0]]))
     second = ChannelRows("b", "attribute", np.array([[3.0, 0], [0, 0], [3, 0], [3, 1], [3, 0]]))
-    assert agreeing(place, (first, second)).tolist() == [0, 1, 0, 3, 4]
+    assert match_values(place, (first, second)).tolist() == [0, 1, 0, 3, 4]
     assert first.values[2] == 1.0
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from service.encoders.content import report_object
 from service.engine.mesh import closure as module
-from service.engine.mesh.closure import SAME_PARTIAL, SAME_PLANE, Closure, closure
+from service.engine.mesh.closure import SAME_PARTIAL, SAME_PLANE, Closure, find_closure
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
@@ -54,7 +54,7 @@ def circle(breaks: list[float]) -> BsplineSurface:
 
 
 def closed(surface: Any) -> Closure | None:
-    return closure(surface.lower())
+    return find_closure(surface.lower())
 
 
 @pytest.mark.parametrize("rational", [False, True])

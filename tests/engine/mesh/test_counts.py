@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from service.bases import triangle
 from service.engine.joining.join import join
-from service.engine.mesh.counts import Counts, count
-from service.engine.mesh.patterns import Shape, TriangleShape, faces, rim
+from service.engine.mesh.counts import Counts, count_mesh
+from service.engine.mesh.patterns import Shape, TriangleShape, build_faces, build_rim
 from service.engine.options import Faces, MeshOptions
 from service.engine.tessellate import tessellate
 from service.surface.batches import TensorPatches, TrianglePatches
@@ -39,7 +39,7 @@ def check(model: PatchModel, resolution: tuple[int, int], **more: Any) -> None:
     kinds: tuple[Faces, ...] = ("triangles", "quads")
     for kind, weld in product(kinds, (True, False)):
         options = MeshOptions(resolution, faces=kind, weld=weld, normals=False, **more)
-        assert count(model, options) == meshed(model, options), (kind, weld)
+        assert count_mesh(model, options) == meshed(model, options), (kind, weld)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -53,7 +53,7 @@ def test_normals_and_creases_change_no_count() -> None:
     assert isinstance(cone, PatchModel)
     for angle in (0.0, 1.0):
         options = MeshOptions((5, 5), crease_angle=angle)
-        assert count(cone, options) == meshed(cone, options)
+        assert count_mesh(cone, options) == meshed(cone, options)
 
 
 @given(split_models(), resolutions)
@@ -103,10 +103,10 @@ def test_the_rim_and_the_cells_inside_are_all_faces(kind: Any) -> None:
     for shape in shapes:
         ru, rv = shape.resolution
         inside = (ru - 2) * (rv - 2)
-        triangles, quads = rim(shape, kind)
+        triangles, quads = build_rim(shape, kind)
         more = (2 * inside, 0) if kind == "triangles" else (0, inside)
         found = len(triangles) + more[0], len(quads) + more[1]
-        assert found == tuple(map(len, faces(shape, kind)))
+        assert found == tuple(map(len, build_faces(shape, kind)))
 
 
 def test_a_long_patch_is_counted_without_its_samples() -> None:
@@ -114,5 +114,5 @@ def test_a_long_patch_is_counted_without_its_samples() -> None:
     net[1, :, 0] = net[:, 1, 1] = 1
     model = PatchModel("one", (TensorPatches(net[np.newaxis]),), (Part("one", 0, 1),))
     wanted = Counts(60_001**2, 2 * 60_000**2, 0)
-    assert count(model, MeshOptions((60_000, 60_000))) == wanted
+    assert count_mesh(model, MeshOptions((60_000, 60_000))) == wanted
     assert TriangleShape(4).inner == 3

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.clustering import leaders
-from service.engine.mesh.creases import Averages, chord, find_creases, mean_normals
+from service.engine.mesh.creases import Averages, chord_length, find_creases, mean_normals
 
 
 def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -21,15 +21,15 @@ def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
 @given(st.integers(0, 1 << 16), st.integers(1, 40), st.sampled_from([0.0, 0.02, 1.0, np.pi]))
 def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle: float) -> None:
     place, normals = sample_normals(seed, count)
-    places = Averages.of(place)
-    wanted = leaders(place, normals, chord(angle))
+    places = Averages.from_leaders(place)
+    wanted = leaders(place, normals, chord_length(angle))
     sharing = find_creases(normals, places, angle)
     found = place.copy()
     if sharing is not None:
         found[places.members] = sharing.leaders
         assert getattr(find_creases(-normals, places, angle), "key", None) == sharing.key
     assert found.tolist() == wanted.tolist()
-    averages = Averages.of(wanted)
+    averages = Averages.from_leaders(wanted)
     assert sorted([*averages.members, *np.unique(wanted)]) == list(range(count))
     for leader, mean in zip(averages.leaders, mean_normals(normals, averages), strict=True):
         total = np.zeros(3)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from service.engine.mesh.patterns import Divisions, Shape, faces
+from service.engine.mesh.patterns import Divisions, Shape, build_faces
 from service.engine.options import Faces
 from tests.oracles.topology import topology
 
@@ -21,7 +21,7 @@ def places(shape: Shape) -> list[Place]:
     grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
     zero, one = Fraction(0), Fraction(1)
     for side, count in enumerate(shape.sides):
-        for k in range(1, 0 if count == shape.own[side] else count):
+        for k in range(1, 0 if count == shape.grid_divisions[side] else count):
             t, end = Fraction(k, count), one if side % 2 else zero
             grid.append((end, t) if side < 2 else (t, end))
     return grid
@@ -35,7 +35,7 @@ def area(loop: list[Place]) -> Fraction:
 
 def check_tiling(shape: Shape, kind: Faces) -> None:
     """Every face turns to the left, all have area, together they are the unit square."""
-    triangles, quads = faces(shape, kind)
+    triangles, quads = build_faces(shape, kind)
     where = places(shape)
     loops = [*triangles.tolist(), *quads.tolist()]
     areas = [area([where[i] for i in loop]) for loop in loops]
@@ -54,7 +54,7 @@ def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
     """Two triangles or a quad a cell."""
     shape = Shape((ru, rv), (rv, rv, ru, ru))
     check_tiling(shape, kind)
-    triangles, quads = faces(shape, kind)
+    triangles, quads = build_faces(shape, kind)
     expected = (0, ru * rv) if kind == "quads" else (2 * ru * rv, 0)
     assert (len(triangles), len(quads)) == expected
 
@@ -85,7 +85,7 @@ def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
     own = (rv, rv, ru, ru)[side]
     collapsed = tuple(k == side for k in range(4))
     shape = Shape((ru, rv), (rv, rv, ru, ru), collapsed)  # type: ignore[arg-type]
-    triangles, quads = faces(shape, kind)
+    triangles, quads = build_faces(shape, kind)
     if kind == "quads":
         assert (len(quads), len(triangles)) == (ru * rv - own, own)
     else:
@@ -99,8 +99,8 @@ def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
 def test_patterns_are_shared_and_read_only() -> None:
     """Cached by shape."""
     shape = Shape((5, 4), (4, 4, 5, 5))
-    triangles, _ = faces(shape, "triangles")
-    assert faces(Shape((5, 4), (4, 4, 5, 5)), "triangles")[0] is triangles
+    triangles, _ = build_faces(shape, "triangles")
+    assert build_faces(Shape((5, 4), (4, 4, 5, 5)), "triangles")[0] is triangles
     assert triangles.dtype == np.uint32
     with pytest.raises(ValueError, match="read-only"):
         triangles[0] = 0

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.unique_rows import unique_rows
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel

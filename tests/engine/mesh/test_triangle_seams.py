@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.mesh.mesh import Mesh
-from service.engine.mesh.patterns import TriangleShape, faces
+from service.engine.mesh.mesh_value import Mesh
+from service.engine.mesh.patterns import TriangleShape, build_faces
 from service.engine.mesh.seams import find_seams
 from service.engine.options import Faces, MeshOptions
 from service.engine.tessellate import predicted_size, tessellate
@@ -57,7 +57,7 @@ def check_closed_by_bits(mesh: Mesh) -> None:
 @given(divisions, kinds)
 def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
     """R² triangles that all turn left, half of them a hair more upright, and no gap."""
-    found, quads = faces(TriangleShape(count), kind)
+    found, quads = build_faces(TriangleShape(count), kind)
     assert (len(found), len(quads)) == (count**2, 0)
     places = [(Fraction(j, count), Fraction(k, count)) for _, j, k in triangles.keys(count)]
     areas = []

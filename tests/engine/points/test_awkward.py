@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.encoders import json_points
-from service.engine.points.answer import points
-from service.engine.points.places import Query, locate
+from service.engine.points.answer import evaluate_points
+from service.engine.points.places import PointsQuery, locate
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, Part, PatchModel
 from tests.strategies import Array, degenerate_nets, triangle_nets, weights_like
@@ -20,8 +20,8 @@ steps = st.lists(st.tuples(*[st.sampled_from([0, 1, 5, 8])] * 2), min_size=1, ma
 scales = st.sampled_from([1.0, 1e-300, 1e-30, 1e30, 3e38])
 
 
-def check(model: PatchModel, query: Query) -> None:
-    found = points(model, locate(model, query), query.order)
+def check(model: PatchModel, query: PointsQuery) -> None:
+    found = evaluate_points(model, locate(model, query), query.order)
     assert np.isfinite(found["positions"]).all()
     np.testing.assert_allclose(np.linalg.norm(found["normals"], axis=1), 1, atol=1e-12)
     content = json_points.encode(found)
@@ -46,9 +46,9 @@ def test_degenerate_patches(
     weights = data.draw(st.none() | weights_like(net))
     batch = TensorPatches(scaled(net, scale), None if weights is None else weights[None])
     uv = np.array(places) / 8
-    check(one(batch), Query(uv, None, 2))
+    check(one(batch), PointsQuery(uv, None, 2))
     beside = np.clip(uv + 1e-9, 0, 1)
-    check(one(batch), Query(beside, None, 2))
+    check(one(batch), PointsQuery(beside, None, 2))
 
 
 @given(triangle_nets(), steps, scales, st.data())
@@ -60,7 +60,7 @@ def test_degenerate_triangles(
     weights = data.draw(st.none() | weights_like(net))
     batch = TrianglePatches(scaled(net, scale), None if weights is None else weights[None])
     rst = np.array([(16 - a - b, a, b) for a, b in places]) / 16
-    check(one(batch), Query(rst, None, 2))
+    check(one(batch), PointsQuery(rst, None, 2))
 
 
 @pytest.mark.parametrize("wide", WIDE, ids=["narrow", "wide"])
@@ -68,4 +68,4 @@ def test_partials_beyond_double_precision_are_null(wide: Array) -> None:
     net = np.random.default_rng(1).standard_normal((1, 3, 3, 3)) * 1e30
     model = one(TensorPatches(net), Domain(wide, np.array([0.0, 1.0])))
     uv = np.array([[wide[0], 0.5], [wide[1], 1.0]])
-    check(model, Query(uv, None, 2))
+    check(model, PointsQuery(uv, None, 2))

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
 from service.bases import knots as knot
-from service.engine.points.answer import Columns, points
-from service.engine.points.places import Query, locate
+from service.engine.points.answer import Columns, evaluate_points
+from service.engine.points.places import PointsQuery, locate
 from service.surface.bspline import BsplineSurface
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
 from tests.strategies import Array
@@ -27,7 +27,7 @@ shares = st.lists(st.floats(0, 1), min_size=1, max_size=5)
 
 def asked(surface: BsplineSurface, uv: Array) -> Columns:
     model = surface.lower()
-    return points(model, locate(model, Query(uv, None, 2)), 2)
+    return evaluate_points(model, locate(model, PointsQuery(uv, None, 2)), 2)
 
 
 def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:

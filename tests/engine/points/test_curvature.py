@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from service.engine.points.curvature import Curvatures
-from service.engine.points.differential import jets
+from service.engine.points.differential import evaluate_jets
 from service.surface import quadrics
 from service.surface.batches import TensorPatches
 from service.surface.patches import PatchSurface
@@ -30,7 +30,7 @@ def tensor(surface: PatchSurface) -> TensorPatches:
 
 def at(patches: TensorPatches, patch: int, places: list[tuple[float, float]]) -> Curvatures:
     u, v = np.array(places).T
-    found = jets(patches, np.full(len(u), patch), u, v, 2).curvatures
+    found = evaluate_jets(patches, np.full(len(u), patch), u, v, 2).curvatures
     assert found is not None
     return found
 
@@ -41,7 +41,7 @@ def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, C
     index = np.arange(count) % patches.count
     u, v = rng.random((2, count))
     u[::7], v[::5], u[::11], v[::13] = 0, 1, 1, 0
-    found = jets(patches, index, u, v, 2)
+    found = evaluate_jets(patches, index, u, v, 2)
     assert found.curvatures is not None
     assert found.normals is not None
     return found.partials[0], found.normals, found.curvatures, np.array(found.degenerate)

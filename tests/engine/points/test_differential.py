@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.points.differential import jets
+from service.engine.points.differential import evaluate_jets
 from service.surface.batches import TensorPatches
 from tests.oracles import exact
 from tests.strategies import Array, example_batch, moved, nets, weighted_nets
@@ -30,7 +30,7 @@ def partials(
 ) -> Array:
     u, v = np.array(places).T
     index = np.zeros(len(u), dtype=np.intp)
-    return jets(batch(net, weights), index, u, v, order).partials
+    return evaluate_jets(batch(net, weights), index, u, v, order).partials
 
 
 def size(net: Array) -> float:
@@ -69,10 +69,12 @@ def test_corners_and_poles_are_their_control_points() -> None:
     patches = example_batch("sphere")
     for patch in range(patches.count):
         for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
-            got = jets(patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0)
+            got = evaluate_jets(
+                patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0
+            )
             net = patches.points[patch]
             np.testing.assert_array_equal(got.partials[0, 0], net[-u, -v], err_msg=str(corner))
-    south = jets(patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), 1)
+    south = evaluate_jets(patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), 1)
     np.testing.assert_array_equal(south.partials[0], np.tile([0.0, 0.0, -1.0], (7, 1)))
     assert south.degenerate is not None
     assert south.degenerate.all()
@@ -84,7 +86,7 @@ def test_the_order_decides_what_is_computed() -> None:
     patches = example_batch("saddle")
     middle = np.array([0.5])
     for order, count in enumerate((1, 3, 6)):
-        found = jets(patches, np.array([0]), middle, middle, order)
+        found = evaluate_jets(patches, np.array([0]), middle, middle, order)
         assert len(found.partials) == count
         assert (found.normals is None, found.degenerate is None) == (order < 1, order < 1)
         assert (found.curvatures is None) == (order < 2)

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.engine.points.answer import points
-from service.engine.points.places import Query, locate
+from service.engine.points.answer import evaluate_points
+from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Domain, Part, PatchModel
@@ -30,7 +30,7 @@ def pieces() -> tuple[Array, PatchModel]:
 def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() -> None:
     _, model = pieces()
     uv = np.array([[-1, 2], [0.5, 2.5], [np.nextafter(0.5, 0), 2.5], [4, 3], [2.25, 3]])
-    found = locate(model, Query(uv, None, 0))
+    found = locate(model, PointsQuery(uv, None, 0))
     np.testing.assert_array_equal(found.patch, [0, 1, 0, 1, 1])
     np.testing.assert_array_equal(found.local[[0, 1, 3, 4]], [[0, 0], [0, 0.5], [1, 1], [0.5, 1]])
     assert 1 - 1e-15 < found.local[2, 0] <= 1
@@ -42,7 +42,7 @@ def test_spans_are_counted_along_u_first() -> None:
     domain = Domain(np.array([0.0, 1, 2]), np.array([0.0, 1, 2, 3]))
     model = PatchModel("model", (TensorPatches(net),), (Part("model", 0, 6),), "y", (domain,))
     uv = np.array([[u + 0.5, v + 0.5] for u in range(2) for v in range(3)])
-    np.testing.assert_array_equal(locate(model, Query(uv, None, 0)).patch, np.arange(6))
+    np.testing.assert_array_equal(locate(model, PointsQuery(uv, None, 0)).patch, np.arange(6))
 
 
 def test_partials_are_in_the_parameters_of_the_surface() -> None:
@@ -51,8 +51,8 @@ def test_partials_are_in_the_parameters_of_the_surface() -> None:
     whole = model_of([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
     uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
-    found = points(model, locate(model, Query(uv, None, 0)), 2)
-    right = points(whole, locate(whole, Query(np.stack([t, s], axis=1), None, 0)), 2)
+    found = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
+    right = evaluate_points(whole, locate(whole, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2)
     for name, factor in (("positions", 1), ("du", 5), ("dv", 1), ("duu", 25), ("duv", 5)):
         np.testing.assert_allclose(found[name] * factor, right[name], atol=1e-9, err_msg=name)
     for name in ("normals", "gaussian_curvature", "mean_curvature", "principal_curvatures"):
@@ -65,16 +65,16 @@ def test_patches_are_numbered_as_in_the_request() -> None:
     grids = np.arange(24).reshape(6, 2, 2)
     surface = PatchSurface(vertices, grids, parts=(("odd", (5, 1, 3)), ("two", (2,))))
     model = surface.lower()
-    all_ = Query(np.full((6, 2), 0.5), np.arange(6), 0)
-    middles = points(model, locate(model, all_), 0)["positions"]
+    all_ = PointsQuery(np.full((6, 2), 0.5), np.arange(6), 0)
+    middles = evaluate_points(model, locate(model, all_), 0)["positions"]
     np.testing.assert_array_equal(middles, vertices[grids].mean(axis=(1, 2)))
-    fifth = Query(np.full((2, 2), 0.5), np.array(4), 0)
-    one = points(model, locate(model, fifth), 0)["positions"]
+    fifth = PointsQuery(np.full((2, 2), 0.5), np.array(4), 0)
+    one = evaluate_points(model, locate(model, fifth), 0)["positions"]
     np.testing.assert_array_equal(one, middles[[4, 4]])
 
 
 def refused(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, str]]:
-    query = Query(np.array(uv, dtype=float), None if patch is None else np.array(patch), 0)
+    query = PointsQuery(np.array(uv, dtype=float), None if patch is None else np.array(patch), 0)
     with pytest.raises(InvalidRequest) as caught:
         locate(model, query)
     return [(issue.code, issue.pointer) for issue in caught.value.issues]
@@ -100,9 +100,9 @@ def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     square, triangle = np.zeros((2, 2, 3)), np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 8]])
     model = mixed_model([square, triangle])
     places = np.array([[0.5, 0.25, 0.25], [0, 0, 1], [1 + 5e-10, 0, 0]])
-    found = locate(model, Query(places, np.array(1), 0))
+    found = locate(model, PointsQuery(places, np.array(1), 0))
     np.testing.assert_allclose(found.local, places[:, 1:], rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(points(model, found, 0)["positions"][0], [1, 1, 2])
+    np.testing.assert_array_equal(evaluate_points(model, found, 0)["positions"][0], [1, 1, 2])
     assert refused(model, places[:1], [0]) == [("wrong_parameters", "/barycentric/0")]
     assert refused(model, [[0, 0], [0, 0]], [0, 1]) == [("wrong_parameters", "/uv/1")]
     wrong = [[1, 0, 0], [0.5, 0.5, 1e-8], [0.5, 0.5, -1e-12], [0.5, 0.6, 0]]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.bernstein import bernstein
-from service.engine.points.series import Series, taylor
+from service.engine.points.series import Series, expand
 
 COUNT = 6
 
@@ -63,9 +63,9 @@ def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
     t = np.linspace(0, 1, 5)
     values = bernstein(4, t) @ coefficients[0]
     for count in (5, 8):
-        terms = taylor(coefficients, count).terms[0]
+        terms = expand(coefficients, count).terms[0]
         np.testing.assert_allclose(np.polynomial.polynomial.polyval(t, terms), values, atol=1e-13)
-    assert taylor(coefficients, 3).terms.shape == (1, 3)
+    assert expand(coefficients, 3).terms.shape == (1, 3)
 
 
 def test_tail_leaves_out_what_is_known_to_be_zero() -> None:

@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as arrays
 
 from service.engine.evaluation import triangle_normals
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.points.triangle_differential import triangle_jets
+from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
 from tests.strategies import Array
@@ -43,7 +43,7 @@ def batch(net: Array, weights: Array | None) -> TrianglePatches:
 def at_places(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> list[Array]:
     """Six partials, and the four curvatures, of one patch."""
     s, t = np.array(places, dtype=float).T
-    found = triangle_jets(batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2)
+    found = evaluate_triangle_jets(batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2)
     c = found.curvatures
     assert c is not None
     return [found.partials, np.stack([c.gaussian, c.mean, c.larger, c.smaller])]
@@ -103,7 +103,7 @@ def test_corners_are_their_control_points_and_normals_are_as_in_a_mesh() -> None
     net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 1], [0.5, 0, 0], [1, 1, 1], [1, 2, 0.3]])
     s, t = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
     patches = batch(net, None)
-    found = triangle_jets(patches, np.zeros(3, dtype=np.intp), s, t, 1)
+    found = evaluate_triangle_jets(patches, np.zeros(3, dtype=np.intp), s, t, 1)
     np.testing.assert_array_equal(found.partials[0], net[[0, 2, 5]])
     assert found.degenerate is not None
     np.testing.assert_array_equal(found.degenerate, [True, False, False])
@@ -118,9 +118,9 @@ def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     patches = TrianglePatches(rng.standard_normal((5, 10, 3)), rng.uniform(0.5, 2, (5, 10)))
     index = rng.integers(0, 5, 40)
     s, t = rng.random((2, 40)) / 2
-    whole = triangle_jets(patches, index, s, t, 2)
+    whole = evaluate_triangle_jets(patches, index, s, t, 2)
     monkeypatch.setattr(triangle_normals, "CHUNK_NUMBERS", 70)
-    pieces = triangle_jets(patches, index, s, t, 2)
+    pieces = evaluate_triangle_jets(patches, index, s, t, 2)
     np.testing.assert_allclose(pieces.partials, whole.partials, rtol=0, atol=1e-12)
     assert whole.curvatures is not None
     assert pieces.curvatures is not None

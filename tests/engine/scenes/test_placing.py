@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.scenes.placing import placing_error, single_error
 from service.engine.scenes.scene import arranged, flattened, in_single, placed_points, scene_parts
 from service.surface.lowered import GroupModel, PlacedModel

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from service.engine.build import build, build_scene
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.models import as_patches, carrying
 from service.engine.options import MeshOptions
 from service.surface.batches import ChannelKind

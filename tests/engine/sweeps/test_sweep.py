@@ -10,8 +10,8 @@ from scipy.interpolate import BSpline
 from service.bases.arrays import FloatArray
 from service.engine.build import build
 from service.engine.curves.arc_length import arc_lengths
-from service.engine.curves.evaluation import Samples
-from service.engine.mesh.mesh import Mesh
+from service.engine.curves.evaluation import CurveSamples
+from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.sweep import predicted_sweep
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
@@ -57,7 +57,7 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     assert solid.is_winding_consistent
     assert solid.euler_number == 0
     pieces = curve.lower()
-    length = arc_lengths(pieces, Samples.uniform(pieces.count, 8))[-1]
+    length = arc_lengths(pieces, CurveSamples.uniform(pieces.count, 8))[-1]
     assert solid.volume == pytest.approx(math.pi * radius**2 * length, rel=0.01)
     assert mesh.normals is not None
     own = solid.face_normals[:, None]

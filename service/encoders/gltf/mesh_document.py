@@ -15,7 +15,7 @@ from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, textual, whole
 from service.encoders.gltf.primitives import pieces
 from service.encoders.gltf.quantized import grid_place
-from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.mesh_value import Mesh
 
 
 def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
