@@ -23,7 +23,7 @@ Planes: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
 
 SURE = 2.0**-13
-"""Value of |N| ÷ `find_measure` above which the formulas are precise enough even beside a pole: their
+"""Value of |N| ÷ `find_measure` above which the formulas are precise enough even near a pole: their
 relative error is at most about 2^-52 ÷ SURE² = 1e-8."""
 
 LOST = 2.0**-36
