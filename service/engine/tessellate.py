@@ -19,7 +19,7 @@ from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
-from service.engine.mesh.find_closure import OPEN, find_closure
+from service.engine.mesh.closure import OPEN, find_closure
 from service.engine.mesh.connect import connect_if_apart, may_be_cut
 from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.creases import Sharing, find_creases

@@ -19,7 +19,13 @@ from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import PLANS
 from service.cancellation import checkpoint
 from service.engine.mesh.layout import Layout
-from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape, build_faces, merge_collapsed
+from service.engine.mesh.patterns import (
+    AnyShape,
+    Shape,
+    TriangleShape,
+    build_faces,
+    merge_collapsed,
+)
 from service.engine.options import Faces, MeshOptions
 
 NOTHING = (False, False, False, False)
