@@ -136,6 +136,9 @@ export interface paths {
          *     Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
          *     minimum is lost for want of a seed. Tubes and ribbons have no closest points
          *     (`not_parametric`).
+         *
+         *     Many points are sent sooner as a file of NumPy: the query then names a surface that is stored,
+         *     or built in, and has the other fields.
          */
         post: operations["projectPoints"];
         delete?: never;
@@ -4295,7 +4298,14 @@ export interface operations {
     };
     projectPoints: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description With a file: id of the surface, the name of a built-in one, or that of a stored one. */
+                surface?: string;
+                /** @description With a file: How wide `distance_bounds` may be, as a part of the diagonal of the box of the control points. Default: 1e-09. */
+                relative_tolerance?: number;
+                /** @description With a file: Whether to tell, of a closed surface, which points are inside (`signs`). Default: false. */
+                sign?: boolean;
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -4303,6 +4313,7 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ProjectRequest"];
+                "application/x-npy": Blob;
             };
         };
         responses: {
@@ -4325,6 +4336,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            404: components["responses"]["UnknownSurface"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];

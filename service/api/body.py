@@ -23,7 +23,7 @@ from service.api.observing.record import record_of
 from service.api.problems import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
 from service.api.services import Context, Services
 from service.api.workers import Job
-from service.decoders.format import Decoder
+from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue
 from service.schemas.document import Budget
@@ -71,7 +71,8 @@ class BodyRoute(APIRoute):
         name, beside = self._query(request, decoder)
         fmt = self._format(name, request)
         body = await _read_body(request, headers, services, job, decoder)
-        parse = partial(_parse, model, body, decoder, beside, services)
+        decode = None if decoder is None else await self._decode(decoder, beside, services, job)
+        parse = partial(_parse, model, body, decode, services)
         wanted = await job.parse(parse, is_long=is_long_body(body, decoder))
         job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
         response: Response = await self.endpoint(wanted, Context(services, job, request, fmt))
@@ -89,6 +90,19 @@ class BodyRoute(APIRoute):
         except InvalidRequest as error:
             raise InvalidQuery(*error.issues) from None
         return str(beside.pop("format")) if self.formats and "format" in beside else None, beside
+
+    async def _decode(
+        self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
+    ) -> Callable[[bytes], Tree]:
+        """From the bytes of a file to the document that it stands for with the query."""
+        del job
+        fields, most = beside["surface"], services.documents.max_control_points
+
+        def decode(body: bytes) -> Tree:
+            net = decoder.decode(body, fields.get("type"), most)
+            return {**beside, "surface": with_fields(net, fields)}
+
+        return decode
 
     def _format(self, name: str | None, request: Request) -> FileFormat | None:
         """The response's format: the named one, else one that `Accept` chooses."""
@@ -112,20 +126,16 @@ def is_long_body(body: bytes, decoder: Decoder | None) -> bool:
 def _parse(
     model: type[RequestModel],
     body: bytes,
-    decoder: Decoder | None,
-    beside: dict[str, Any],
+    decode: Callable[[bytes], Tree] | None,
     services: Services,
 ) -> RequestModel:
     """The checked model, with its surface or curve built."""
     limits = services.documents
-    if decoder is None:
+    if decode is None:
         with pause_collection() if len(body) > INLINE_TEXT else nullcontext():
             parsed = parse_request(model, body, limits)
     else:
-        fields = beside["surface"]
-        net = decoder.decode(body, fields.get("type"), limits.max_control_points)
-        document = {**beside, "surface": with_fields(net, fields)}
-        parsed = validate_document(model, document, limits)
+        parsed = validate_document(model, decode(body), limits)
     parsed.build()
     return parsed
 

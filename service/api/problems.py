@@ -248,8 +248,14 @@ def _error(issue: Issue, place: Place) -> dict[str, str]:
     }
 
 
+ARRAYS = ("points", "rays")
+"""Fields of a document whose numbers may be a file."""
+
+
 def _in_file_or_query(where: str) -> tuple[Place, str]:
     """Whether a pointer into a file and its query together means the file or a parameter."""
+    if first_part(where) in ARRAYS:
+        return "pointer", where
     inside = where.removeprefix("/surface")
     if inside != where and first_part(inside) not in FIELDS:
         return "pointer", where

@@ -1,5 +1,6 @@
 """POST /v1/project: surfaces, groups and curves, and refused requests."""
 
+import io
 from typing import Any
 
 import numpy as np
@@ -104,3 +105,54 @@ def test_too_many_points_are_refused_before_any_work() -> None:
         answer = client.post("/v1/project", body)
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["code"] == "too_many_points"
+
+
+NPY = {"Content-Type": "application/x-npy"}
+
+
+def npy(array: object, dtype: str = "<f8") -> bytes:
+    file = io.BytesIO()
+    np.save(file, np.asarray(array, dtype))
+    return file.getvalue()
+
+
+def test_points_in_a_file_of_numpy(client: Client) -> None:
+    points = [[0, 0, 0.5], [0, 2, 1]]
+    surface = client.get("/v1/surfaces/sphere").json()["surface"]
+    wanted = ask(client, surface=surface, points=points, sign=True, relative_tolerance=1e-6)
+    stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
+    for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
+        query = f"?surface={name}&sign=true&relative_tolerance=1e-6"
+        answer = client.request("POST", f"/v1/project{query}", npy(points, dtype), NPY)
+        assert answer.json() == wanted, answer.text
+
+
+@pytest.mark.parametrize(
+    ("query", "body", "code", "place"),
+    [
+        ("", npy([[0, 0, 0]]), "missing_field", {"parameter": "surface"}),
+        ("?surface=no", npy([[0, 0, 0]]), "unknown_surface", {"parameter": "surface"}),
+        ("?surface=sphere&points=1", npy([[0, 0, 0]]), "unknown_field",
+         {"parameter": "points"}),
+        ("?surface=sphere&curve=1", npy([[0, 0, 0]]), "wrong_type", {"parameter": "curve"}),
+        ("?surface=sphere&sign=maybe", npy([[0, 0, 0]]), "wrong_type", {"parameter": "sign"}),
+        ("?surface=sphere&sign=true&sign=true", npy([[0, 0, 0]]), "repeated_key",
+         {"parameter": "sign"}),
+        ("?surface=sphere&relative_tolerance=0", npy([[0, 0, 0]]), "out_of_range",
+         {"parameter": "relative_tolerance"}),
+        ("?surface=sphere", npy([0, 0, 0]), "wrong_type", {"pointer": "/points/0"}),
+        ("?surface=sphere", npy([[0, 0]]), "wrong_dimension", {"pointer": "/points/0"}),
+        ("?surface=sphere", npy(np.zeros((0, 3))), "empty_list", {"pointer": "/points"}),
+        ("?surface=sphere", npy([[0, 0, np.nan]]), "not_finite", {"pointer": "/points/0/2"}),
+        ("?surface=sphere", npy([[0, 0, 0]])[:-1], "malformed_body", {"pointer": ""}),
+    ],
+)  # fmt: skip
+def test_files_that_are_refused(
+    client: Client, query: str, body: bytes, code: str, place: dict[str, str]
+) -> None:
+    answer = client.request("POST", f"/v1/project{query}", body, NPY)
+    statuses = {"unknown_surface": 404, "malformed_body": 400}
+    assert answer.status_code == statuses.get(code, 422), answer.text
+    issue = answer.json()["errors"][0]
+    assert issue["code"] == code
+    assert place.items() <= issue.items()

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
 from fastapi import Path
-from pydantic import WithJsonSchema
+from pydantic import BaseModel, WithJsonSchema
 
 from service.api.caching.codings import CODINGS
 from service.api.guard.signatures import EXPIRES, SIGNATURE
@@ -126,6 +126,31 @@ def json_body(examples: Json, *parameters: Json) -> Json:
     """A JSON body with its examples, and parameters, as `openapi_extra` takes them."""
     body = {"content": {"application/json": {"examples": examples}}}
     return {"requestBody": body, "parameters": list(parameters)}
+
+
+def array_body(examples: Json, model: type[BaseModel], array: str, about: str) -> Json:
+    """A document as JSON, or one array of it with the other fields in the query.
+
+    Parameters
+    ----------
+    model : type
+        Of the document.
+    array, about : str
+        The field whose numbers may be a file, and their axes.
+    """
+    extra = json_body(examples)
+    text = f"`{array}` as a file of `numpy.save`, of float32 or float64: {about}."
+    schema = {"type": "string", "format": "binary", "description": text}
+    extra["requestBody"]["content"]["application/x-npy"] = {"schema": schema}
+    text = "With a file: id of the surface, the name of a built-in one, or that of a stored one."
+    surface = _parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
+    simple = ("number", "boolean", "string")
+    beside = [
+        _beside_a_file(_parameter("query", name, schema.pop("description"), schema))
+        for name, schema in model.model_json_schema()["properties"].items()
+        if schema.get("type") in simple
+    ]
+    return extra | {"parameters": [surface, *beside]}
 
 
 def surface_body(examples: Json, *parameters: Json, has_options: bool = True) -> Json:

@@ -3,16 +3,16 @@
 from fastapi import APIRouter, Response
 
 from service.api.answers import bytes_response
-from service.api.body import BodyRoute
+from service.api.array_route import ArrayRoute
 from service.api.models.project import ClosestPoints
 from service.api.openapi.examples import show_answers
-from service.api.openapi.parameters import Json, json_body
-from service.api.openapi.responses import POST_ERRORS, answer
+from service.api.openapi.parameters import Json, array_body
+from service.api.openapi.responses import POST_ERRORS, answer, error
 from service.api.services import ContextDep
 from service.pipeline.project import plan_project
 from service.schemas.project import ProjectRequest
 
-queries = APIRouter(route_class=BodyRoute)
+queries = APIRouter(route_class=ArrayRoute)
 
 _CLOSEST: Json = {
     "surface": {
@@ -65,8 +65,8 @@ show_answers(
     summary="The closest points of a surface or a curve, with proved distances",
     response_model=ClosestPoints,
     response_description="The closest points.",
-    responses={200: answer(), **POST_ERRORS},
-    openapi_extra=json_body(_CLOSEST),
+    responses={200: answer(), 404: error("UnknownSurface"), **POST_ERRORS},
+    openapi_extra=array_body(_CLOSEST, ProjectRequest, "points", "(m, 3)"),
 )
 async def project_points(wanted: ProjectRequest, context: ContextDep) -> Response:
     """Looks for the closest points, and proves how near the surface can be.
@@ -74,6 +74,9 @@ async def project_points(wanted: ProjectRequest, context: ContextDep) -> Respons
     Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
     minimum is lost for want of a seed. Tubes and ribbons have no closest points
     (`not_parametric`).
+
+    Many points are sent sooner as a file of NumPy: the query then names a surface that is stored,
+    or built in, and has the other fields.
     """
     services, job, *_ = context
     work = plan_project(wanted.to_shape(), wanted.to_query(), services.limits)

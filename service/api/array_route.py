@@ -1,0 +1,77 @@
+"""Routes whose body may also be an array in a .npy file, about a surface that has an id.
+
+The query then names the surface, and has the document's other fields: `?surface=sphere&sign=true`.
+A hundred thousand points are 2.4 MB so, and are not parsed number by number.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from fastapi import Request
+
+from service.api.body import BodyRoute
+from service.api.problems import InvalidQuery
+from service.api.services import Services
+from service.api.stored import surface_of
+from service.api.workers import Job
+from service.decoders.format import Decoder, Tree
+from service.decoders.npy import read_array
+from service.decoders.registry import BY_NAME
+from service.errors import InvalidRequest, Issue, UnknownSurface
+from service.schemas.query import number_from_text, values_from_text
+from service.schemas.surfaces import definition
+
+NPY = BY_NAME["npy"]
+
+
+class ArrayRoute(BodyRoute):
+    """A route that reads JSON, or the numbers of one field of the document.
+
+    Attributes
+    ----------
+    array : str
+        The field.
+    """
+
+    decoders = (NPY,)
+    array: ClassVar[str] = "points"
+
+    def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
+        """Beside an array, the document's other fields."""
+        if decoder is None:
+            return super()._query(request, decoder)
+        try:
+            values = values_from_text(request.query_params.multi_items())
+        except InvalidRequest as error:
+            raise InvalidQuery(*error.issues) from None
+        if self.array in values:
+            message, got = "The body has these numbers.", "a parameter"
+            raise InvalidQuery(Issue("unknown_field", message, f"/{self.array}", got, "a body"))
+        if not isinstance(values.get("surface"), str):
+            message, needed = "The query must name the surface.", "the id of a surface"
+            raise InvalidQuery(Issue("missing_field", message, "/surface", "no id", needed))
+        return None, {name: _value(value) for name, value in values.items()}
+
+    async def _decode(
+        self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
+    ) -> Callable[[bytes], Tree]:
+        """From the bytes of a file to the document about the surface that the query names."""
+        del decoder
+        try:
+            stored = await surface_of(services, job, beside["surface"])
+        except (UnknownSurface, InvalidRequest) as error:
+            raise type(error)(replace(error.issues[0], pointer="/surface")) from None
+
+        def decode(body: bytes) -> Tree:
+            surface = definition(stored.surface, flat=True)
+            return {**beside, "surface": surface, self.array: read_array(body)}
+
+        return decode
+
+
+def _value(text: object) -> object:
+    """The value of a parameter as a document would hold it; what is malformed stays a text."""
+    if not isinstance(text, str):
+        return text
+    return {"true": True, "false": False}.get(text, number_from_text(text))
