@@ -94,16 +94,16 @@ def read(text: str) -> Surface:
     return parse_request(SurfaceRequest, body, LIMITS).to_surface()
 
 
-def test_two_thousand_spellings_have_one_id_each() -> None:
+def test_many_spellings_have_one_id_each() -> None:
     random, ids, texts = Random(1), set[str](), set[str]()
     for content in ALL.values():
         # Ribbons and groups take ten times as long as the others.
-        count = 50 if content.get("type") in ("ribbon", "group") else 125
+        count = 15 if content.get("type") in ("ribbon", "group") else 40
         spellings = [spelled(content, random) for _ in range(count)]
         assert {surface_id(canonical_content(read(text))) for text in spellings} == {id_of(content)}
         ids.add(id_of(content))
         texts.update(spellings)
-    assert len(texts) >= 2_000
+    assert len(texts) >= 600
     assert len(ids) == len(ALL)
 
 
