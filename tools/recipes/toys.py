@@ -97,7 +97,7 @@ OPTION = Recipe(
             "service/engine/tessellate.py",
             behind=(
                 (
-                    "    rows = fill(rows, plan)\n",
+                    "    rows = fill_vertices(rows, plan)\n",
                     """    if options.inside_out:
         plan = replace(plan, triangles=plan.triangles[:, ::-1])
 """,
