@@ -18,10 +18,10 @@ from typing import Literal, TypeAlias
 
 from service.settings.runtime import pin_blas
 from tools.certify import groups
+from tools.certify.closing import NEARLY, Near, judge_nearly
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
-from tools.certify.nearly import NEARLY, Near, judge_nearly
 from tools.certify.seams import Joint, judge_model
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding, rows

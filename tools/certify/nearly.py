@@ -1,38 +1,26 @@
-"""Surfaces whose borders are equal up to rounding: closed where they should be, open elsewhere.
+"""Surfaces whose borders are equal up to rounding, or one curve written differently.
 
-A family makes of a seed a surface and says whether its mesh must be closed. Each is meshed by
-resolution and by tolerance, in two orders of its patches, and compared with the surface as it was
-given.
+A family makes of a seed a surface and says whether its mesh must be closed: `noisy` and `pieces`
+here, more in `tools.certify.crowded`, all in the table of `tools.certify.closing`.
 """
 
-import time
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 from scipy.interpolate import BSpline
 
-from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.options import MeshOptions
-from service.pipeline.mesh import render
 from service.surface.batches import TensorPatches
 from service.surface.bspline import BsplineSurface
 from service.surface.convert.operations import Elevate, Operation, Restrict, Reverse, Transpose
 from service.surface.convert.table import convert
-from service.surface.multipatch import MultipatchSurface
+from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import PatchSurface
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
-from tools.certify.table import Finding
-from tools.certify.written import Array, Written, read
+from tools.certify.surfaces import Random
+from tools.certify.written import Array
 
 Pieces: TypeAlias = BsplineSurface | PatchSurface | MultipatchSurface
-
-RESOLUTION = (3, 5)
 
 
 @dataclass(frozen=True)
@@ -42,17 +30,6 @@ class Case:
     surface: Pieces
     weld_tolerance: float
     is_closed: bool | None
-
-
-@dataclass
-class Near(Finding):
-    """The findings about one case."""
-
-    moved: float = 0.0
-    closed: bool = False
-
-    def __str__(self) -> str:
-        return f"{self.kind} {self.seed}"
 
 
 def noisy(seed: int) -> Case:
@@ -79,15 +56,7 @@ def pieces(seed: int) -> Case:
     moved: it is open.
     """
     rng = np.random.default_rng([seed, 1])
-    whole = body(rng, has_poles=bool(seed % 2))
-    found: list[BsplineSurface] = []
-    for u in _intervals(rng, whole, 0, 2 + seed // 2 % 2):
-        strip = convert(whole, [Restrict(u=u)])
-        assert isinstance(strip, BsplineSurface)
-        for v in _intervals(rng, strip, 1, int(rng.integers(1, 4))):
-            piece = convert(strip, [Restrict(v=v)])
-            assert isinstance(piece, BsplineSurface)
-            found.append(_rewritten(rng, piece))
+    found = cut_up(rng, body(rng, has_poles=bool(seed % 2)), 2 + seed // 2 % 2)
     is_closed = seed % 3 > 0
     if not is_closed:
         net = found[0].control_net.copy()
@@ -97,8 +66,21 @@ def pieces(seed: int) -> Case:
     return Case(MultipatchSurface(tuple(found[k] for k in order)), 1e-12, is_closed)
 
 
+def cut_up(rng: Random, whole: BsplineSurface, strips: int) -> list[BsplineSurface]:
+    """The pieces of strips along u, each cut into one to three, all written differently."""
+    found: list[BsplineSurface] = []
+    for u in _intervals(rng, whole, 0, strips):
+        strip = convert(whole, [Restrict(u=u)])
+        assert isinstance(strip, BsplineSurface)
+        for v in _intervals(rng, strip, 1, int(rng.integers(1, 4))):
+            piece = convert(strip, [Restrict(v=v)])
+            assert isinstance(piece, BsplineSurface)
+            found.append(_rewritten(rng, piece))
+    return found
+
+
 def _intervals(
-    rng: np.random.Generator, surface: BsplineSurface, axis: int, count: int
+    rng: Random, surface: BsplineSurface, axis: int, count: int
 ) -> list[tuple[float, float]]:
     """The domain along an axis in `count` pieces."""
     knots, degree = surface.knot_vectors[axis], surface.degree[axis]
@@ -108,7 +90,7 @@ def _intervals(
     return list(pairwise(ends))
 
 
-def _rewritten(rng: np.random.Generator, piece: BsplineSurface) -> BsplineSurface:
+def _rewritten(rng: Random, piece: BsplineSurface) -> BsplineSurface:
     """Equal points by other numbers: knots by SciPy, the rest by conversions."""
     rows = np.ones((*piece.control_net.shape[:2], 4))
     if piece.weights is not None:
@@ -135,7 +117,7 @@ def _rewritten(rng: np.random.Generator, piece: BsplineSurface) -> BsplineSurfac
     return result
 
 
-def body(rng: np.random.Generator, *, has_poles: bool) -> BsplineSurface:
+def body(rng: Random, *, has_poles: bool) -> BsplineSurface:
     """A closed B-spline: its last row is its first one, its columns are closed or end in points."""
     p, q = rng.integers(1, 4, 2, endpoint=True).tolist()
     n, m = (int(rng.integers(max(d + 1, 4), d + 6)) for d in (p, q))
@@ -166,101 +148,24 @@ def soup(batch: object) -> PatchSurface:
     return PatchSurface(batch.points.reshape(-1, 3), indices, weights, parts)
 
 
-def strewn(
-    rng: np.random.Generator, surface: BsplineSurface | PatchSurface, amplitude: float
-) -> Pieces:
+def strewn(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float) -> Pieces:
     """The surface with its points moved by at most a share of its diagonal, weights by as much."""
-    points = points_of(surface)
-    flat = points.reshape(-1, 3)
+    flat = points_of(surface)
     reach = amplitude * np.linalg.norm(np.ptp(flat, axis=0)) * (1 - 2.0**-10)
     away = rng.normal(size=flat.shape)
     away *= reach * rng.uniform(0, 1, (len(flat), 1)) / np.linalg.norm(away, axis=1)[:, None]
-    moved = (flat + away).reshape(points.shape)
+    moved = flat + away
     weights = surface.weights
     if weights is not None:
         weights = weights * (1 + 0.9 * amplitude * rng.uniform(-1, 1, weights.shape))
     if isinstance(surface, PatchSurface):
         return replace(surface, vertices=moved, weights=weights)
-    return replace(surface, control_net=moved, weights=weights)
+    return replace(surface, control_net=moved.reshape(surface.control_net.shape), weights=weights)
 
 
-NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
-    {"noise": (108, noisy), "borders": (120, pieces)}
-)
-"""Families: how many of each are looked at, and how they are made."""
-
-
-def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
-    """Meshes it by resolution and by tolerance, in two orders, and looks at both."""
-    case = NEARLY[kind][1](seed)
-    near = Near(kind=kind, seed=seed)
-    start = time.process_time()
-    try:
-        for options in (
-            MeshOptions(RESOLUTION, weld_tolerance=case.weld_tolerance),
-            MeshOptions(
-                accuracy=Accuracy(relative_tolerance=tolerance), weld_tolerance=case.weld_tolerance
-            ),
-        ):
-            _judge(near, case, options)
-    except Exception as error:  # whatever it is, there is no mesh
-        near.wrong.append(f"{type(error).__name__}: {error}")
-    near.seconds = time.process_time() - start
-    return near
-
-
-def _judge(near: Near, case: Case, options: MeshOptions) -> None:
-    mesh = mesh_of(case.surface, options)
-    report = mesh.report
-    given = case.surface
-    each = _splines(given) if isinstance(given, MultipatchSurface) else [given]
-    sheets = [sheet for surface in each for sheet in sheets_of(surface)]
-    near.tolerance = float(np.linalg.norm(np.ptp(points_of(case.surface).reshape(-1, 3), axis=0)))
-    near.triangles, near.moved = len(mesh.faces), report.get("moved", 0.0)
-    near.bound = report["deviation_bound"]
-    found = surface_to_mesh(sheets, mesh.corners, 1000)
-    near.deviation = found.distance
-    if not found.distance <= near.bound + found.noise:
-        near.wrong.append(f"deviates by {found.distance}, bound {near.bound}")
-    near.closed = report["watertight"]
-    if case.is_closed not in (None, report["watertight"]):
-        near.wrong.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
-    if near.moved > 2.01 * case.weld_tolerance * near.tolerance:
-        near.wrong.append(f"moved by {near.moved}")
-    if near.moved > near.bound:
-        near.wrong.append(f"moved by {near.moved}, bound {near.bound}")
-    if isinstance(case.surface, PatchSurface) and options.accuracy is not None:
-        order = np.random.default_rng(near.seed).permutation(len(case.surface.patches))
-        again = replace(case.surface, patches=case.surface.patches[order], parts=())
-        _compare(near, mesh, again, options)
-    if isinstance(case.surface, MultipatchSurface) and options.accuracy is not None:
-        _compare(near, mesh, replace(case.surface, surfaces=case.surface.surfaces[::-1]), options)
-
-
-def _compare(near: Near, mesh: Written, again: Pieces, options: MeshOptions) -> None:
-    """Whether the same patches in another order have the same triangles."""
-    if triangles_of(mesh_of(again, options)) != triangles_of(mesh):
-        near.wrong.append("the order of the patches matters")
-
-
-def points_of(surface: Pieces) -> Array:
-    """All control points."""
+def points_of(surface: Pieces | Single) -> Array:
+    """All control points, (N, 3)."""
     if isinstance(surface, MultipatchSurface):
-        return np.concatenate([points_of(s).reshape(-1, 3) for s in _splines(surface)])
-    return surface.vertices if isinstance(surface, PatchSurface) else surface.control_net
-
-
-def _splines(surface: MultipatchSurface) -> list[BsplineSurface]:
-    return [s for s in surface.surfaces if isinstance(s, BsplineSurface)]
-
-
-def mesh_of(surface: Pieces, options: MeshOptions) -> Written:
-    """Written as JSON and read."""
-    return read("json", render(surface, options, BY_NAME["json"]))
-
-
-def triangles_of(mesh: Written) -> set[bytes]:
-    """All triangles, corners in order of their coordinates."""
-    corners = mesh.corners
-    order = np.lexsort(corners.transpose(2, 0, 1)[::-1], axis=1)
-    return {t.tobytes() for t in np.take_along_axis(corners, order[..., None], axis=1)}
+        return np.concatenate([points_of(each) for each in surface.surfaces])
+    points = surface.vertices if isinstance(surface, PatchSurface) else surface.control_net
+    return points.reshape(-1, 3)

@@ -21,7 +21,7 @@ from tests.engine.meshing import check_sound, check_values, check_winding, mesh_
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.strategies import Array, moved
-from tools.certify.nearly import NEARLY, RESOLUTION
+from tools.certify.closing import NEARLY, RESOLUTION
 
 
 @pytest.mark.parametrize("seed", range(16))  # the others are judged by `make certify`

@@ -17,7 +17,7 @@ from service.surface.triangle import TriangleSurface
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
 from tests.oracles.topology import topology, welded_by_position
-from tools.certify.nearly import NEARLY, RESOLUTION
+from tools.certify.closing import NEARLY, RESOLUTION
 
 OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=1e-2)}]
 

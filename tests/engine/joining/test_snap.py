@@ -17,7 +17,8 @@ from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.programs import run_python
 from tests.strategies import Array, cube, model_of
-from tools.certify.nearly import NEARLY, RESOLUTION, body, soup
+from tools.certify.closing import NEARLY, RESOLUTION
+from tools.certify.nearly import body, soup
 
 
 def shaken(nets: list[Array], amplitude: float) -> list[Array]:

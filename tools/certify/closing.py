@@ -1,0 +1,119 @@
+"""Families of surfaces that must close, or must not: each meshed and judged from outside.
+
+Each is meshed by resolution and by tolerance, in two orders of its patches, and compared with the
+surface as it was given.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.surface.multipatch import MultipatchSurface
+from service.surface.patches import PatchSurface
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import sheets_of
+from tools.certify.crowded import crowded, mixed
+from tools.certify.nearly import Case, Pieces, noisy, pieces, points_of
+from tools.certify.table import Finding
+from tools.certify.written import Written, read
+
+RESOLUTION = (3, 5)
+
+
+@dataclass
+class Near(Finding):
+    """The findings about one case."""
+
+    moved: float = 0.0
+    closed: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.seed}"
+
+
+NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
+    {
+        "noise": (108, noisy),
+        "borders": (120, pieces),
+        "mixed degrees": (112, mixed),
+        "crowded knots": (112, crowded),
+    }
+)
+"""Families: how many of each are looked at, and how they are made."""
+
+
+def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
+    """Meshes it by resolution and by tolerance, in two orders, and looks at both."""
+    case = NEARLY[kind][1](seed)
+    near = Near(kind=kind, seed=seed)
+    start = time.process_time()
+    try:
+        for options in (
+            MeshOptions(RESOLUTION, weld_tolerance=case.weld_tolerance),
+            MeshOptions(
+                accuracy=Accuracy(relative_tolerance=tolerance), weld_tolerance=case.weld_tolerance
+            ),
+        ):
+            _judge(near, case, options)
+    except Exception as error:  # whatever it is, there is no mesh
+        near.wrong.append(f"{type(error).__name__}: {error}")
+    near.seconds = time.process_time() - start
+    return near
+
+
+def _judge(near: Near, case: Case, options: MeshOptions) -> None:
+    mesh = mesh_of(case.surface, options)
+    report = mesh.report
+    near.tolerance = float(np.linalg.norm(np.ptp(points_of(case.surface), axis=0)))
+    near.triangles, near.moved = len(mesh.faces), report.get("moved", 0.0)
+    near.bound = report["deviation_bound"]
+    found = surface_to_mesh(sheets_of(case.surface), mesh.corners, 1000)
+    near.deviation = found.distance
+    if not found.distance <= near.bound + found.noise:
+        near.wrong.append(f"deviates by {found.distance}, bound {near.bound}")
+    near.closed = report["watertight"]
+    if case.is_closed not in (None, report["watertight"]):
+        near.wrong.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
+    if near.moved > 2.01 * case.weld_tolerance * near.tolerance:
+        near.wrong.append(f"moved by {near.moved}")
+    if near.moved > near.bound:
+        near.wrong.append(f"moved by {near.moved}, bound {near.bound}")
+    if options.accuracy is not None:
+        rng = np.random.default_rng(near.seed)
+        _compare(near, mesh, _in_other_order(rng, case.surface), options)
+
+
+def _in_other_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
+    """The same patches, or surfaces, in another order."""
+    if isinstance(surface, MultipatchSurface):
+        return replace(surface, surfaces=surface.surfaces[::-1])
+    if not isinstance(surface, PatchSurface):
+        return surface
+    grids, triangles = (rng.permutation(len(each)) for each in (surface.patches, surface.triangles))
+    patches = tuple(surface.patches[k] for k in grids)
+    return replace(surface, patches=patches, triangles=surface.triangles[triangles], parts=())
+
+
+def _compare(near: Near, mesh: Written, again: Pieces, options: MeshOptions) -> None:
+    """Whether the same patches in another order have the same triangles."""
+    if triangles_of(mesh_of(again, options)) != triangles_of(mesh):
+        near.wrong.append("the order of the patches matters")
+
+
+def mesh_of(surface: Pieces, options: MeshOptions) -> Written:
+    """Written as JSON and read."""
+    return read("json", render(surface, options, BY_NAME["json"]))
+
+
+def triangles_of(mesh: Written) -> set[bytes]:
+    """All triangles, corners in order of their coordinates."""
+    corners = mesh.corners
+    order = np.lexsort(corners.transpose(2, 0, 1)[::-1], axis=1)
+    return {t.tobytes() for t in np.take_along_axis(corners, order[..., None], axis=1)}

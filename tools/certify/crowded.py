@@ -1,0 +1,125 @@
+"""Bodies of patches of several degrees and kinds, and of B-splines whose knots crowd."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.multipatch import MultipatchSurface, Single
+from service.surface.patches import NO_TRIANGLES, PatchSurface
+from service.surface.triangle import TriangleSurface
+from tools.certify.models import BODIES, Complex, complex_of
+from tools.certify.nearly import Case, Pieces, body, cut_up, soup
+from tools.certify.surfaces import Array, Random
+
+
+def mixed(seed: int) -> Case:
+    """A body whose patches have degrees of their own, as `patches` or as a `multipatch`.
+
+    Grids of a multipatch are Bézier patches and B-splines. Of every fifth body a corner of a patch
+    is moved: it is open.
+    """
+    rng = np.random.default_rng([seed, 2])
+    kinds = list(BODIES)
+    whole = complex_of(kinds[seed % len(kinds)], 2 * seed)
+    is_closed = all(len(patches) == 2 for patches in whole.edges().values())
+    if seed % 5 == 0:
+        # The corner of the last patch is not what its neighbours say.
+        whole.nets[-1].reshape(-1, 3)[0] += 1e-3 * rng.uniform(0.5, 1, 3)
+        is_closed = False
+    triangles = {len(net) for net in whole.nets if net.ndim == 2}
+    is_list = len(triangles) > 1 or seed // len(kinds) % 2
+    surface: Pieces = _multipatch(rng, whole) if is_list else _patches(rng, whole)
+    return Case(surface, 1e-12, is_closed)
+
+
+def _patches(rng: Random, whole: Complex) -> PatchSurface:
+    """Grids of several degrees, and triangles of one: a soup, or vertices that patches share."""
+    ends = np.cumsum([0, *(net[..., 0].size for net in whole.nets)]).tolist()
+    rows = [
+        np.arange(first, first + net[..., 0].size).reshape(net.shape[:-1])
+        for first, net in zip(ends, whole.nets, strict=False)
+    ]
+    numbers = np.concatenate([net.reshape(-1, 3) for net in whole.nets])
+    if whole.weights is not None:
+        weights = np.concatenate([each.ravel() for each in whole.weights])
+        numbers = np.column_stack([numbers, weights])
+    if rng.integers(2):
+        numbers, place = np.unique(numbers, axis=0, return_inverse=True)
+        rows = [place.ravel()[each] for each in rows]
+    triangles = [each for each in rows if each.ndim == 1]
+    return PatchSurface(
+        numbers[:, :3].copy(),
+        tuple(each for each in rows if each.ndim == 2),
+        None if whole.weights is None else numbers[:, 3].copy(),
+        triangles=np.array(triangles) if triangles else NO_TRIANGLES,
+    )
+
+
+def _multipatch(rng: Random, whole: Complex) -> MultipatchSurface:
+    found: list[Single] = []
+    for k, net in enumerate(whole.nets):
+        weights = None if whole.weights is None else whole.weights[k]
+        if net.ndim == 2:
+            found.append(TriangleSurface(net, weights))
+        elif rng.integers(2):
+            found.append(BezierSurface(net, weights))
+        else:
+            found.append(BsplineSurface(net, _degrees(net), _ends(rng, _degrees(net)), weights))
+    return MultipatchSurface(tuple(found))
+
+
+def _degrees(net: Array) -> tuple[int, int]:
+    return net.shape[0] - 1, net.shape[1] - 1
+
+
+def _ends(rng: Random, degrees: tuple[int, int]) -> tuple[Array, Array]:
+    """Knots of one span, over some interval each."""
+    first, second = (
+        rng.uniform(-9, 9) + rng.uniform(0.1, 9) * np.repeat([0.0, 1], degree + 1)
+        for degree in degrees
+    )
+    return first, second
+
+
+def crowded(seed: int) -> Case:
+    """A ball or a ring with knots 1e-3 to 1e-16 of their range apart, up to 1e5 ranges from zero.
+
+    A B-spline, its patches, or pieces that are cut anywhere; of every fifth of these a control
+    point on a border is moved: it is open.
+    """
+    rng = np.random.default_rng([seed, 3])
+    whole = body(rng, has_poles=bool(seed % 2))
+    gap = 10.0 ** -(3 + seed // 2 % 14)
+    counts = whole.control_net.shape
+    first, second = (_crowd(rng, counts[k], whole.degree[k], gap) for k in range(2))
+    whole = BsplineSurface(whole.control_net, whole.degree, (first, second), whole.weights)
+    form = seed // 28 % 4
+    if form == 0:
+        return Case(whole, 1e-12, is_closed=True)
+    if form == 1:
+        (batch,) = whole.lower().batches
+        return Case(soup(batch), 1e-12, is_closed=True)
+    found = cut_up(rng, whole, form)
+    if seed % 5 == 0:
+        net = found[0].control_net.copy()
+        net[0, 1] += 1e-4 * np.ptp(net) * rng.uniform(0.5, 1, 3)
+        found[0] = replace(found[0], control_net=net)
+    return Case(MultipatchSurface(tuple(found)), 1e-12, is_closed=seed % 5 > 0)
+
+
+def _crowd(rng: Random, count: int, degree: int, gap: float) -> Array:
+    """Knots of which some are `gap` of the range apart, as many as the degree at most."""
+    inner: list[float] = []
+    left = count - degree - 1
+    places = np.sort(rng.uniform(0.1, 0.9, max(left, 1))).tolist()
+    while left:
+        some = min(left, int(rng.integers(1, degree, endpoint=True)))
+        inner += [places[left - 1] + k * gap for k in range(some)]
+        left -= some
+    knots = np.concatenate([np.zeros(degree + 1), np.sort(inner), np.ones(degree + 1)])
+    moved: Array = (knots + rng.choice([0, 1, -1]) * 10.0 ** rng.integers(0, 6)) * rng.uniform(
+        0.1, 9
+    )
+    return moved
