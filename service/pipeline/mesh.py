@@ -60,6 +60,8 @@ class MeshWork:
         Whether no more than these is known once the surface is lowered.
     is_possible : bool
         Whether nothing that is asked for depends on the patches to be possible.
+    alone : int
+        Bytes of memory that `cost` has if no copies meet.
     """
 
     surface: SurfaceKind
@@ -71,6 +73,7 @@ class MeshWork:
     stored: MeshSize
     is_certain: bool
     is_possible: bool
+    alone: int
     cost: Cost
 
     def run(self) -> Answer:
@@ -119,13 +122,15 @@ class MeshWork:
             size = mesh_size(stored_size(self.surface, options, fmt, encode), options, fmt, once)
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
-    def check_cut(self, model: PatchModel) -> None:
-        """Refuses a mesh whose surfaces, cut to meet others, are too many patches."""
-        vertices = predicted_size(model, self.options)[0]
+    def check_cut(self, *models: PatchModel) -> None:
+        """Refuses a mesh whose surfaces, cut to meet others or joined, are too many patches."""
+        vertices = sum(predicted_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
-        memory = round(self.cost.memory * max(1.0, vertices / max(self.size.vertices, 1)))
+        more = max(1.0, vertices / max(self.stored.vertices, 1))
+        if self.is_certain:
+            check_bytes(round(self.cost.bytes * more), self.fmt, self.limits)
         less = "a lower resolution, or another format, takes less"
-        self.limits.check_memory(memory, "The mesh", "/resolution", less)
+        self.limits.check_memory(round(self.alone * more), "The mesh", "/resolution", less)
 
     def build(self, model: Model, options: MeshOptions) -> Mesh | Scene:
         """The mesh, or the scene where the format has nodes."""
@@ -192,7 +197,7 @@ def plan_sizes(
     options: MeshOptions,
     form: tuple[Format, EncodeOptions],
     limits: Limits,
-) -> tuple[MeshSize, MeshSize, bool, bool, Cost]:
+) -> tuple[MeshSize, MeshSize, bool, bool, int, Cost]:
     """What a `MeshWork` says of a surface of these sizes; raises what `plan_mesh` does.
 
     Requests for surfaces of one shape in one format, which are most, find it here.
@@ -206,7 +211,8 @@ def plan_sizes(
     asks_patches = whole.curves or options.solid_wires or options.curvatures
     is_possible = not asks_patches and options.method != "de_casteljau"
     if options.accuracy is not None:
-        return size, stored, True, is_possible, adaptive_cost(once, options, stored, form, limits)
+        cost = adaptive_cost(once, options, stored, form, limits)
+        return size, stored, True, is_possible, cost.memory, cost
     ru, rv = options.resolution
     is_certain = ru == rv and not (whole.curves or (options.curvatures and whole.members > 1))
     file = fmt.byte_bound(stored, encode)
@@ -227,7 +233,13 @@ def plan_sizes(
     cost = mesh_cost(once, options, stored, file, form)
     less = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
-    return size, stored, is_certain, is_possible, cost
+    alone = cost.memory
+    if once is not whole and options.weld_tolerance:
+        # Copies that meet are stored each by itself.
+        most = min(fmt.byte_bound(size, encode), limits.max_bytes)
+        apart = mesh_cost(whole, options, size, most, form).memory
+        cost = replace(cost, memory=max(alone, min(apart, limits.max_memory)))
+    return size, stored, is_certain, is_possible, alone, cost
 
 
 def render(

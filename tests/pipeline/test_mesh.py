@@ -115,7 +115,7 @@ def test_a_plan_that_is_kept_is_the_one_that_would_be_made(fmt: Format) -> None:
         for _ in range(2):
             plan = plan_mesh(surface, MeshOptions((3, 3)), *form, limits)
             made = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
-            told = plan.size, plan.stored, plan.is_certain, plan.is_possible, plan.cost
+            told = plan.size, plan.stored, plan.is_certain, plan.is_possible, plan.alone, plan.cost
             assert told == made
             assert plan.surface is surface
             with pytest.raises(TooLarge):

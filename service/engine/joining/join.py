@@ -26,11 +26,11 @@ GROWTH, ALWAYS = 16, 256
 run around a body and never meet would not end."""
 
 
-Allow: TypeAlias = Callable[[PatchModel], None]
-"""Refuses a model that has become too large."""
+Allow: TypeAlias = Callable[..., None]
+"""Refuses models (`PatchModel`) that have become too large together."""
 
 
-def allow_any(_model: PatchModel) -> None:
+def allow_any(*_models: PatchModel) -> None:
     """Refuses nothing."""
 
 

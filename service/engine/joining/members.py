@@ -106,6 +106,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
             at[n] = len(members)
             members.append(member)
     used = sorted({member.model for member in members})
+    allow(*(model for model in models[len(group.models) :] if isinstance(model, PatchModel)))
     place = {old: new for new, old in enumerate(used)}
     return JoinedGroup(
         replace(

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from service.bases.polynomials import split
+from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build, build_scene
 from service.engine.options import MeshOptions
+from service.errors import TooLarge
+from service.pipeline.limits import DEFAULT_LIMITS
+from service.pipeline.mesh import plan_mesh
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
@@ -166,3 +170,18 @@ def test_members_are_one_where_their_borders_are_one_curve(
     found = topology(welded_by_position(mesh.positions, mesh.triangles))
     assert (found.components, found.euler, found.misoriented) == shape
     assert found.boundary == mesh.report.boundary_edges
+
+
+def test_copies_that_meet_are_reckoned_as_what_they_become() -> None:
+    """Stored each by itself: with their memory, and no more bytes than are allowed."""
+    group = hull()
+    form, options = BY_NAME["glb"], MeshOptions((60, 60))
+    work = plan_mesh(group, options, form)
+    whole = plan_mesh(replace(group, members=group.members[:1]), options, form)
+    assert work.cost.memory > 1.8 * whole.cost.memory
+    length = len(work.run().content)
+    assert length > whole.cost.bytes
+    limits = replace(DEFAULT_LIMITS, max_bytes=length - 1)
+    with pytest.raises(TooLarge) as caught:
+        plan_mesh(group, options, form, limits=limits).run()
+    assert caught.value.issues[0].code == "too_many_bytes"
