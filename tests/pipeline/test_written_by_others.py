@@ -5,12 +5,16 @@ from typing import Any
 import numpy as np
 import orjson
 import pytest
+from scipy.interpolate import BSpline
 
 from service.encoders.registry import BY_NAME
 from service.pipeline.mesh import render
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
 from service.schemas.validation import parse_request
+from service.surface.bspline import BsplineSurface
+from service.surface.convert.operations import Elevate
+from service.surface.convert.table import convert
 from service.surface.spline_shapes import CIRCLE
 
 HALF = np.sqrt(0.5)
@@ -59,6 +63,40 @@ def sheet(*knots: Any, at: Any = (0, 0, 0), scale: float = 1) -> Any:
     return {"degree": 3, "control_net": net, "knots": [list(knots) or "clamped", "clamped"]}
 
 
+def face(axis: int, side: int, rng: Any) -> Any:
+    """A side of a cube of 1 cm, 1000 km from zero, in degrees and knots of its own."""
+    net = np.zeros((2, 2, 3))
+    net[..., axis] = side
+    net[1, :, axis - 2], net[:, 1, axis - 1] = 1, 1
+    (p, q), (t, scale) = rng.integers(1, 4, 2), rng.uniform(0.2, 3, 2)
+    surface: Any = convert(BsplineSurface(net, (1, 1)), [Elevate((p, q))])
+    rows = BSpline(surface.knot_vectors[0], surface.control_net, p).insert_knot(t / 4)
+    return {
+        "type": "bspline",
+        "control_net": rows.c * 0.01 + [1e6, -1e6, 3e5],
+        "degree": [int(p), int(q)],
+        "knots": [rows.t * scale - 1, surface.knot_vectors[1]],
+    }
+
+
+@pytest.mark.parametrize("options", [{"resolution": [2, 3]}, {"relative_tolerance": 0.01}])
+@pytest.mark.parametrize("kind", ["multipatch", "group"])
+def test_a_cube_of_splines_far_from_zero_is_closed(kind: str, options: Any) -> None:
+    """Its numbers are equal up to roundings of its place, 1e-8 of its size."""
+    rng = np.random.default_rng(3)
+    faces = [face(axis, side, rng) for axis in range(3) for side in (0, 1)]
+    surface = {"type": kind, "surfaces": faces}
+    if kind == "group":
+        surface = {"type": kind, "members": [{"surface": each} for each in faces]}
+    body = orjson.dumps({"surface": surface, **options}, option=orjson.OPT_SERIALIZE_NUMPY)
+    request = parse_request(MeshRequest, body, DocumentLimits())
+    report = orjson.loads(render(request.to_surface(), request.mesh_options(), BY_NAME["json"]))[
+        "report"
+    ]
+    assert report["watertight"]
+    assert 0 < report["moved"] < 1e-7
+
+
 CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
     "cylinder": (cylinder(), (False, True, False), 0),
     "cylinder, knots without their ends": (cylinder(QUARTERS[1:-1]), (False, True, False), 0),
@@ -77,6 +115,18 @@ CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
     ),
     "torus, wrapped": (wrapped(1, 0), (True, True, True), 0),
     "torus, knots of sevenths about 1000": (wrapped(1 / 7, 1000), (True, True, True), 0),
+    "torus of mm, far away": (
+        wrapped(1 / 7, 1000) | {"control_net": wrapped(1, 0)["control_net"] * 1e-3 + 1e6},
+        (True, True, True), 0,
+    ),
+    "cylinder on degrees, its seam equal up to roundings of its place": (
+        moved(cylinder((np.array(QUARTERS) * 360).tolist(), at=(1e6, 1e6, 0)), -1, 1e-10),
+        (False, True, False), 0,
+    ),
+    "knots 1e-8 of their range apart, about 1e4": (
+        sheet(*(1e4 + np.array([0, 0, 0, 0, 0.5, 0.5 + 1e-8, 1, 1, 1, 1])).tolist()),
+        (False, False, False), 0,
+    ),
     "knots 1e-14 apart": (
         sheet(0, 0, 0, 0, 0.5, 0.5 + 1e-14, 1, 1, 1, 1), (False, False, False), 1,
     ),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
+from service.bases.arrays import Bools, FloatArray, IndexArray, Ints, RealArray
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.bases.triangle import degree_of
@@ -92,7 +92,8 @@ def scattered_channels(
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
-        found.append(ChannelRows("uvs", "uvs", _parameters(model, samples).astype(dtype)))
+        rows: RealArray = _parameters(model, samples).astype(dtype)
+        found.append(ChannelRows("uvs", "uvs", rows, exact=True))
     return tuple(found)
 
 

@@ -45,13 +45,15 @@ class ChannelRows:
     """The values (N, d) of one channel at all samples, in the precision of the mesh.
 
     Of a channel with a `unit` values differ by rounding alone where their quotient is nearly 1;
-    times the unit, what is below 1 is small.
+    times the unit, what is below 1 is small. Parameters are `exact`: only equal ones are equal,
+    since a surface may do much between two parameters that are near.
     """
 
     name: str
     kind: ChannelKind
     values: RealArray
     unit: float | None = None
+    exact: bool = False
 
     def take(self, chosen: Ints) -> "ChannelRows":
         """Some of the rows, in this order."""
@@ -68,7 +70,8 @@ def sample_channels(
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
-        found.append(ChannelRows("uvs", "uvs", _parameter_rows(layout, model.domains, dtype)))
+        rows = _parameter_rows(layout, model.domains, dtype)
+        found.append(ChannelRows("uvs", "uvs", rows, exact=True))
     return tuple(found)
 
 
@@ -103,7 +106,8 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     local = spot
     for channel in channels:
         values = channel.values[rows]
-        first = leaders(spot, _scale_values(channel, values), 1.0)
+        near = (values, 0.0) if channel.exact else (_scale_values(channel, values), 1.0)
+        first = leaders(spot, *near)
         channel.values[rows] = values[first]
         local = leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
     alike = own

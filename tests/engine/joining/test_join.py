@@ -16,6 +16,7 @@ from service.errors import TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
 from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of, shape_of
 from tests.oracles.deviation import surface_to_mesh
@@ -90,6 +91,24 @@ def test_a_border_that_meets_itself_in_other_knots() -> None:
         mesh = mesh_of(surface.lower(), resolution=(1, 1), weld_tolerance=tolerance)
         check_values(mesh)
         assert (mesh.report.patches, mesh.report.boundary_edges) == (patches, most)
+
+
+@pytest.mark.parametrize(
+    "options", [{"resolution": (4, 4)}, {"accuracy": Accuracy(relative_tolerance=3e-3)}]
+)
+def test_parameters_of_crowded_spans_lead_back(options: dict[str, Any]) -> None:
+    """Where surfaces meet, parameters of one are not those of another because they are near."""
+    surface = find("swept-wing").surface()
+    mesh = mesh_of(surface.lower(), uvs=True, **options)
+    assert mesh.uvs is not None
+    for part, sheet in zip(mesh.parts, sheets_of(surface), strict=True):
+        used = np.unique(mesh.triangles[slice(*part.triangles)])
+        apart = (
+            sheet.at(sheet.inside(mesh.uvs[used].astype(float)))
+            + sheet.origin
+            - mesh.positions[used]
+        )
+        assert np.abs(apart).max() < 1e-12
 
 
 def test_what_only_touches_is_not_cut() -> None:
