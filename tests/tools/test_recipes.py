@@ -1,4 +1,4 @@
-"""The steps of the recipes can be done in this checkout; `make test-recipes` runs what they make."""
+"""The steps of the recipes can be done in this checkout; `make test-recipes` runs their results."""
 
 import shutil
 from pathlib import Path

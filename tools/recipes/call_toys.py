@@ -75,7 +75,7 @@ class Crate(Answer):
 ''',
         ),
         Step(
-            "service/api/routes/queries.py",
+            "service/api/routes/evaluation.py",
             behind=(
                 (
                     "from service.api.body import BodyRoute\n",
@@ -85,7 +85,7 @@ from service.schemas.crate import CrateRequest
 """,
                 ),
                 (
-                    "queries = APIRouter(route_class=BodyRoute)\n",
+                    "conversions = APIRouter(route_class=BodyRoute)\n",
                     '''
 _CRATES: Json = {
     "square": {
@@ -101,7 +101,7 @@ show_answers(
 )
 
 
-@queries.post(
+@conversions.post(
     "/v1/crate",
     operation_id="packSurface",
     tags=["queries"],
