@@ -147,6 +147,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/intersect": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Where rays hit a surface
+         * @description Looks for the hits of rays with the whole surface, and proves that none is missed.
+         *
+         *     Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a hit;
+         *     every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
+         *     share count once. Tubes and ribbons have no hits (`not_parametric`).
+         */
+        post: operations["intersectRays"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/surfaces": {
         parameters: {
             query?: never;
@@ -1648,6 +1672,30 @@ export interface components {
             engine?: number;
         };
         /**
+         * IntersectRequest
+         * @description A surface, and rays whose hits are looked for.
+         */
+        IntersectRequest: {
+            /** @description The surface, by its control points. */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /** @description The rays. */
+            rays: components["schemas"]["Rays"];
+            /**
+             * Hits
+             * @description Whether the first hit of each ray is answered, or all.
+             * @default first
+             * @enum {string}
+             */
+            hits?: "first" | "all";
+            /**
+             * Relative Thickness
+             * @description How near to the surface a ray may be taken to hit it, as a part of the diagonal of the box of the control points: at borders, and where it touches.
+             * @default 1e-9
+             * @example 0.000001
+             */
+            relative_thickness?: number;
+        };
+        /**
          * MemberDefinition
          * @description One surface of a group: what it is, what it is called, how it looks, where it stands.
          */
@@ -2758,6 +2806,131 @@ export interface components {
             sign?: boolean;
         };
         /**
+         * RayHits
+         * @description Hits in columns, float64: rows of the first two belong to rays, of the others to hits.
+         *
+         *     Hits are in the order of rays, and along each ray.
+         */
+        RayHits: {
+            /**
+             * Reached
+             * @description Of each ray: whether all of its hits, or its first one, are told. False where the budget of
+             *     work ended, as where a surface is a line along the ray, or where the ray comes from so far away
+             *     that rounding is larger than the thickness.
+             */
+            reached: boolean[];
+            /**
+             * Counts
+             * @description Of each ray: how many hits it has here.
+             */
+            counts: number[];
+            /**
+             * Ray
+             * @description The number of the ray.
+             */
+            ray: number[];
+            /**
+             * T
+             * @description Where the hit is, origin + t · direction: in units of the direction as it was given. Of a
+             *     segment, where it begins.
+             */
+            t: number[];
+            /**
+             * T Bounds
+             * @description Intervals [low, high] of t that hold all points of the surface on the ray for which this hit
+             *     stands: this is proved, rounding included. Of a segment within the surface, the segment.
+             */
+            t_bounds: [
+                number,
+                number
+            ][];
+            /**
+             * Positions
+             * @description Points of the surface there, nearer to the ray than the thickness.
+             */
+            positions: number[][];
+            /**
+             * Patch
+             * @description The number of the patch, in the order of the request, one of those that meet there; of a
+             *     group, Bézier patches of one member follow those of the other. Left out where there is but one
+             *     surface with parameters of its own.
+             */
+            patch?: number[];
+            /**
+             * Uv
+             * @description Parameters (u, v) there, of the surface where it has a domain, else of the patch; on
+             *     triangles the last two barycentric coordinates, (s, t).
+             */
+            uv: [
+                number,
+                number
+            ][];
+            /**
+             * Normals
+             * @description Unit normals along du × dv, or their limits.
+             */
+            normals: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Kind
+             * @description Whether the ray crosses the surface, touches it (it is tangent, or passes through an edge
+             *     from one side of it), or goes along within it for a while.
+             */
+            kind: ("crossing" | "touching" | "along")[];
+            /**
+             * Entering
+             * @description Of a crossing: whether the ray goes against the normal, into what the normals of a closed
+             *     surface point out of.
+             */
+            entering: (boolean | null)[];
+        };
+        /**
+         * Rays
+         * @description Half-lines origin + t · direction, t ≥ 0; row k of both belongs to ray k.
+         */
+        Rays: {
+            /**
+             * Origins
+             * @description Where the rays begin, [x, y, z], at most 100,000; or one point of all.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         9
+             *       ],
+             *       [
+             *         1,
+             *         0,
+             *         9
+             *       ]
+             *     ]
+             */
+            origins: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Directions
+             * @description Where they go, [x, y, z], of any length but 0; or one direction of all.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         -1
+             *       ]
+             *     ]
+             */
+            directions: [
+                number,
+                number,
+                number
+            ][];
+        };
+        /**
          * Refusal
          * @description A reason for which `POST /v1/mesh` would refuse the request.
          */
@@ -3840,6 +4013,7 @@ export type Format = components['schemas']['Format'];
 export type FormatList = components['schemas']['FormatList'];
 export type GroupDefinition = components['schemas']['GroupDefinition'];
 export type Health = components['schemas']['Health'];
+export type IntersectRequest = components['schemas']['IntersectRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
 export type Mesh = components['schemas']['Mesh'];
@@ -3854,6 +4028,8 @@ export type PatchesDefinition = components['schemas']['PatchesDefinition'];
 export type Points = components['schemas']['Points'];
 export type PointsRequest = components['schemas']['PointsRequest'];
 export type ProjectRequest = components['schemas']['ProjectRequest'];
+export type RayHits = components['schemas']['RayHits'];
+export type Rays = components['schemas']['Rays'];
 export type Refusal = components['schemas']['Refusal'];
 export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
@@ -4337,6 +4513,47 @@ export interface operations {
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             404: components["responses"]["UnknownSurface"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
+        };
+    };
+    intersectRays: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["IntersectRequest"];
+            };
+        };
+        responses: {
+            /** @description The hits. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RayHits"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];

@@ -24,6 +24,7 @@ from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
+    intersections,
     meshes,
     meshes_by_url,
     operations,
@@ -113,6 +114,7 @@ def _routers(settings: Settings) -> list[APIRouter]:
         evaluation.conversions,
         evaluation.curves,
         queries.queries,
+        intersections.intersections,
         surfaces.reading,
         surfaces.storing,
         meshes_by_url.by_url,

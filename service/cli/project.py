@@ -54,7 +54,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.point is not None:
         chosen["points"] = [coordinates(text) for text in arguments.point]
     elif arguments.points is not None:
-        chosen["points"] = _array(arguments.points)
+        chosen["points"] = read_points(arguments.points, "--points")
     if arguments.relative_tolerance is not None:
         (chosen["relative_tolerance"],) = coordinates(arguments.relative_tolerance)
     if arguments.sign:
@@ -68,14 +68,14 @@ def _run(arguments: argparse.Namespace) -> int:
     )
 
 
-def _array(name: str) -> Any:
-    """The array in a .npy file."""
+def read_points(name: str, flag: str) -> Any:
+    """The array in a .npy file, which a flag names."""
     from service.decoders.npy import read_array
 
     try:
         return read_array(Path(name).read_bytes())
     except SurfaceError as error:
-        raise Refused(*(f"--points: {issue.message}" for issue in error.issues)) from None
+        raise Refused(*(f"{flag}: {issue.message}" for issue in error.issues)) from None
 
 
 def _local(document: Mapping[str, Any]) -> bytes:

@@ -66,6 +66,10 @@ CELL, CELLS_OF_QUERIES = 1000, 384 << 20
 and all pairs of a point and a cell, at most."""
 
 
+HIT, HIT_CHARS = 1000, 360
+"""Bytes of a hit of a ray in memory, and in JSON, at most."""
+
+
 @dataclass(frozen=True, slots=True)
 class Cost:
     """What a piece of work takes at most.
@@ -131,6 +135,13 @@ def project_cost(
         memory += 4 * own + SIGNS
         work = 1e-2 + 4 * work
     return Cost(count, 0, file, memory + PLACE * count + 2 * file, work)
+
+
+def rays_cost(patches: int, degree: tuple[int, int], own: int, count: int, hits: int) -> Cost:
+    """Of the hits of `count` rays, at most `hits`, with nets of this degree and their cells."""
+    file = 1000 + count * 16 + hits * HIT_CHARS
+    base = project_cost(patches, degree, own, count, file, sign=False)
+    return replace(base, memory=base.memory + HIT * hits)
 
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:

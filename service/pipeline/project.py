@@ -42,15 +42,27 @@ class ProjectWork:
         if isinstance(self.shape, BezierCurve | BsplineCurve):
             with Measured("project"):
                 return json_document(project_on_curve(self.shape.lower(), self.query))
-        try:
-            lowered = self.shape.lower()
-            model = as_patches(lowered)
-        except InvalidRequest as error:
-            raise error.within("/surface") from None
-        if isinstance(lowered, GroupModel):
-            model = replace(model, order=_listed_order(lowered))
+        model = query_patches(self.shape)
         with Measured("project"):
             return json_document(project_on_surface(model, self.query))
+
+
+def query_patches(surface: SurfaceKind) -> PatchModel:
+    """All patches of a surface, in the numbering of the request.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, of tubes and ribbons.
+    """
+    try:
+        lowered = surface.lower()
+        model = as_patches(lowered)
+    except InvalidRequest as error:
+        raise error.within("/surface") from None
+    if isinstance(lowered, GroupModel):
+        model = replace(model, order=_listed_order(lowered))
+    return model
 
 
 def _listed_order(group: GroupModel) -> Ints:

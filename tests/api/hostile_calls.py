@@ -239,11 +239,44 @@ def projections() -> Iterator[Hostile]:
     yield long("points", lambda: points(many("[0,0,0]", 200_001)), "too_many_points", "/points")
 
 
+def rays() -> Iterator[Hostile]:
+    """Rays of /v1/intersect that are none."""
+
+    def of(text: str) -> str:
+        return options(f'"rays":{{{text}}}')
+
+    origins = of('"origins":?,"directions":[[0,0,1]]')
+    directions = of('"origins":[[0,0,1]],"directions":?')
+    coordinate = origins.replace("?", "[[0,0,0],[0,?,0]]")
+    yield from wrong("coordinate", coordinate, "/rays/origins/1/1", NOT_NUMBERS)
+    faults = {
+        "null_value": "null [[0,0,0],null]@/1",
+        "empty_list": "[]",
+        "wrong_type": "[0,0,1]@/0 {}",
+        "wrong_dimension": "[[0,0]]@/0",
+        "coordinate_too_large": "[[0,0,1e300]]@/0/2",
+    }
+    yield from wrong("origins", origins, "/rays/origins", faults)
+    faults = {"zero_direction": "[[0,0,0]]@/0 [[1,0,0],[0,0,1e-200]]@/1"}
+    yield from wrong("directions", directions, "/rays/directions", faults)
+    three = '"origins":[[0,0,1],[0,0,1],[0,0,1]],"directions":[[1,0,0],[0,1,0]]'
+    yield from wrong("counts", of("?"), "/rays/directions", {"conflicting_options": three})
+    faults = {"out_of_range": "0 1 -1", "wrong_type": 'true "1"', "null_value": "null"}
+    thickness = options(
+        '"rays":{"origins":[[0,0,1]],"directions":[[1,0,0]]},"relative_thickness":?'
+    )
+    yield from wrong("thickness", thickness, "/relative_thickness", faults)
+    yield long(
+        "rays", lambda: origins.replace("?", many("[0,0,0]", 200_001)), "too_many_rays", "/rays"
+    )
+
+
 CALLS: Mapping[str, tuple[Hostile, ...]] = {
     "/v1/mesh": HOSTILE,
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,
     "/v1/project": tuple(projections()),
+    "/v1/intersect": tuple(rays()),
     "/v1/convert": CONVERSIONS,
     "/v1/curve": CURVES,
 }

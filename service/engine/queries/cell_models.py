@@ -21,6 +21,7 @@ distance of a projected control point from c.
 
     τ_aa = T_aaa + T_aab,  τ_ab = T_aab + T_abb,  τ_bb = T_abb + T_bbb,
     α = |Q_aa| + |Q_ab| + ½ (τ_aa + τ_ab),  β = |Q_ab| + |Q_bb| + ½ (τ_ab + τ_bb)
+    |rest| ≤ (T_aaa + 3 T_aab + 3 T_abb + T_bbb) / 6,  that of S_a and S_b together 3 times as much
 
 With n the unit normal at the centre, n · S_ij is bounded in the same way: a partial along the
 surface, as they are where parameters turn about a pole, says nothing about points above it.
@@ -52,21 +53,26 @@ TANGENT_A, TANGENT_B = 5, 8
 SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
 FORM_AA, FORM_AB, FORM_BB = 20, 21, 22
 """A · A, A · B, B · B."""
-SPREAD_AA, SPREAD_AB, SPREAD_BB = 23, 24, 25
+REST, REST_LIFT = 23, 24
+"""How far S and n · S are from the model of second order; S_a and S_b, both together, are at most 3
+REST from its partials."""
+ROUND = 25
+"""Rounding of products with the model's vectors, 16 u times the sum of their lengths."""
+SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
 """How far S_i · S_j − (c − S) · S_ij is from A_i · A_j within the cell."""
-BEND_AA, BEND_AB, BEND_BB = 26, 27, 28
+BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
 """τ."""
-SLOPE_A, SLOPE_B = 29, 30
+SLOPE_A, SLOPE_B = 32, 33
 """Error of A and of B."""
-LEAST_A, LEAST_B = 31, 32
+LEAST_A, LEAST_B = 34, 35
 """Error of c times |A| and |B|."""
-NORMAL = 33
+NORMAL = 36
 """Unit normal n at the centre; 0 where A × B vanishes."""
-LIFT_AA, LIFT_AB, LIFT_BB = 36, 37, 38
+LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
 """Bounds of |n · (S_ij − Q_ij)|."""
-SIZE_A, SIZE_B = 39, 40
+SIZE_A, SIZE_B = 42, 43
 """The greatest length of a row of control points, along a and along b."""
-COLUMNS = 41
+COLUMNS = 44
 
 THIRD = ((3, 0), (2, 1), (1, 2), (0, 3))
 ORDERS = tuple((i, k - i) for k in range(4) for i in range(k, -1, -1))
@@ -109,16 +115,14 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     bounds = _bounds_of_partials(heights, weights, np.abs(heights).max(axis=(1, 2, 3)))
     lifts = [1.0000001 * bounds[of] + errors[of] for of in THIRD]
     slope_a, slope_b = (errors[of] + 8 * UNIT * _length(partials[of]) for of in ((1, 0), (0, 1)))
-    tau = [
-        third[k] + third[k + 1] + errors[2 - k, k] + 8 * UNIT * _length(of)
-        for k, of in enumerate((aa, ab, bb))
-    ]
+    wrong = [errors[2 - k, k] + 8 * UNIT * _length(of) for k, of in enumerate((aa, ab, bb))]
+    tau = [third[k] + third[k + 1] + wrong[k] for k in range(3)]
     alpha = _length(aa) + _length(ab) + (tau[0] + tau[1]) / 2 + slope_a
     beta = _length(ab) + _length(bb) + (tau[1] + tau[2]) / 2 + slope_b
     long_a, long_b = _length(a), _length(b)
-    radius += 2 * error
     table = np.empty((COLUMNS, len(nets)))
     table[CENTER : CENTER + 3] = center.T
+    radius += 2 * error
     table[RADIUS], table[ERROR] = radius, error
     for first, of in zip((TANGENT_A, TANGENT_B, 11, 14, 17), (a, b, aa, ab, bb), strict=True):
         table[first : first + 3] = of.T
@@ -132,12 +136,15 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         table[SPREAD_AA + k] = 1.0000001 * (square + radius * (_length(of) + tau[k]))
         table[BEND_AA + k] = tau[k]
         table[LIFT_AA + k] = tau[k] - third[k] - third[k + 1] + lifts[k] + lifts[k + 1]
+    least = 2 * error + slope_a + slope_b + wrong[0] / 2 + wrong[1] + wrong[2] / 2
+    table[REST], table[REST_LIFT] = _remainder(third, least), _remainder(lifts, least)
+    table[ROUND] = 16 * UNIT * (long_a + long_b + _length(aa) + 2 * _length(ab) + _length(bb))
     table[NORMAL : NORMAL + 3] = normal.T
     table[SLOPE_A], table[SLOPE_B] = slope_a, slope_b
     table[LEAST_A], table[LEAST_B] = 2 * error * (long_a + slope_a), 2 * error * (long_b + slope_b)
-    for axis, size in ((1, SIZE_A), (2, SIZE_B)):
-        steps = np.sqrt(_squares(np.diff(points, axis=axis)))
-        table[size] = steps.sum(axis=axis).max(axis=1)
+    table[SIZE_A], table[SIZE_B] = (
+        np.sqrt(_squares(np.diff(points, axis=k))).sum(axis=k).max(axis=1) for k in (1, 2)
+    )
     if q == 0:
         # Nothing moves along b: ½ b² is added to what is to be least, which then is least at b = 0.
         table[FORM_BB] = 1.0
@@ -189,6 +196,11 @@ def _bounds_of_partials(
                     value = value + factor * w[k, m] * bound[i - k, j - m]
         bound[i, j] = value / least
     return bound
+
+
+def _remainder(third: list[FloatArray], least: FloatArray) -> FloatArray:
+    """The rest of a polynomial of second order by its third partials, and what is there before."""
+    return np.asarray(least + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)
 
 
 def _factor(degree: int, order: int) -> float:

@@ -1,4 +1,4 @@
-"""Points and partials up to the second of nets, at one place each."""
+"""Points and partials of nets up to the second, or the first, at one place each."""
 
 import numpy as np
 
@@ -10,8 +10,15 @@ ROOM = 1 << 20
 """Numbers of control nets that are gathered at a time."""
 
 
-def net_partials(nets: QueryNets, net: Ints, place: FloatArray) -> FloatArray:
-    """S, S_u, S_v, S_uu, S_uv, S_vv of nets at places of their own.
+_CHOSEN = {
+    1: ([0, 1, 0], [0, 0, 1]),
+    2: ([0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]),
+}
+"""Orders in u and in v of the partials up to the first and the second."""
+
+
+def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) -> FloatArray:
+    """S, S_u, S_v, and S_uu, S_uv, S_vv, of nets at places of their own.
 
     Parameters
     ----------
@@ -19,10 +26,12 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray) -> FloatArray:
     net : ndarray of int, shape (m,)
     place : ndarray of float64, shape (2, m)
         In [0, 1].
+    order : int
+        1 or 2.
 
     Returns
     -------
-    ndarray of float64, shape (6, 3, m)
+    ndarray of float64, shape (6, 3, m), or (3, 3, m) of the first order
 
     Notes
     -----
@@ -30,7 +39,7 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray) -> FloatArray:
     partial of order i, j is wrong by p^i q^j times as much, of rational nets in each net's ratio of
     weights.
     """
-    found = np.empty((6, 3, len(net)))
+    found = np.empty((len(_CHOSEN[order][0]), 3, len(net)))
     for group in nets.groups:
         k = len(group.nets)
         rows = np.arange(len(net))
@@ -40,17 +49,18 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray) -> FloatArray:
         for first in range(0, len(rows), step):
             some = rows[first : first + step]
             u, v = place[:, some]
-            found[:, :, some] = _of_group(group.nets[net[some] - group.first], u, v)
+            found[:, :, some] = _of_group(group.nets[net[some] - group.first], u, v, order)
     return found
 
 
-def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
     m, rows, columns, width = nets.shape
-    basis_u, basis_v = _bases(rows - 1, u), _bases(columns - 1, v)
-    lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, 3, columns, width)
+    basis_u, basis_v = _bases(rows - 1, u, order), _bases(columns - 1, v, order)
+    lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, order + 1, columns, width)
     x = np.matmul(basis_v[:, np.newaxis], lines)
     # x[:, i, j] is the partial of order i in u and j in v.
-    chosen = np.ascontiguousarray(x[:, [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]].transpose(1, 2, 0))
+    in_u, in_v = _CHOSEN[order]
+    chosen = np.ascontiguousarray(x[:, in_u, in_v].transpose(1, 2, 0))
     if width == 3:
         return chosen
     w = chosen[:, 3]
@@ -58,21 +68,22 @@ def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     s[0] /= w[0]
     s[1] = (s[1] - w[1] * s[0]) / w[0]
     s[2] = (s[2] - w[2] * s[0]) / w[0]
-    s[3] = (s[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0]
-    s[4] = (s[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0]
-    s[5] = (s[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0]
+    if order > 1:
+        s[3] = (s[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0]
+        s[4] = (s[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0]
+        s[5] = (s[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0]
     return s
 
 
-def _bases(degree: int, t: FloatArray) -> FloatArray:
-    """Bernstein polynomials and their first and second derivatives, (m, 3, n+1)."""
-    found = np.zeros((len(t), 3, degree + 1))
+def _bases(degree: int, t: FloatArray, order: int) -> FloatArray:
+    """Bernstein polynomials and their derivatives up to an order, (m, order + 1, n+1)."""
+    found = np.zeros((len(t), order + 1, degree + 1))
     found[:, 0] = bernstein(degree, t)
     if degree > 0:
         low = degree * bernstein(degree - 1, t)
         found[:, 1, 1:] = low
         found[:, 1, :-1] -= low
-    if degree > 1:
+    if degree > 1 and order > 1:
         low = degree * (degree - 1) * bernstein(degree - 2, t)
         found[:, 2, 2:] = low
         found[:, 2, 1:-1] -= 2 * low

@@ -1,4 +1,4 @@
-"""A tree of spheres over the patches, so that a point need not look at all of 10,000 patches.
+"""A tree of spheres over the patches, so that a query need not look at all of 10,000 patches.
 
 Patches are put in the order of a space-filling curve through their centres (Morton), and every
 eight neighbours get one sphere, every eight of these another. The centre of a sphere is the centre
@@ -17,6 +17,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.queries.cells import CellTree
 from service.engine.queries.distance_bounds import sphere_bounds
+from service.engine.queries.ray_bounds import Rays, sphere_misses
 
 FANOUT, FEW = 8, 24
 """Members of a sphere; patches at which each point looks at once."""
@@ -55,12 +56,26 @@ class PatchTree:
             who = point[starts]
             best[who] = np.minimum(best[who], np.minimum.reduceat(upper, starts))
             keep = low <= best[point]
-            point, sphere = point[keep], sphere[keep]
-            sphere = (FANOUT * sphere[:, np.newaxis] + np.arange(FANOUT)).ravel()
-            point = np.repeat(point, FANOUT)
-            inside = sphere < finer.shape[1]
-            point, sphere = point[inside], sphere[inside]
+            point, sphere = _members(point[keep], sphere[keep], finer.shape[1])
         return point, self.order[sphere]
+
+    def candidates_on(self, rays: Rays) -> tuple[Ints, Ints]:
+        """Pairs of a ray and a net that it may meet, in the order of rays."""
+        m, first = len(rays.near), self.levels[0].shape[1]
+        ray = np.repeat(np.arange(m), first)
+        sphere = np.tile(np.arange(first), m)
+        for level, finer in zip(self.levels[:-1], self.levels[1:], strict=True):
+            farthest = np.full(len(ray), np.inf)
+            misses, _ = sphere_misses(level.take(sphere, axis=1), rays, ray, farthest)
+            ray, sphere = _members(ray[~misses], sphere[~misses], finer.shape[1])
+        return ray, self.order[sphere]
+
+
+def _members(who: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
+    """Pairs with each of the members of a sphere, which are `count` in all."""
+    sphere = (FANOUT * sphere[:, np.newaxis] + np.arange(FANOUT)).ravel()
+    inside = sphere < count
+    return np.repeat(who, FANOUT)[inside], sphere[inside]
 
 
 def _over(level: FloatArray) -> FloatArray:

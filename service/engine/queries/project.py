@@ -95,11 +95,16 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
 
 def net_normals(nets: QueryNets, net: Ints, place: FloatArray) -> tuple[FloatArray, Bools]:
     """Unit normals (m, 3) at places (m, 2) of nets, and where these are to be trusted (m,)."""
-    _, du, dv, *_ = net_partials(nets, net, place.T)
-    normals = cross(du.T, dv.T)
+    _, du, dv = net_partials(nets, net, place.T, 1)
+    return regular_normals(du.T, dv.T)
+
+
+def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
+    """Unit normals (m, 3) of partials (m, 3), and where these are to be trusted (m,)."""
+    normals = cross(du, dv)
     with np.errstate(all="ignore"):
         length = np.sqrt(dot(normals, normals))
-        most = np.sqrt(dot(du.T, du.T) * dot(dv.T, dv.T))
+        most = np.sqrt(dot(du, du) * dot(dv, dv))
         return normals / length[:, np.newaxis], (length > SMALL * most) & (length > SMALL**2)
 
 

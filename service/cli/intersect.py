@@ -1,0 +1,86 @@
+"""`surface intersect`: writes where rays hit a surface."""
+
+import argparse
+from collections.abc import Mapping
+from typing import Any
+
+from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.points import coordinates
+from service.cli.project import read_points
+from service.cli.refusals import Refused
+from service.cli.source import (
+    Commands,
+    add_command,
+    add_output,
+    add_source,
+    check_output,
+    perform,
+    surface_document,
+    surface_source,
+)
+
+
+def add(commands: Commands) -> None:
+    """Adds the command and its flags; each overrides the file's field."""
+    text = "write where rays hit a surface, and miss none"
+    intersect = add_command(commands, "intersect", text)
+    add_source(intersect, "rays")
+    add_output(intersect, formats=False)
+    group = intersect.add_argument_group("rays")
+    group.add_argument(
+        "--ray",
+        metavar="X,Y,Z,DX,DY,DZ",
+        action="append",
+        help="a ray from a point in a direction; may be repeated",
+    )
+    group.add_argument("--rays", metavar="FILE", help="a .npy file of such rows, (m, 6)")
+    group.add_argument("--all", action="store_true", help="all hits of each ray, not the first")
+    group.add_argument(
+        "--relative-thickness",
+        metavar="X",
+        help="how near a ray may pass to be told to hit, in diagonals (1e-9)",
+    )
+    add_fields(intersect)
+    intersect.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    check_output(arguments)
+    document = surface_document(surface_source(arguments))
+    chosen: dict[str, Any] = {}
+    rows: Any = None
+    if arguments.ray is not None:
+        rows = [coordinates(text) for text in arguments.ray]
+    elif arguments.rays is not None:
+        rows = read_points(arguments.rays, "--rays").tolist()
+    if rows is not None:
+        if not all(isinstance(row, list) and len(row) == 6 for row in rows):
+            raise Refused("a ray is six numbers: a point and a direction, X,Y,Z,DX,DY,DZ")
+        ends = [row[:3] for row in rows], [row[3:] for row in rows]
+        chosen["rays"] = dict(zip(("origins", "directions"), ends, strict=True))
+    if arguments.all:
+        chosen["hits"] = "all"
+    if arguments.relative_thickness is not None:
+        (chosen["relative_thickness"],) = coordinates(arguments.relative_thickness)
+    flags = dict.fromkeys(chosen, "")
+    return perform(
+        arguments,
+        lambda: _local(document | chosen),
+        lambda remote: remote.remote_answer(arguments.url, "/v1/intersect", document | chosen),
+        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
+    )
+
+
+def _local(document: Mapping[str, Any]) -> bytes:
+    """Computes the hits in this process."""
+    from service.pipeline.intersect import plan_intersect
+    from service.schemas.intersect import IntersectRequest
+    from service.schemas.validation import validate_document
+    from service.settings.environment import for_one_command
+    from service.settings.runtime import pin_blas
+    from service.settings.values import document_limits, result_limits
+
+    pin_blas()
+    settings = for_one_command()
+    wanted = validate_document(IntersectRequest, document, document_limits(settings))
+    return plan_intersect(wanted.to_surface(), wanted.to_query(), result_limits(settings)).run()

@@ -1,0 +1,99 @@
+"""Hits of rays as columns: a row for every hit, in the order of rays and along each of them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.queries.nets import surface_nets
+from service.engine.queries.project import regular_normals, surface_columns
+from service.engine.queries.ray_hits import Hits, Kind
+from service.engine.queries.rays import RaySearch
+from service.errors import Issue, TooLarge
+from service.surface.lowered import PatchModel
+
+RELATIVE_THICKNESS = 1e-9
+"""Of the diagonal, if nothing is said."""
+
+NAMES = {Kind.CROSSING: "crossing", Kind.TOUCHING: "touching", Kind.ALONG: "along"}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RayQuery:
+    """What is asked.
+
+    Attributes
+    ----------
+    origins, directions : ndarray of float64, shape (m, 3)
+        In model units; directions of any length but 0.
+    only_first : bool
+        Whether the first hit of each ray is asked for, or all of them.
+    relative_thickness : float
+        How near to a ray a point of the surface may be taken for a hit, in diagonals of the box of
+        control points.
+    """
+
+    origins: FloatArray
+    directions: FloatArray
+    only_first: bool = True
+    relative_thickness: float = RELATIVE_THICKNESS
+
+
+def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[str, Any]:
+    """The hits of rays with all patches together.
+
+    Returns
+    -------
+    dict of ndarray, or list
+        Of m rays: reached (m,), whether all hits are told; counts (m,) of hits. Of n hits: ray
+        (n,), its number; t (n,), in units of the direction as it was given; t_bounds (n, 2), which
+        hold all points of the surface on the ray for which this hit stands; positions (n, 3); patch
+        (n,) and uv (n, 2), as of closest points; normals (n, 3); kind, a list of "crossing",
+        "touching" or "along"; entering, a list of True where the ray goes against the normal,
+        False, or None unless it crosses.
+
+    Raises
+    ------
+    TooLarge
+        `too_many_hits`, of more than `most_hits`.
+    """
+    nets = surface_nets(model.batches)
+    search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale)
+    count = 0
+    parts: list[Hits] = []
+    sines: list[FloatArray] = []
+    reached = []
+    for found in search.find(query.origins, query.directions, only_first=query.only_first):
+        parts.append(found.hits)
+        sines.append(found.sines)
+        reached.append(found.reached)
+        count += len(found.sines)
+        if count > most_hits:
+            message = "The rays have more hits than this service tells at once."
+            needed = f"at most {most_hits}; fewer rays, or their first hits alone"
+            got = f"more than {most_hits} hits"
+            raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
+    hits = Hits.joined(parts)
+    kind = np.concatenate([hits.origin[:0], *(p.origin for p in parts)])
+    with np.errstate(all="ignore"):
+        units = nets.scale / np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
+    is_crossing = kind == Kind.CROSSING
+    entering = (np.concatenate([np.zeros(0), *sines]) < 0).tolist()
+    columns: dict[str, Any] = {
+        "reached": np.concatenate(reached),
+        "counts": np.bincount(hits.ray, minlength=len(query.origins)),
+        "ray": hits.ray,
+        "t": hits.t * units,
+        "t_bounds": np.stack([hits.low * units, hits.high * units], axis=1),
+        "positions": nets.origin + hits.position.T * nets.scale,
+    }
+    patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.place.T)
+    columns |= surface_columns(model, patch, local, regular_normals(hits.du.T, hits.dv.T))
+    return columns | {
+        "kind": [NAMES[Kind(k)] for k in kind.tolist()],
+        "entering": [
+            side if crosses else None
+            for side, crosses in zip(entering, is_crossing.tolist(), strict=True)
+        ],
+    }

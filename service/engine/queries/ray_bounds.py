@@ -1,0 +1,247 @@
+r"""What the model of a cell proves about its points on a ray.
+
+A ray is o + t d, |d| = 1, t ≥ near. A cell has the model (`cell_models`), in its own parameters
+s = (a, b) in [−1, 1]²,
+
+    S = c + A a + B b + ½ (Q_aa a² + 2 Q_ab a b + Q_bb b²) + rest,   g = c − o
+
+With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functions
+
+    G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
+
+vanish where S is on the line of the ray: X and Y are across d. κ are bounds of all that is behind
+the +, as k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb| + |X| REST, divided by |D|.
+
+**Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, the cell does not meet the
+line of the ray; nor does it, if |g × d| > RADIUS; and it is behind the origin if g · d + RADIUS <
+near. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0. All of the cell is within RADIUS of c. ∎
+
+**Theorem 2 (at most one).** The partials of G are I + N with |N| ≤ n over the cell, as
+n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3 |X| REST) / |D| for the first row's sum. If
+ν = max(n_X, n_Y) < 1 the cell meets the line at most once, there d · (S_a × S_b) ≠ 0 has one sign,
+and for each s₀ in the cell its root s* has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and
+|s* − (s₀ − G(s₀))| ≤ ν |s* − s₀|, in the largest component. *Proof.* By the mean value theorem, a
+row at a time, G(s*) − G(s₀) = (I + N') (s* − s₀) with |N'| ≤ n, so I + N' is regular. ∎
+
+**Theorem 3 (exactly one).** If, besides, the square of half side |G(s₀)| / (1 − ν) about s₀ is
+within the cell, or |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, the cell meets the line.
+*Proof.* s − G(s) maps the square, or the cell, continuously into itself (Brouwer). ∎
+
+A cell is *settled* where ν ≤ `SETTLED`.
+
+**Rounding.** X, Y and D stand for the exact products of the numbers A, B and d, so that X and Y are
+exactly across d. Each computed product is wrong by at most 8 u times the lengths of its factors:
+|B| ROUND covers all with Q_ij and A; and those with g, which is as wrong as o and d are, are
+covered by |B| `slack`. Of a ray that comes from far away, o is moved along it to the point nearest
+to the middle of the surface; the new ray is at most 4 u (|o| + |t|) from the old one, which slack
+contains.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cell_models import UNIT
+from service.engine.queries.nets import QueryNets
+
+SETTLED = 0.7
+"""ν of settled cells, at most: Newton's method finds their roots in few steps."""
+
+SAFE = 1 + 64 * UNIT
+
+WIDEST = 2.0**6
+"""How many times the slack of a ray its thickness is, at least."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rays:
+    """m rays, in the coordinates of the nets.
+
+    Attributes
+    ----------
+    origin, direction : ndarray of float64, shape (3, m)
+        o, moved near to the nets, and d, of length 1.
+    near : ndarray of float64, shape (m,)
+        t where the ray begins.
+    slack : ndarray of float64, shape (m,)
+        How wrong points c − o are.
+    thickness : ndarray of float64, shape (m,)
+        A point that is nearer than this may be taken for a hit.
+    """
+
+    origin: FloatArray
+    direction: FloatArray
+    near: FloatArray
+    slack: FloatArray
+    thickness: FloatArray
+
+    def take(self, rays: Ints | slice) -> "Rays":
+        """Some of them."""
+        return Rays(*(getattr(self, name)[..., rays] for name in Rays.__slots__))
+
+
+@np.errstate(all="ignore")
+def local_rays(
+    nets: QueryNets, origins: FloatArray, directions: FloatArray, thickness: float
+) -> Rays:
+    """Rays (m, 3) of the model in the coordinates of its nets; the thickness is in these."""
+    d = directions.T / np.abs(directions).max(axis=1)
+    d = np.ascontiguousarray(d / np.sqrt(dot(d, d)))
+    far = np.ascontiguousarray(nets.local(origins).T)
+    near = dot(far, d)
+    o = far - near * d
+    slack = 4 * UNIT * (_length(far) + np.abs(near)) + 16 * UNIT * (_length(o) + 4)
+    slack = np.where(np.isfinite(slack), slack, np.inf)
+    return Rays(o, d, near, slack, np.maximum(thickness, WIDEST * slack))
+
+
+def sphere_misses(
+    spheres: FloatArray, rays: Rays, ray: Ints, farthest: FloatArray
+) -> tuple[Bools, FloatArray]:
+    """Which pairs of a sphere and a ray do not meet, and lower bounds (N,) of t where they may.
+
+    Parameters
+    ----------
+    spheres : ndarray of float64, shape (at least 4, N)
+        Centres and radii.
+    ray : ndarray of int, shape (N,)
+    farthest : ndarray of float64, shape (N,)
+        t beyond which nothing is looked for.
+    """
+    g = spheres[:3] - rays.origin.take(ray, axis=1)
+    d = rays.direction.take(ray, axis=1)
+    radius = spheres[3] + rays.slack[ray]
+    across = cross(g, d)
+    along = dot(g, d)
+    misses = dot(across, across) > radius * radius * SAFE
+    low = along - radius
+    misses |= low > farthest
+    misses |= along + radius < rays.near[ray]
+    return misses, low
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RootBounds:
+    """For N settled pairs of a ray and a cell.
+
+    Attributes
+    ----------
+    first, second : ndarray of float64, shape (3, N)
+        B and A, with signs: X · y = first · (y × d), Y · y = second · (y × d).
+    lengths : ndarray of float64, shape (2, N)
+        |B| and |A|.
+    determinant : ndarray of float64, shape (N,)
+        D.
+    contraction : ndarray of float64, shape (N,)
+        ν.
+    start : ndarray of float64, shape (2, N)
+        Where the model meets the line, about.
+    exists : ndarray of bool, shape (N,)
+        Whether there is a root (Theorem 3).
+    """
+
+    first: FloatArray
+    second: FloatArray
+    lengths: FloatArray
+    determinant: FloatArray
+    contraction: FloatArray
+    start: FloatArray
+    exists: Bools
+
+    def take(self, rows: Ints | Bools) -> "RootBounds":
+        """Some of them."""
+        return RootBounds(*(getattr(self, name)[..., rows] for name in RootBounds.__slots__))
+
+    @staticmethod
+    def joined(bounds: Sequence["RootBounds"]) -> "RootBounds":
+        """All of them, one after another."""
+        names = RootBounds.__slots__
+        return RootBounds(
+            *(np.concatenate([getattr(each, name) for each in bounds], axis=-1) for name in names)
+        )
+
+
+@np.errstate(all="ignore")
+def root_bounds(
+    model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray
+) -> tuple[Bools, Bools, RootBounds]:
+    """Which pairs have no hit, which are settled, and what is known of the latter.
+
+    Parameters
+    ----------
+    model : ndarray of float64, shape (at least ROUND + 1, N)
+    o, d : ndarray of float64, shape (3, N)
+    slack : ndarray of float64, shape (N,)
+    """
+    m = columns
+    a, b = model[m.TANGENT_A : m.TANGENT_A + 3], model[m.TANGENT_B : m.TANGENT_B + 3]
+    seconds = [model[k : k + 3] for k in (m.SECOND_AA, m.SECOND_AB, m.SECOND_BB)]
+    q = cross(model[:3] - o, d)
+    x, y = cross(b, d), cross(d, a)
+    lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])
+    size = np.abs(determinant := dot(x, a))
+    wrong = (model[m.ROUND] + slack) * lengths
+    values, turned, near, most = [], [], [], []
+    for k, (row, by) in enumerate(((x, -b), (y, a))):
+        value = dot(by, q)
+        aa, ab, bb = (dot(row, second) for second in seconds)
+        length = np.sqrt(dot(row, row)) * SAFE
+        square = np.abs(aa) + 2 * np.abs(ab) + np.abs(bb)
+        near.append((0.5 * square + length * model[m.REST]) * SAFE + wrong[k])
+        most.append((square + 3 * length * model[m.REST]) * SAFE + wrong[k])
+        values.append(value)
+        turned.append((aa, ab, bb))
+    empty = np.abs(values[0]) > size + near[0]
+    empty |= np.abs(values[1]) > size + near[1]
+    most_of = np.maximum(most[0], most[1])
+    settled = (most_of <= SETTLED * size) & ~empty
+    rows = np.flatnonzero(settled)
+    size, determinant = size[rows], determinant[rows]
+    exists = np.abs(values[0][rows]) + near[0][rows] < size
+    exists &= np.abs(values[1][rows]) + near[1][rows] < size
+    values = [-value[rows] / determinant for value in values]
+    turned = [
+        (aa[rows] / determinant, ab[rows] / determinant, bb[rows] / determinant)
+        for aa, ab, bb in turned
+    ]
+    s = t = np.zeros(len(rows))
+    for _ in range(3):
+        s, t = (
+            np.clip(value - 0.5 * (aa * s * s + bb * t * t) - ab * s * t, -1.0, 1.0)
+            for value, (aa, ab, bb) in zip(values, turned, strict=True)
+        )
+    found = RootBounds(
+        -b[:, rows],
+        a[:, rows],
+        lengths[:, rows],
+        determinant,
+        most_of[rows] / size,
+        np.stack([s, t]),
+        exists,
+    )
+    return empty, settled, found
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """A × b of columns (3, N)."""
+    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(a[i], b[j], out=found[k])
+        found[k] -= a[j] * b[i]
+    return found
+
+
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """A · b of columns (3, N)."""
+    total = a[0] * b[0]
+    total += a[1] * b[1]
+    total += a[2] * b[2]
+    return np.asarray(total)
+
+
+def _length(a: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(dot(a, a)))

@@ -1,0 +1,191 @@
+"""Hits of rays, and what becomes of those that several cells report of one place.
+
+Every hit has an interval of t that holds all points of the surface on the ray for which it stands.
+Hits of one ray whose intervals overlap form a cluster: at one place of the ray, so at one place of
+space. In a cluster
+
+- each hit that is proved is a crossing of its own (two of them are two sheets, or a surface that
+  meets itself there);
+- a place near the border of its cell that was not proved goes where one that is proved crosses in
+  the same direction; the others become one hit, a crossing if all are crossed in one direction, as
+  on a seam, else touching, as on a ridge;
+- strips and points become one hit: along where their interval is long and as near to the ray
+  everywhere, else touching; a crossing
+  where all are points, as at a pole, of which the normals are on one side. It takes near places at
+  its ends, and proved ones within it that are almost tangent.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from enum import IntEnum
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.queries.ray_bounds import cross, dot
+
+LONG = 32
+"""Length from which a touching interval is called along, in units of √(thickness · diagonal)."""
+
+EVEN = 1 / 64
+"""How much the distance of surface and ray may vary where these go along, in thicknesses."""
+
+PAD = 1 / 8
+"""Gap between strips of one place, in units of that length."""
+
+TANGENT = 1e-3
+"""Sine of the angle between ray and surface below which they are almost tangent."""
+
+
+class Origin(IntEnum):
+    """How a hit was found: a root that was proved; a place near to the ray; a strip; a point."""
+
+    PROVED = 0
+    NEAR = 1
+    STRIP = 2
+    POINT = 3
+
+
+class Kind(IntEnum):
+    """What a ray does at a hit."""
+
+    CROSSING = 0
+    TOUCHING = 1
+    ALONG = 2
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hits:
+    """n hits.
+
+    Attributes
+    ----------
+    ray, net : ndarray of int, shape (n,)
+    place : ndarray of float64, shape (2, n)
+        In the parameters of the net.
+    position, du, dv : ndarray of float64, shape (3, n)
+    t, low, high : ndarray of float64, shape (n,)
+    residual : ndarray of float64, shape (n,)
+        Distance from the ray.
+    origin : ndarray of int, shape (n,)
+        At first an `Origin`; of clusters a `Kind`.
+    """
+
+    ray: Ints
+    net: Ints
+    place: FloatArray
+    position: FloatArray
+    du: FloatArray
+    dv: FloatArray
+    t: FloatArray
+    low: FloatArray
+    high: FloatArray
+    residual: FloatArray
+    origin: Ints
+
+    def take(self, rows: Ints | Bools) -> "Hits":
+        """Some of them."""
+        return Hits(*(getattr(self, field.name)[..., rows] for field in fields(Hits)))
+
+    @staticmethod
+    def joined(parts: "Sequence[Hits]") -> "Hits":
+        """All of them, one after another."""
+        if not parts:
+            three, none, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)
+            places = np.zeros((2, 0)), three, three, three
+            return Hits(numbers, numbers, *places, none, none, none, none, numbers)
+        return Hits(
+            *(np.concatenate([getattr(p, f.name) for p in parts], axis=-1) for f in fields(Hits))
+        )
+
+    def sines(self, direction: FloatArray) -> FloatArray:
+        """Sines of the angles of directions (3, n) with the surface; negative where it is entered.
+
+        0 where du × dv vanishes.
+        """
+        normal = cross(self.du, self.dv)
+        length = np.sqrt(dot(normal, normal))
+        return dot(normal, direction) / np.where(length > 0, length, 1.0)
+
+
+def merge_hits(hits: Hits, sines: FloatArray, thickness: FloatArray, long: float) -> Hits:
+    """One hit for each place, in the order of rays and of t; `origin` becomes the `Kind`.
+
+    Parameters
+    ----------
+    hits : Hits
+    sines : ndarray of float64, shape (n,)
+        Of the angles with the surface.
+    thickness : ndarray of float64, shape (n,)
+    long : float
+        From which length of an interval on a hit is along.
+    """
+    # Where a ray is almost tangent, the surface is near it before and after it is very near.
+    pad = np.where(hits.origin == Origin.STRIP, PAD * long, 0.0)
+    order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
+    hits, sines, pad = hits.take(order), sines[order], pad[order]
+    even = EVEN * thickness[order]
+    cluster = _clusters(hits, pad)
+    first = np.flatnonzero(np.diff(cluster, prepend=-1))
+    sizes = np.diff(first, append=len(cluster))
+    kind = np.full(len(cluster), int(Kind.CROSSING))
+    keep = np.ones(len(cluster), bool)
+    special = np.maximum.reduceat(hits.origin, first) if len(first) else first
+    for k in np.flatnonzero((special > 1) | ((sizes > 1) & (special > 0))).tolist():
+        rows = np.arange(first[k], first[k] + sizes[k])
+        keep[rows] = False
+        for row, what in _merge(hits, sines, (long, even), rows):
+            keep[row], kind[row] = True, what
+    hits.origin[:] = kind
+    found = hits.take(keep)
+    return found.take(np.lexsort((found.net, found.t, found.ray)))
+
+
+def _clusters(hits: Hits, pad: FloatArray) -> Ints:
+    """Numbers (n,) of the clusters, of hits in the order of rays and of `low` − `pad`."""
+    low, high = hits.low - pad, hits.high + pad
+    starts = np.diff(hits.ray, prepend=-1) != 0
+    # The running maximum of each ray: a number of the ray in front keeps rays apart.
+    rank = np.lexsort((high, hits.ray))
+    place = np.empty(len(rank), np.intp)
+    place[rank] = np.arange(len(rank))
+    most = high[rank[np.maximum.accumulate(place)]] if len(rank) else high
+    starts[1:] |= low[1:] > most[:-1]
+    return np.cumsum(starts) - 1
+
+
+def _merge(
+    hits: Hits, sines: FloatArray, limits: tuple[float, FloatArray], rows: Ints
+) -> list[tuple[int, Kind]]:
+    """The hits that remain of a cluster, and what they are; intervals become those of all."""
+    origin, t = hits.origin[rows], hits.t[rows]
+    proved, near = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
+    strips = rows[origin >= Origin.STRIP]
+    found: list[tuple[int, Kind]] = []
+    if len(strips):
+        low, high = hits.low[strips].min(), hits.high[strips].max()
+        ends = t[origin >= Origin.STRIP]
+        inner = (hits.low[near] > ends.min()) & (hits.high[near] < ends.max())
+        near = near[inner & (np.abs(sines[near]) > TANGENT)]
+        proved = proved[np.abs(sines[proved]) > TANGENT]
+        sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
+        residuals = hits.residual[rows[origin == Origin.STRIP]]
+        long, even = limits
+        if high - low > long and len(residuals) and np.ptp(residuals) <= even[rows[0]]:
+            chosen, kind = strips[np.lexsort((hits.residual[strips], ends))[0]], Kind.ALONG
+        else:
+            chosen = strips[np.argmin(hits.residual[strips])]
+            one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
+            kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
+        hits.low[chosen], hits.high[chosen] = low, high
+        found.append((int(chosen), kind))
+    for sign in (-1, 1):
+        if (sines[proved] * sign > 0).any():
+            near = near[sines[near] * sign <= 0]
+    if len(near):
+        chosen = near[np.argmin(hits.residual[near])]
+        signs = np.sign(sines[near])
+        hits.low[chosen], hits.high[chosen] = hits.low[near].min(), hits.high[near].max()
+        kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
+        found.append((int(chosen), kind))
+    return found + [(int(row), Kind.CROSSING) for row in proved]

@@ -1,0 +1,183 @@
+"""Newton's method towards the points of cells on a ray: roots of settled cells, ends of strips."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cell_models import UNIT
+from service.engine.queries.cells import CellTree
+from service.engine.queries.grazing import Strips
+from service.engine.queries.net_partials import net_partials
+from service.engine.queries.ray_bounds import Rays, RootBounds, cross, dot
+from service.engine.queries.ray_hits import Hits, Origin
+
+STEPS = 8
+"""Of Newton's method, before a cell is halved instead."""
+
+STRIP_STEPS = 4
+"""Of Newton's method across a strip."""
+
+EXACT = 4
+"""How far from a ray a place is that Newton's method need not move, in units of rounding."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Seen:
+    """Places of n cells, seen along a ray each: where they are in the cells, and the surface there.
+
+    Attributes
+    ----------
+    at, place : ndarray of float64, shape (2, n)
+        In [−1, 1]² of the cells, and in the parameters of the nets.
+    half : ndarray of float64, shape (2, n)
+        Half the sides of the cells.
+    position, du, dv : ndarray of float64, shape (3, n)
+        With the partials in the parameters of the nets.
+    t : ndarray of float64, shape (n,)
+    across : ndarray of float64, shape (3, n)
+        (S − o) × d, as long as the distance from the ray.
+    residual, rounding : ndarray of float64, shape (n,)
+        This distance, and how wrong it is.
+    """
+
+    at: FloatArray
+    place: FloatArray
+    half: FloatArray
+    position: FloatArray
+    du: FloatArray
+    dv: FloatArray
+    t: FloatArray
+    across: FloatArray
+    residual: FloatArray
+    rounding: FloatArray
+
+    def moved(self, at: FloatArray, d: FloatArray) -> "_Seen":
+        """The same cells at places so near that the surface is its tangent plane."""
+        step = self.half * (at - self.at)
+        way = step[0] * self.du + step[1] * self.dv
+        place = np.clip(self.place + step, 0.0, 1.0)
+        position, t = self.position + way, self.t + dot(way, d)
+        return replace(self, at=at, place=place, position=position, t=t)
+
+    def hits(
+        self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], origin: Origin
+    ) -> Hits:
+        """Some of them as hits of rays (n,) with nets (n,), and intervals of t of n rows each."""
+        t, residual = self.t[rows], self.residual[rows]
+        low, high = ends
+        places = self.place[:, rows], self.position[:, rows], self.du[:, rows], self.dv[:, rows]
+        kinds = np.full(len(rows), origin)
+        return Hits(ray, net, *places, t, low, high, residual, kinds)
+
+
+def _look(cells: CellTree, rays: Rays, ray: Ints, cell: Ints, at: FloatArray) -> _Seen:
+    """Places `at` (2, n) of cells, from rays."""
+    rectangle, net = cells.place[:, cell], cells.net[cell]
+    low, half = rectangle[::2], (rectangle[1::2] - rectangle[::2]) / 2
+    place = low + half * (at + 1)
+    at = (place - low) / half - 1  # where that is, exactly
+    position, du, dv = net_partials(cells.nets, net, place, 1)
+    d = rays.direction[:, ray]
+    g = position - rays.origin[:, ray]
+    across = cross(g, d)
+    residual = np.sqrt(dot(across, across))
+    rounding = cells.errors[net] + rays.slack[ray]
+    return _Seen(at, place, half, position, du, dv, dot(g, d), across, residual, rounding)
+
+
+@np.errstate(all="ignore")
+def find_roots(
+    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, bounds: RootBounds
+) -> tuple[Hits, Bools]:
+    """The hits of settled pairs, and which pairs are done; the others are to be halved.
+
+    A place is taken for a hit when it is as near to the line as rounding allows, or when Newton's
+    method cannot come nearer within the cell and it is within the thickness. A cell has no root if
+    Theorem 2 of `ray_bounds`, from any place, puts it outside.
+    """
+    done = np.zeros(len(ray), bool)
+    found: list[Hits] = []
+    rows, at = np.arange(len(ray)), bounds.start
+    for left in range(STEPS, 0, -1):
+        which = bounds.take(rows)
+        seen = _look(cells, rays, ray[rows], cell[rows], at)
+        size = which.determinant
+        g = np.stack([dot(which.first, seen.across), dot(which.second, seen.across)]) / size
+        wrong = which.lengths * seen.rounding / np.abs(size)
+        reach = (np.abs(g) + wrong).max(axis=0) / (1 - which.contraction)
+        away = np.abs(seen.at - g) - which.contraction * reach - wrong
+        outside = (away > 1 + 64 * UNIT).any(axis=0)
+        da, db = seen.half[0] * seen.du, seen.half[1] * seen.dv
+        d = rays.direction[:, ray[rows]]
+        determinant = dot(cross(da, db), d)
+        step = np.stack([dot(db, seen.across), -dot(da, seen.across)]) / determinant
+        step = np.where(np.isfinite(step), step, 0.0)
+        new = np.clip(seen.at + step, -1.0, 1.0)
+        stuck = (np.abs(new - seen.at) <= 8 * UNIT).all(axis=0) | (left == 1)
+        near = seen.residual <= EXACT * seen.rounding
+        near |= stuck & (seen.residual <= rays.thickness[ray[rows]])
+        hit = np.flatnonzero(near & ~outside)
+        if len(hit):
+            seen = seen.moved(new, d)  # by a step that is as small as rounding
+            some = rows[hit]
+            inside = (np.abs(seen.at[:, hit]) + reach[hit] <= 1).all(axis=0)
+            model = cells.models[: columns.ROUND + 1, cell[some]]
+            speed = model[columns.ROUND] / (16 * UNIT) + 3 * model[columns.REST]
+            t = seen.t[hit]
+            wide = reach[hit] * speed + seen.rounding[hit]
+            hits = seen.hits(
+                hit, ray[some], cells.net[cell[some]], (t - wide, t + wide), Origin.NEAR
+            )
+            hits.origin[inside] = Origin.PROVED
+            found.append(hits)
+        done[rows[outside | near]] = True
+        open_rows = ~(outside | near | stuck)
+        rows, at = rows[open_rows], new[:, open_rows]
+        if not len(rows):
+            break
+    return Hits.joined(found), done
+
+
+@np.errstate(all="ignore")
+def find_strips(
+    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, strips: Strips
+) -> tuple[Hits, Bools]:
+    """Both ends of the strips of thin pairs, and which pairs are done; the others are to be halved.
+
+    A pair is done if the points of the curve P = 0 at y = −1 and y = 1 are within the cell: the
+    nearest ones in it are within the thickness of the ray.
+    """
+    x0, x1 = strips.line
+    rows = np.arange(len(ray))
+    ends, fine = [], np.ones(len(ray), bool)
+    for y in (-1.0, 1.0):
+        x = np.clip(x0 + x1 * y, -1.0, 1.0)
+        for left in range(STRIP_STEPS, -1, -1):
+            at = np.where(strips.is_along_b, np.stack([x, np.full_like(x, y)]), 0.0)
+            at += np.where(strips.is_along_b, 0.0, np.stack([np.full_like(x, y), x]))
+            seen = _look(cells, rays, ray, cell, at)
+            if not left:
+                break
+            dx = np.where(strips.is_along_b, seen.half[0] * seen.du, seen.half[1] * seen.dv)
+            p = dot(strips.across, seen.position - rays.origin[:, ray])
+            x = np.clip(x - p / dot(strips.across, dx), -1.0, 1.0)
+            x = np.where(np.isfinite(x), x, 0.0)
+        fine &= seen.residual <= rays.thickness[ray]
+        ends.append(seen)
+    rows = np.flatnonzero(fine)
+    wide = (rays.thickness[ray] * (1 + strips.spread))[rows]
+    t = np.stack([seen.t[rows] for seen in ends])
+    low, high = t.min(axis=0) - wide, t.max(axis=0) + wide
+    net = cells.net[cell[rows]]
+    hits = [seen.hits(rows, ray[rows], net, (low, high), Origin.STRIP) for seen in ends]
+    return Hits.joined(hits), fine
+
+
+def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
+    """The centres of cells that are smaller than the thickness, as hits."""
+    seen = _look(cells, rays, ray, cell, np.zeros((2, len(ray))))
+    wide = 2 * cells.models[columns.RADIUS, cell] + seen.rounding
+    rows, net = np.arange(len(ray)), cells.net[cell]
+    return seen.hits(rows, ray, net, (seen.t - wide, seen.t + wide), Origin.POINT)

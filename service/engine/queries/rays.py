@@ -1,0 +1,314 @@
+"""Where rays hit a surface, with a proof that no hit is missed.
+
+All rays and all patches together, level by level: each pair of a ray and a cell of a patch
+(`cells`) is looked at once. A pair ends where the cell does not meet the ray, where it meets it at
+most once and Newton's method decides (`ray_bounds`), where the ray grazes it within the thickness
+(`grazing`), or where the cell is smaller than the thickness; otherwise its cell is halved. Where
+first hits are asked for, cells behind a proved hit end as well.
+
+**Theorem.** Let τ be the thickness. Of a ray that is `reached`, every point of the surface on the
+ray has its t in the interval of a reported hit (of first hits: every point before the first
+crossing); and every reported position is a point of the surface nearer than τ to the ray. *Proof.*
+A pair is dropped only if its cell does not meet the ray (Theorems 1), or its place is behind the
+ray's origin by more than τ. A settled pair reports the one place where the cell meets the ray, in
+an interval that Theorem 2 of `ray_bounds` gives, or is outside by that theorem. A thin pair reports
+an interval that holds all of its hits by Theorem 2 of `grazing`, a small cell one that holds the
+whole cell. Merging only joins intervals. ∎
+
+A hit that is proved is a crossing: there is such a point. A ray that comes nearer than τ to a
+border, an edge or a pole of the surface, or touches it so nearly, may be told to hit it.
+
+The work on a ray has a budget: if more cells are open, it ends, and `reached` is false.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cells import CellTree
+from service.engine.queries.grazing import STEEPEST, grazed_strips
+from service.engine.queries.nets import QueryNets
+from service.engine.queries.patch_tree import PatchTree
+from service.engine.queries.ray_bounds import (
+    Rays,
+    RootBounds,
+    dot,
+    local_rays,
+    root_bounds,
+    sphere_misses,
+)
+from service.engine.queries.ray_hits import LONG, Hits, Kind, Origin, merge_hits
+from service.engine.queries.ray_newton import find_roots, find_strips, take_points
+from service.engine.queries.shares import Share
+
+CHUNK, FEWEST = 4096, 16
+"""Rays that are looked at together; fewer where their cells take much memory."""
+
+PAIRS = 1 << 13
+"""Pairs of a ray and a cell that are looked at at a time."""
+
+MOST_PAIRS, MOST_OPEN = 4096, 1 << 18
+"""Cells of one ray that are open at a time: its budget; and of all rays together."""
+
+MOST_CLOSE = 24_000_000
+"""Pairs that are looked at closely for all rays of a request; one takes some 0.5 µs."""
+
+SMALL = 1 / 8
+"""Radius of a cell that is a point, in units of the thickness."""
+
+BEHIND = 4
+"""How far behind a crossing cells are still looked at, in units of the thickness."""
+
+
+NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RayHits:
+    """Hits of m rays, in the coordinates of the nets.
+
+    Attributes
+    ----------
+    hits : Hits
+        In the order of rays and of t, which is measured from the origin that was asked for.
+    sines : ndarray of float64, shape (n,)
+        Of the angles of rays and surface; negative where the surface is entered.
+    reached : ndarray of bool, shape (m,)
+    """
+
+    hits: Hits
+    sines: FloatArray
+    reached: Bools
+
+
+class RaySearch:
+    """Finds where rays hit one surface.
+
+    Parameters
+    ----------
+    nets : QueryNets
+    thickness : float
+        τ, in the coordinates of the nets.
+    """
+
+    def __init__(self, nets: QueryNets, thickness: float) -> None:
+        self.thickness = thickness
+        self.long = LONG * (thickness * nets.diagonal / nets.scale) ** 0.5
+        self.cells = CellTree(nets)
+        self.patches = PatchTree(self.cells)
+
+    def find(
+        self, origins: FloatArray, directions: FloatArray, *, only_first: bool
+    ) -> Iterator[RayHits]:
+        """Hits of rays (m, 3), some rays at a time; numbers of rays count all of them."""
+        rays = local_rays(self.cells.nets, origins, directions, self.thickness)
+        first, size, pairs = 0, CHUNK, MOST_CLOSE
+        while first < len(origins):
+            checkpoint()
+            some = rays.take(slice(first, first + size))
+            share = Share(pairs * len(some.near) // (len(origins) - first), len(some.near))
+            found = self._search(some, share, only_first=only_first, can_split=size > FEWEST)
+            pairs -= int(share.spent.sum())
+            if found is None:
+                size //= 4  # the cells of fewer rays find room
+            else:
+                found.hits.ray[:] += first
+                yield found
+                first, size = first + size, min(2 * size, CHUNK)
+            self.cells.forget_much()
+
+    def _search(
+        self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+    ) -> RayHits | None:
+        """Hits of a few rays; None if their cells do not find room."""
+        found = self._merged(rays, share, only_first=only_first, can_split=can_split)
+        if found is None:
+            return None
+        hits, reached = found
+        if only_first:
+            hits = _firsts(hits)
+            # Of an interval all is told, though a crossing may be within it.
+            rows = np.flatnonzero(hits.origin != Kind.CROSSING)
+            which = hits.ray[rows]
+            again = Share(share.pairs - int(share.spent.sum()), len(rows))
+            whole = None
+            if len(rows):
+                whole = self._merged(rays.take(which), again, only_first=False, can_split=False)
+                share.spent[which] += again.spent
+            if whole:
+                strips = _firsts(whole[0])
+                strips.ray[:] = which[strips.ray]
+                reached[which] &= whole[1]
+                others = np.flatnonzero(hits.origin == Kind.CROSSING)
+                hits = Hits.joined([hits.take(others), strips])
+                hits = hits.take(np.argsort(hits.ray, kind="stable"))
+        near = rays.near[hits.ray]
+        t, low, high = (np.maximum(ends - near, 0.0) for ends in (hits.t, hits.low, hits.high))
+        hits = replace(hits, t=t, low=low, high=high)
+        reached &= rays.thickness <= self.thickness
+        return RayHits(hits, hits.sines(rays.direction[:, hits.ray]), reached)
+
+    def _merged(
+        self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+    ) -> tuple[Hits, Bools] | None:
+        """Hits of a few rays, one for each place, and which rays are reached."""
+        chunk = _Chunk(self, rays, share, only_first=only_first, can_split=can_split)
+        hits = chunk.search()
+        if can_split and (chunk.is_crowded or self.cells.is_full):
+            return None
+        sines = hits.sines(rays.direction[:, hits.ray])
+        thickness = rays.thickness[hits.ray]
+        return merge_hits(hits, sines, thickness, self.long), chunk.reached
+
+
+def _firsts(hits: Hits) -> Hits:
+    """The first hit of each ray."""
+    return hits.take(np.diff(hits.ray, prepend=-1) > 0)
+
+
+class _Chunk:
+    """The search for the hits of some rays."""
+
+    def __init__(
+        self, search: RaySearch, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+    ) -> None:
+        self.can_split, self.is_crowded = can_split, False
+        self.share, self.waiting = share, NO_PAIRS
+        self.only_first = only_first
+        self.cells, self.patches, self.rays = search.cells, search.patches, rays
+        self.farthest = np.full(len(rays.near), np.inf)
+        self.reached = np.isfinite(rays.slack)
+        self.settled: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
+        self.found: list[Hits] = []
+
+    def search(self) -> Hits:
+        """All levels, until no pair is left."""
+        ray, cell = self.patches.candidates_on(self.rays)
+        while len(ray) or self.settled:
+            pairs = [self.step(ray, cell)]
+            if sum(len(each[0]) for each in self.settled) >= len(pairs[0][0]):
+                pairs.append(self.polish())
+            pairs.append(self.waiting)
+            self.waiting = NO_PAIRS
+            ray, cell = (np.concatenate(each) for each in zip(*pairs, strict=True))
+            order = np.argsort(ray, kind="stable")
+            ray, cell = ray[order], cell[order]
+        hits = Hits.joined(self.found)
+        return hits.take(hits.high >= self.rays.near[hits.ray])
+
+    def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The pairs of the next level; those that are settled in this one are put aside."""
+        keep, low = np.zeros(len(ray), bool), np.empty(len(ray))
+        models, limit = self.cells.models, self.farthest[ray]
+        for rows in row_slices(len(ray), 1, PAIRS):
+            spheres = models[:4].take(cell[rows], axis=1)
+            misses, low[rows] = sphere_misses(spheres, self.rays, ray[rows], limit[rows])
+            keep[rows] = ~misses
+        radius = models[columns.RADIUS, cell]
+        is_point = keep & (radius <= SMALL * self.rays.thickness[ray])
+        if is_point.any():
+            self.found.append(take_points(self.cells, self.rays, ray[is_point], cell[is_point]))
+        near = self.affordable(np.flatnonzero(keep & ~is_point), ray, cell)
+        left = []
+        for some in (near[k : k + PAIRS] for k in range(0, max(len(near), 1), PAIRS)):
+            checkpoint()
+            left.append(self.look(ray[some], cell[some], low[some]))
+        return self.halve(*(np.concatenate(each) for each in zip(*left, strict=True)))
+
+    def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
+        """Of the pairs `near` those of rays that go on; the others wait, or end."""
+        goes, ends = self.share.allot(np.bincount(ray[near], minlength=len(self.reached)))
+        self.reached &= ~ends
+        rows = near[~(goes | ends)[ray[near]]]
+        self.waiting = ray[rows], cell[rows]
+        return near[goes[ray[near]]]
+
+    def look(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+        """Looks closely at pairs; those that stay open."""
+        models, rays = self.cells.models, self.rays
+        o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
+        model = models[: columns.ROUND + 1].take(cell, axis=1)
+        empty, settled, bounds = root_bounds(model, o, d, rays.slack[ray])
+        rows = np.flatnonzero(settled)
+        if len(rows):
+            self.settled.append((ray[rows], cell[rows], low[rows], bounds))
+            if self.only_first:
+                sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
+                self.shorten(ray[sure], low[sure] + 3 * models[columns.RADIUS, cell[sure]])
+        rows = np.flatnonzero(~(empty | settled))
+        normals = models[columns.NORMAL : columns.NORMAL + 3].take(cell[rows], axis=1)
+        is_grazed = np.abs(dot(normals, d[:, rows])) <= STEEPEST
+        grazed = rows[is_grazed]
+        left = [rows[~is_grazed]]
+        if len(grazed):
+            left.append(grazed[self.graze(ray[grazed], cell[grazed])])
+        rows = np.concatenate(left)
+        return ray[rows], cell[rows]
+
+    def graze(self, ray: Ints, cell: Ints) -> Bools:
+        """Looks at pairs whose ray is almost tangent to the cell; which of them stay open."""
+        rays = self.rays
+        model = self.cells.models.take(cell, axis=1)
+        o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
+        empty, thin, strips = grazed_strips(model, o, d, rays.slack[ray], rays.thickness[ray])
+        left = ~empty
+        rows = np.flatnonzero(thin)
+        if len(rows):
+            hits, done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
+            self.found.append(hits)
+            left[rows[done]] = False
+        return left
+
+    def shorten(self, ray: Ints, t: FloatArray) -> None:
+        """Nothing is looked for behind t, but for what meets at this place."""
+        np.minimum.at(self.farthest, ray, t + BEHIND * self.rays.thickness[ray])
+
+    def halve(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The children of open pairs; rays beyond their budget end."""
+        stop = np.bincount(ray, minlength=len(self.reached))[ray] > MOST_PAIRS
+        stop |= ~self.cells.can_halve(cell)
+        if stop.any():
+            self.reached[ray[stop]] = False
+            keep = self.reached[ray]
+            ray, cell = ray[keep], cell[keep]
+        if len(ray) > MOST_OPEN and self.can_split:
+            self.is_crowded = True
+            ray, cell = ray[:0], cell[:0]
+        if not len(ray):
+            return ray, cell
+        order = np.argsort(ray, kind="stable")
+        children, parents = self.cells.children(cell[order])
+        return ray[order][parents], children
+
+    def polish(self) -> tuple[Ints, Ints]:
+        """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
+        if not self.settled:
+            return NO_PAIRS
+        ray, cell, low = (np.concatenate([pairs[k] for pairs in self.settled]) for k in range(3))
+        bounds = RootBounds.joined([pairs[3] for pairs in self.settled])
+        self.settled = []
+        parts = [np.arange(len(ray))]
+        if self.only_first:
+            order = np.lexsort((cell, low, ray))
+            is_first = np.diff(ray[order], prepend=-1) > 0
+            parts = [order[is_first], order[~is_first]]
+        left = []
+        for part in parts:
+            rows = part[low[part] <= self.farthest[ray[part]]]
+            for some in (rows[k : k + PAIRS] for k in range(0, len(rows), PAIRS)):
+                checkpoint()
+                hits, done = find_roots(
+                    self.cells, self.rays, ray[some], cell[some], bounds.take(some)
+                )
+                self.found.append(hits)
+                left.append(some[~done])
+                if self.only_first:
+                    sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
+                    self.shorten(hits.ray[sure], hits.t[sure])
+        rows = np.concatenate(left) if left else np.zeros(0, np.intp)
+        return self.halve(ray[rows], cell[rows])

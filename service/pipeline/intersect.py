@@ -1,0 +1,67 @@
+"""A surface and rays in, their hits out."""
+
+from dataclasses import dataclass
+
+from service.encoders.text import json_document
+from service.engine.queries.intersect import RayQuery, intersect_rays
+from service.errors import Issue
+from service.measuring import Measured
+from service.pipeline.checks import check_surface
+from service.pipeline.cost import HIT_CHARS, Cost, rays_cost
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
+from service.pipeline.project import query_patches
+from service.surface.sizes import SurfaceKind
+
+MOST_RAYS = 100_000
+
+HITS_PER_RAY, FEWEST_HITS = 8, 10_000
+"""Hits that an answer may have, where all are asked for: so many of each ray; of few rays so many
+together."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class IntersectWork:
+    """Hits of rays that may be looked for."""
+
+    surface: SurfaceKind
+    query: RayQuery
+    most_hits: int
+    cost: Cost
+
+    def run(self) -> bytes:
+        """The answer as JSON.
+
+        Raises
+        ------
+        InvalidRequest
+            `not_parametric`, of tubes and ribbons.
+        TooLarge
+            `too_many_hits`.
+        """
+        model = query_patches(self.surface)
+        with Measured("intersect"):
+            return json_document(intersect_rays(model, self.query, self.most_hits))
+
+
+def plan_intersect(
+    surface: SurfaceKind, query: RayQuery, limits: Limits = DEFAULT_LIMITS
+) -> IntersectWork:
+    """What is to be looked for, found affordable from the shapes of the arrays.
+
+    Raises
+    ------
+    TooLarge
+    """
+    count, where = len(query.origins), "/rays"
+    message = "The query has more rays than this service computes at once."
+    most = min(MOST_RAYS, limits.max_points)
+    check_count(count, most, "rays", Issue("too_many_rays", message, where))
+    hits = count
+    if not query.only_first:
+        hits = min(max(HITS_PER_RAY * count, FEWEST_HITS), limits.max_bytes // HIT_CHARS)
+    size = surface.stored_size()
+    check_surface(size, limits)
+    cost = rays_cost(3 * size.patches, size.degree, size.peak, count, hits)
+    limits.check_bytes(cost.bytes, "The answer could become too large.", where)
+    limits.check_memory(cost.memory, "The answer", where, "a smaller surface, fewer rays at once")
+    return IntersectWork(surface, query, hits, cost)

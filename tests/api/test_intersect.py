@@ -1,0 +1,63 @@
+"""POST /v1/intersect: rays, surfaces with parameters of their own, groups, and refused requests."""
+
+from typing import Any
+
+import pytest
+
+from service.api.app import create_app
+from service.api.models.intersect import RayHits
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+DOWN = {"origins": [[0.25, 0.5, 2], [3, 0.5, 2]], "directions": [[0, 0, -4]]}
+
+
+def ask(client: Client, **fields: Any) -> Any:
+    answer = client.post("/v1/intersect", fields)
+    assert answer.status_code == 200, answer.text
+    RayHits.model_validate_json(answer.content)
+    return answer.json()
+
+
+def test_a_square(client: Client) -> None:
+    found = ask(client, surface={"control_net": NET}, rays=DOWN)
+    bounds = found.pop("t_bounds")
+    assert found == {
+        "reached": [True, True], "counts": [1, 0], "ray": [0], "t": [0.5],
+        "positions": [[0.25, 0.5, 0]], "uv": [[0.25, 0.5]], "normals": [[0, 0, 1]],
+        "kind": ["crossing"], "entering": [True],
+    }  # fmt: skip
+    assert 0.5 - 1e-12 < bounds[0][0] <= 0.5 <= bounds[0][1] < 0.5 + 1e-12
+
+
+def test_members_of_a_group_have_patches_of_their_own_numbers(client: Client) -> None:
+    member = {"type": "bezier", "control_net": NET}
+    placed = {"surface": member, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]}
+    group = {"type": "group", "members": [{"surface": member}, placed]}
+    found = ask(client, surface=group, rays=DOWN, hits="all")
+    assert found["patch"] == [1, 0]
+    assert found["t"] == [0.25, 0.5]
+    assert ask(client, surface=group, rays=DOWN)["patch"] == [1]
+
+
+@pytest.mark.parametrize("name", ["trefoil-tube", "bspline-hills"])
+def test_examples(client: Client, name: str) -> None:
+    surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
+    rays = {"origins": [[1.1, 1.2, 50]], "directions": [[0, 0, -1]]}
+    answer = client.post("/v1/intersect", {"surface": surface, "rays": rays})
+    if name == "trefoil-tube":
+        assert answer.status_code == 422
+        assert answer.json()["errors"][0]["code"] == "not_parametric"
+    else:
+        assert answer.json()["kind"] == ["crossing"]
+        assert "patch" not in answer.json()
+
+
+def test_limits() -> None:
+    settings = Settings(max_points=10)
+    with client_of(create_app(settings)) as client:
+        rays = {"origins": [[0, 0, 1]] * 11, "directions": [[0, 0, -1]]}
+        answer = client.post("/v1/intersect", {"surface": {"control_net": NET}, "rays": rays})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["code"] == "too_many_rays"

@@ -1,0 +1,212 @@
+"""Hits of rays: judged by closed forms, 50 digits, and by looking everywhere."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.engine.models import as_patches
+from service.engine.queries.intersect import RayQuery, intersect_rays
+from service.errors import TooLarge
+from service.surface.bezier import BezierSurface
+from service.surface.examples import find
+from service.surface.patches import PatchSurface
+from service.surface.sizes import SurfaceKind
+from tests.oracles.rays import Ints, crossings, torus_roots
+from tests.oracles.sheets import Array, sheets_of
+from tools.certify.surfaces import FAMILIES
+
+RNG = np.random.default_rng
+SQUARE = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]))
+SADDLE = BezierSurface(np.array([[[-1.0, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]))
+ROOF = np.array([[[0.0, 0, 0], [0, 3, 0]], [[1, 0, 1], [1, 3, 1]]])
+
+
+def hits(
+    surface: SurfaceKind, origins: Any, directions: Any, hits: str = "all", thickness: float = 1e-9
+) -> dict[str, Any]:
+    o, d = (np.atleast_2d(np.asarray(rows, np.float64)) for rows in (origins, directions))
+    query = RayQuery(o, d, hits == "first", thickness)
+    return intersect_rays(as_patches(surface.lower()), query, 10**6)
+
+
+def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
+    """Rays from outside and from inside towards points in the box."""
+    low, high = as_patches(surface.lower()).bounds
+    reach = float(np.linalg.norm(high - low))
+    rng = RNG(seed)
+    origins = (low + high) / 2 + rng.normal(0, reach, (count, 3)) * rng.choice([0.1, 1], (count, 1))
+    return origins, rng.uniform(low, high, (count, 3)) - origins
+
+
+def missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
+    """Which of true hits are in no interval of their rays."""
+    held = np.zeros(len(ray), bool)
+    low, high = found["t_bounds"].T
+    for k in np.unique(found["ray"]).tolist():
+        mine, true = found["ray"] == k, np.flatnonzero(ray == k)
+        near = np.broadcast_to(slack, ray.shape)[true][:, np.newaxis]
+        inside = (low[mine] - near <= t[true][:, np.newaxis]) & (
+            t[true][:, np.newaxis] <= high[mine] + near
+        )
+        held[true] = inside.any(axis=1)
+    return ~held
+
+
+@pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
+def test_no_hit_is_missed_and_none_invented(name: str) -> None:
+    surface = FAMILIES[name].surface(78)
+    origins, directions = strewn(surface, 30)
+    found = hits(surface, origins, directions)
+    assert found["reached"].all()
+    length = np.linalg.norm(directions, axis=1)
+    ray, t = crossings(sheets_of(surface), origins, directions)
+    model = as_patches(surface.lower())
+    slack = 1e-12 * model.diagonal / length[ray]
+    assert not missed(found, ray, t, slack).any()
+    ray = found["ray"]
+    there = origins[ray] + found["t"][:, np.newaxis] * directions[ray]
+    away = np.linalg.norm(there - found["positions"], axis=1)
+    assert away.max(initial=0.0) < 1e-9 * model.diagonal
+    low, high = found["t_bounds"].T
+    assert ((low <= found["t"]) & (found["t"] <= high)).all()
+    first = hits(surface, origins, directions, "first")
+    rows = np.flatnonzero(np.diff(ray, prepend=-1))
+    for column in ("ray", "t", "uv", "kind"):
+        np.testing.assert_array_equal(np.asarray(found[column])[rows], first[column])
+
+
+@pytest.mark.parametrize("name", ["utah-teapot", "octahedral-sphere", "nurbs-goblet"])
+def test_examples_are_hit_as_often_as_by_looking_everywhere(name: str) -> None:
+    surface = find(name).surface()
+    model = as_patches(surface.lower())
+    origins, directions = strewn(surface, 80, 1)
+    found = hits(surface, origins, directions)
+    ray, t = crossings(sheets_of(model), origins, directions, 12_000)
+    slack = 1e-12 * model.diagonal / np.linalg.norm(directions, axis=1)[ray]
+    assert not missed(found, ray, t, slack).any()
+    each = [len(np.unique(np.round(t[ray == k], 9))) for k in range(len(origins))]
+    assert found["counts"].tolist() == each
+
+
+def test_a_sphere_and_rays_that_graze_it() -> None:
+    rng = RNG(3)
+    normals = rng.normal(size=(300, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    d = np.cross(normals, rng.normal(size=(300, 3)))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    depth = np.repeat([0.7, 1e-3, 1e-5, 1e-7, -1e-7, -1e-3], 50)
+    origins = normals * (1 - depth)[:, np.newaxis] - 3 * d
+    found = hits(find("sphere").surface(), origins, 2 * d)
+    assert found["reached"].all()
+    assert found["counts"].tolist() == np.where(depth > 0, 2, 0).tolist()
+    half = np.sqrt(1 - (1 - depth[depth > 0]) ** 2)
+    true = np.stack([(3 - half) / 2, (3 + half) / 2], axis=1).ravel()
+    assert (np.abs(found["t"] - true) < 1e-8).all()
+    assert found["entering"] == [True, False] * 200
+    np.testing.assert_allclose(found["normals"], found["positions"], atol=1e-9)
+    exact = hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
+    assert set(exact["kind"]) == {"touching"}
+    np.testing.assert_allclose(exact["t"], 3, atol=2e-4)
+
+
+def test_a_torus_by_roots_of_50_digits() -> None:
+    rng = RNG(4)
+    inner = rng.uniform([-1.4, -1.4, -0.4], [1.4, 1.4, 0.4], (60, 3))
+    origins = rng.normal(size=(60, 3)) * 3
+    found = hits(find("torus").surface(), origins, inner - origins)
+    for k, (o, d) in enumerate(zip(origins, inner - origins, strict=True)):
+        true = torus_roots(o, d, 1.0, 0.4)
+        np.testing.assert_allclose(found["t"][found["ray"] == k], true, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("surface", "origin", "direction", "kinds"),
+    [
+        (SQUARE, [0.3, 0.4, 2], [0, 0, -2], [("crossing", 1, 1)]),
+        (SQUARE, [0.5, 0.4, 0], [0, 0, 1], [("crossing", 0, 0)]),
+        (SQUARE, [1, 1, 1], [0, 0, -1], [("crossing", 1, 1)]),
+        (SQUARE, [-1, 0.4, 0], [2, 0, 0], [("along", 0.5, 1)]),
+        (SQUARE, [0.5, 0.4, 0], [2, 0, 0], [("along", 0, 0.25)]),
+        (SQUARE, [-1, 0.1, 0], [1, 0.3, 0], [("along", 1, 2)]),
+        (SQUARE, [-1, 0, 0], [1, 0, 0], [("along", 1, 2)]),
+        (SQUARE, [-1, 1, 0], [1, -1, 0], [("touching", 1, 1)]),
+        (SQUARE, [-1, -1, 0], [1, -1, 0], []),
+        (SQUARE, [-1, 0.4, 1e-7], [1, 0, 0], []),
+        (SQUARE, [0.5, 0.4, -1], [0, 0, -1], []),
+        (SADDLE, [-2, 0.5, -1], [1, 0, 0.5], [("along", 1, 3)]),
+        (SADDLE, [-1, -1, 0], [1, 1, 0], [("touching", 1, 1)]),
+        ("cylinder", [0.8, 0.6, -4], [0, 0, 1], [("along", 3, 5)]),
+        ("cylinder", [1, -4, 0.1], [0, 1, 0], [("touching", 4, 4)]),
+        ("cone", [0, 0, -4], [0, 0, 1], [("crossing", 3, 3), ("crossing", 5, 5)]),
+        ("cone", [-3, 0, 1], [1, 0, 0], [("touching", 3, 3)]),
+        ("sphere", [0, 0, -3], [0, 0, 1], [("crossing", 2, 2), ("crossing", 4, 4)]),
+        ("sphere", [1, 0, -3], [0, 0, 1], [("touching", 3, 3)]),
+        ("torus", [-3, 0, 0.4], [1, 0, 0], [("touching", 2, 2), ("touching", 4, 4)]),
+        ("torus", [-3, 0, 0], [1, 0, 0], [("crossing", t, t) for t in (1.6, 2.4, 3.6, 4.4)]),
+        ("torus", [-3, 1, 0.4], [1, 0, 0], [("touching", 3, 3)]),
+    ],
+)
+def test_grazing_and_edge_on_rays(
+    surface: SurfaceKind | str,
+    origin: Array,
+    direction: Array,
+    kinds: list[tuple[str, float, float]],
+) -> None:
+    surface = find(surface).surface() if isinstance(surface, str) else surface
+    found = hits(surface, origin, direction)
+    assert found["reached"].all()
+    assert found["kind"] == [kind for kind, _, _ in kinds]
+    for (low, high), (kind, begin, end) in zip(found["t_bounds"], kinds, strict=True):
+        assert low <= begin <= end <= high
+        assert high - low <= end - begin + (1e-7 if kind != "touching" else 0.02)
+    first = hits(surface, origin, direction, "first")
+    assert first["kind"] == found["kind"][:1]
+
+
+def test_a_hit_on_an_edge_counts_once_and_a_ridge_is_touched() -> None:
+    other = ROOF * [-1, 1, 1] + [2, 0, 0]
+    vertices = np.concatenate([ROOF.reshape(-1, 3), other.reshape(-1, 3)])
+    roof = PatchSurface(vertices, np.array([[[0, 1], [2, 3]], [[6, 7], [4, 5]]]))
+    found = hits(
+        roof,
+        [[1, 1, 5], [1, 1.5, 5], [-1, 1, 1], [1, -1, 1]],
+        [[0, 0, -1]] * 2 + [[1, 0, 0], [0, 1, 0]],
+    )
+    assert found["kind"] == ["crossing", "crossing", "touching", "along"]
+    assert found["counts"].tolist() == [1, 1, 1, 1]
+    assert found["entering"] == [True, True, None, None]
+
+
+def test_an_answer_does_not_depend_on_what_else_is_asked() -> None:
+    surface = FAMILIES["NURBS"].surface(5)
+    origins, directions = strewn(surface, 40)
+    together = hits(surface, origins, directions)
+    alone = [hits(surface, origins[k::20], directions[k::20]) for k in range(20)]
+    together = {name: np.asarray(values) for name, values in together.items()}
+    for k, part in enumerate(alone):
+        rows = together["ray"] % 20 == k
+        for column in ("t", "t_bounds", "uv", "kind"):
+            np.testing.assert_array_equal(np.asarray(part[column]), together[column][rows])
+
+
+def test_far_and_huge_and_endless() -> None:
+    found = hits(SQUARE, [[0.5, 0.5, 1e12], [0.5, 0.5, 3e38]], [[0, 0, -1], [0, 0, -1e-30]])
+    assert found["reached"].tolist() == [False, False]
+    line = BezierSurface(np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0]]]))
+    found = hits(line, [[-1, 0, 0], [0.3, 0, 2]], [[1, 0, 0], [0, 0, -1]])
+    assert found["reached"].tolist() == [False, True]
+    assert found["kind"] == ["touching"]
+    with pytest.raises(TooLarge):
+        intersect_rays(
+            as_patches(SQUARE.lower()), RayQuery(np.ones((3, 3)) / 2, -np.ones((3, 3))), 2
+        )
+
+
+def test_a_request_has_a_bounded_number_of_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.engine.queries.rays.MOST_CLOSE", 1000)
+    easy, hard = [[0.8, 0.6, 3.0], [0.0, 0, -1]], [[0.8, 0.6, -4.0], [0.0, 0, 1]]
+    origins = [[0.1, 2, k / 50] for k in range(20)] + [hard[0], easy[0]]
+    found = hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
+    assert found["reached"].tolist() == [True] * 20 + [False] * 2
+    assert found["counts"].tolist()[:20] == [2] * 20

@@ -1,0 +1,135 @@
+"""Hits of rays by looking everywhere, with none of the engine's code.
+
+Every sheet is cut into many cells of parameters. A cell whose projection along the ray may hold the
+ray is where Newton's method starts, with differences for partials; what it finds on the ray is a
+hit. It may miss hits, where two are very near each other, but invents none.
+"""
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from mpmath import mp, mpf
+from numpy.typing import NDArray
+
+from tests.oracles.sheets import Array, Sheet, TensorSheet
+
+Ints: TypeAlias = NDArray[np.intp]
+
+STEP = 1e-6
+"""Of differences, in parts of the domain."""
+
+
+def crossings(
+    sheets: Sequence[Sheet], origins: Array, directions: Array, samples: int = 4000
+) -> tuple[Ints, Array]:
+    """Rays (n,) and t (n,), in units of the directions, at which sheets are crossed."""
+    found: list[tuple[Ints, Array]] = [(np.zeros(0, np.intp), np.zeros(0))]
+    each = max(100, samples // len(sheets))
+    for sheet in sheets:
+        cells, low, high = _cells(sheet, each)
+        corners = sheet.at(cells.reshape(-1, 2)).reshape(-1, 4, 3)
+        for first in range(0, len(origins), 200):
+            rows = slice(first, first + 200)
+            ray, cell = _near(corners, origins[rows] - sheet.origin, directions[rows])
+            if not len(ray):
+                continue
+            o, d = origins[rows][ray] - sheet.origin, directions[rows][ray]
+            hit, t = _newton(sheet, cells[cell].mean(axis=1), o, d, (low, high))
+            found.append((ray[hit] + first, t))
+    return np.concatenate([ray for ray, _ in found]), np.concatenate([t for _, t in found])
+
+
+def _cells(sheet: Sheet, count: int) -> tuple[Array, Array, Array]:
+    """Corners (K, 4, 2) of cells of parameters, and the domain."""
+    breaks = sheet.breaks if isinstance(sheet, TensorSheet) else (np.array([0.0, 1]),) * 2
+    each = max(3, round((count / (len(breaks[0]) - 1) / (len(breaks[1]) - 1)) ** 0.5))
+    lines = [
+        np.interp(np.linspace(0, len(b) - 1, each * (len(b) - 1) + 1), range(len(b)), b)
+        for b in breaks
+    ]
+    grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+    if not isinstance(sheet, TensorSheet):
+        grid[..., 0] *= 1 - grid[..., 1]
+    four = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+    cells = np.stack([corner.reshape(-1, 2) for corner in four], axis=1)
+    return cells, np.array([b[0] for b in breaks]), np.array([b[-1] for b in breaks])
+
+
+def _across(d: Array) -> tuple[Array, Array]:
+    """Two vectors across each direction (m, 3)."""
+    axis = np.eye(3)[np.abs(d).argmin(axis=1)]
+    one = np.cross(d, axis)
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    two = np.cross(d, one)
+    return one, two / np.linalg.norm(two, axis=1, keepdims=True)
+
+
+def _near(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
+    """Pairs of a ray and a cell whose projection, made larger, may hold the ray."""
+    inside = np.ones((len(o), len(corners)), bool)
+    for axis in _across(d):
+        at = corners.reshape(-1, 3) @ axis.T - (o * axis).sum(axis=1)
+        at = at.reshape(len(corners), 4, len(o))
+        low, high = at.min(axis=1), at.max(axis=1)
+        more = 0.5 * (high - low)
+        inside &= ((low - more <= 0) & (high + more >= 0)).T
+    ray, cell = np.nonzero(inside)
+    return ray, cell
+
+
+def _newton(
+    sheet: Sheet, places: Array, o: Array, d: Array, domain: tuple[Array, Array]
+) -> tuple[Ints, Array]:
+    """Which starts lead to a crossing within the domain, and its t."""
+    low, high = domain
+    one, two = _across(d)
+    step = STEP * (high - low)
+    for _ in range(12):
+        at = sheet.at(places) - o
+        du, dv = (
+            (sheet.at(places + move) - sheet.at(places - move)) / (2 * move.sum())
+            for move in np.diag(step)
+        )
+        f, g = (at * one).sum(axis=1), (at * two).sum(axis=1)
+        fu, fv, gu, gv = ((p * w).sum(axis=1) for w in (one, two) for p in (du, dv))
+        with np.errstate(all="ignore"):
+            size = fu * gv - fv * gu
+            move = np.stack([(fv * g - gv * f) / size, (gu * f - fu * g) / size], axis=1)
+        move = np.where(np.isfinite(move), move, 0.0)
+        places = np.clip(places + move, low - 0.05 * (high - low), high + 0.05 * (high - low))
+    at = sheet.at(places)
+    length = np.abs(at).max() + np.abs(o).max(axis=1)
+    there = np.linalg.norm(np.cross(at - o, d), axis=1) / np.linalg.norm(d, axis=1)
+    t = ((at - o) * d).sum(axis=1) / (d * d).sum(axis=1)
+    inner = (np.abs(sheet.inside(places) - places) <= 0).all(axis=1)
+    hit = np.flatnonzero((there <= 1e-13 * length) & inner & (t >= 0))
+    return hit, t[hit]
+
+
+def torus_roots(
+    origin: Sequence[float], direction: Sequence[float], radius: float, tube: float
+) -> list[float]:
+    """All t ≥ 0 at which a ray meets the torus about the z axis, of 50 digits: real roots of
+
+    (|p|² + R² − r²)² = 4 R² (x² + y²),  p = origin + t direction
+    """
+    with mp.workdps(50):
+        o, d = [mpf(x) for x in origin], [mpf(x) for x in direction]
+        big, small = mpf(radius), mpf(tube)
+        dd, od, oo = (
+            sum(a * b for a, b in zip(x, y, strict=True)) for x, y in ((d, d), (o, d), (o, o))
+        )
+        k = oo + big**2 - small**2
+        flat = [
+            sum(x * y for x, y in zip(a[:2], b[:2], strict=True))
+            for a, b in ((d, d), (o, d), (o, o))
+        ]
+        four = 4 * big**2
+        quartic = [
+            k**2 - four * flat[2], 4 * od * k - 2 * four * flat[1],
+            4 * od**2 + 2 * dd * k - four * flat[0], 4 * dd * od, dd**2,
+        ]  # fmt: skip
+        roots = mp.polyroots(quartic, maxsteps=500, extraprec=400, asc=True)
+        real = [root.real for root in roots if abs(root.imag) < mpf(10) ** -25]
+        return sorted(float(t) for t in real if t >= 0)
