@@ -142,6 +142,7 @@ web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs fro
 
 picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ anew
 	$(BIN)/python -m tools.picture docs
+	$(BIN)/python -m tools.distance_map docs/distance.png
 
 lock: ## Pin the newest versions of everything in constraints.txt
 	rm -rf build/lock

@@ -81,6 +81,32 @@ def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
     assert page.is_hidden("#edited")
 
 
+def test_clicks_on_the_surface_tell_parameters_curvature_and_distance(page: Page) -> None:
+    box = page.locator("#view").bounding_box()
+    assert box is not None
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.4
+    assert page.is_hidden("#probe-row")
+    page.mouse.click(*middle)
+    page.wait_for_selector("#probe-row:visible")
+    u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
+    x, y = 2 * u - 1, 2 * v - 1  # of z = x y, with K = −1 / (1 + x² + y²)²
+    told = page.inner_text("#probe").replace("−", "-")
+    assert float(told.split("K ")[1].split(",")[0]) == pytest.approx(
+        -1 / (1 + x * x + y * y) ** 2, rel=1e-3
+    )
+    assert page.is_hidden("#probe-distance-row")
+    page.mouse.click(middle[0] + 40, middle[1])
+    page.wait_for_selector("#probe-distance-row:visible")
+    s, t = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
+    there = 2 * s - 1, 2 * t - 1
+    far = ((there[0] - x) ** 2 + (there[1] - y) ** 2 + (there[0] * there[1] - x * y) ** 2) ** 0.5
+    assert value(page, "probe-distance") == pytest.approx(far, rel=1e-6)
+    page.click("#open")
+    page.click('[data-example="saddle"]')
+    page.wait_for_selector(READY)
+    assert page.is_hidden("#probe-row")
+
+
 def test_a_drag_keeps_to_its_axis(page: Page) -> None:
     start, was = choose(page, 4), point(page)
     page.check('input[name="axis"][value="x"]', force=True)

@@ -6,6 +6,7 @@ import { MeshRequests } from './mesh-requests.js';
 import { announce, element } from './page.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
+import { Probe } from './probe.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { reportOf } from './report.js';
@@ -108,6 +109,8 @@ state.listen((change) => {
 });
 
 watchTheme(() => view?.dress());
+const probe = new Probe(state);
+if (view) view.clicked = (point) => { probe.at(point).catch(fail); };
 watchPanel(state);
 watchPointPanel(state);
 const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { origin, title }) => {

@@ -14,10 +14,13 @@ import { Drag, nudge, settled } from './moves.js';
  * @property {() => Axis} axis
  * @property {(axis: Axis) => void} setAxis
  * @property {() => void} fit
+ * @property {(at: Vector2) => void} click  on something else than a control point
  */
 
 const TURN = 0.08;
 const ZOOM = 1.12;
+/** Pixels up to which a mouse that went down and up has clicked, and not turned the surface. */
+const STILL = 4;
 
 /** @param {Stage} stage @param {NetView} net @param {State} state @param {Controls} controls */
 export function watchPointer(stage, net, state, controls) {
@@ -25,6 +28,8 @@ export function watchPointer(stage, net, state, controls) {
   /** @type {Drag | null} */
   let drag = null;
   let moved = false;
+  /** Where the mouse went down beside all control points. @type {{x: number, y: number} | null} */
+  let pressed = null;
 
   const place = (/** @type {PointerEvent} */ event) => {
     const { left, top, width, height } = canvas.getBoundingClientRect();
@@ -44,6 +49,7 @@ export function watchPointer(stage, net, state, controls) {
     if (event.button !== 0 || drag) return;
     const { x, y, at } = place(event);
     const index = net.pick(x, y, event.pointerType);
+    pressed = index < 0 ? { x, y } : null;
     if (index < 0) return;
     event.stopImmediatePropagation();
     canvas.setPointerCapture(event.pointerId);
@@ -74,7 +80,13 @@ export function watchPointer(stage, net, state, controls) {
     if (keep) state.settle();
     else state.cancel();
   };
-  canvas.addEventListener('pointerup', () => finish(true));
+  canvas.addEventListener('pointerup', (event) => {
+    const { x, y, at } = place(event);
+    const still = pressed !== null && Math.hypot(x - pressed.x, y - pressed.y) < STILL;
+    pressed = null;
+    if (drag === null && still) controls.click(at);
+    finish(true);
+  });
   canvas.addEventListener('pointercancel', () => finish(false));
   canvas.addEventListener('pointerleave', () => {
     if (drag === null) net.highlight(state.chosen, -1);

@@ -64,6 +64,38 @@ export async function mesh(request, mediaType = 'model/gltf-binary') {
   return { content, serverTime: serverTime(answer.headers.get('Server-Timing')), roundTrip };
 }
 
+/**
+ * The point of a surface that is nearest to a point.
+ * @param {Surface} surface @param {number[]} point
+ * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[]}>}
+ */
+export async function project(surface, point) {
+  return posted('v1/project', { surface, points: [point] });
+}
+
+/**
+ * How the surface bends at parameters; null where it has none that can be asked for, as in groups.
+ * @param {Surface} surface @param {number[]} uv @param {number} [patch]
+ * @returns {Promise<{gaussian: number, mean: number} | null>}
+ */
+export async function curvatures(surface, uv, patch) {
+  const [s, t] = uv;
+  const place = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
+  try {
+    const answer = await posted('v1/points', { surface, ...place, patch, derivatives: 2 });
+    return { gaussian: answer.gaussian_curvature[0], mean: answer.mean_curvature[0] };
+  } catch (error) {
+    if (error instanceof Refusal) return null;
+    throw error;
+  }
+}
+
+/** @param {string} path @param {object} content @returns {Promise<any>} */
+async function posted(path, content) {
+  const headers = { 'Content-Type': 'application/json' };
+  return json(path, { method: 'POST', body: JSON.stringify(content), headers });
+}
+
 let arePrivate = false;
 
 /** Whether surfaces and meshes are read with a key: their addresses alone open nothing. */

@@ -2,6 +2,7 @@
 // none of it, and the rest of the page works on.
 
 import { paintLegend, PALETTES } from './colors.js';
+import { Raycaster } from './three.js';
 import { NetView } from './net-view.js';
 import { check, checked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
@@ -32,7 +33,10 @@ export class View {
       axis: () => /** @type {Axis} */ (checked('axis')),
       setAxis: (axis) => check('axis', axis),
       fit,
+      click: (at) => this.click(at),
     });
+    /** Called with the place of a click on the mesh. @type {(point: number[]) => void} */
+    this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
     this.stage.drawn.push(() => { this.placeMarker(); hide('loading', true); });
     paintLegend(element('legend-bar', HTMLCanvasElement));
@@ -51,6 +55,17 @@ export class View {
     if (this.fresh) this.fit(true);
     this.fresh = false;
     this.paint();
+  }
+
+  /** @param {import('./three.js').Vector2} at */
+  click(at) {
+    const caster = new Raycaster();
+    caster.setFromCamera(at, this.stage.camera);
+    const [hit] = caster.intersectObjects(this.surface.meshes, false);
+    if (!hit) return;
+    const { x, y, z } = hit.point;
+    // The scene is y-up.
+    this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z]);
   }
 
   /** Without a mesh: that of another document must not stand for this one. */

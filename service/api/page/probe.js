@@ -1,0 +1,63 @@
+// A click on the surface: its parameters there, how the surface bends, and how far it is from the
+// place of the click before.
+
+import { announce, element } from './page.js';
+import { isParametric } from './settings.js';
+import { curvatures, project } from './service.js';
+
+/** @typedef {import('./state.js').State} State */
+
+export class Probe {
+  /** @param {State} state */
+  constructor(state) {
+    this.state = state;
+    /** @type {number[] | null} */
+    this.before = null;
+    /** Clicks so far: only the last one is answered. */
+    this.clicks = 0;
+    state.listen((change) => {
+      if (change !== 'settings' && change !== 'chosen') this.forget();
+    });
+  }
+
+  forget() {
+    this.clicks += 1;
+    this.before = null;
+    ['probe', 'probe-distance'].forEach((id) => show(id, '', ''));
+  }
+
+  /**
+   * Asks for the point of the surface that is nearest to one of its mesh.
+   * @param {number[]} point  in the coordinates of the document
+   */
+  async at(point) {
+    const { surface } = this.state;
+    if (!isParametric(surface)) return;
+    this.clicks += 1;
+    const click = this.clicks;
+    const { positions: [place], uv: [uv], patch } = await project(surface, point);
+    const bent = await curvatures(surface, uv, patch?.[0]);
+    if (click !== this.clicks) return;
+    const [u, v] = uv;
+    const parts = [`u ${short(u)}`, `v ${short(v)}`];
+    if (patch) parts.unshift(`patch ${patch[0]}`);
+    if (bent) parts.push(`K ${short(bent.gaussian)}`, `H ${short(bent.mean)}`);
+    show('probe', `${u},${v}`, parts.join(', '));
+    const { before } = this;
+    const far = before && Math.hypot(...place.map((value, axis) => value - before[axis]));
+    show('probe-distance', String(far ?? ''), far === null ? '' : short(far));
+    this.before = place;
+    announce(far === null ? parts.join(', ') : `${parts.join(', ')}; distance ${short(far)}`);
+  }
+}
+
+/** @param {number} value */
+const short = (value) => String(Number(value.toPrecision(4))).replace('-', '−');
+
+/** A row of the readouts, hidden while it says nothing. @param {string} id @param {string} value @param {string} text */
+function show(id, value, text) {
+  const place = element(id, HTMLDataElement);
+  place.value = value;
+  place.textContent = text;
+  element(`${id}-row`, HTMLElement).hidden = text === '';
+}

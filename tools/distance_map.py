@@ -1,0 +1,68 @@
+"""Draws the distances of points in a plane to a surface, inside and outside: docs/distance.png.
+
+    python -m tools.distance_map docs/distance.png
+
+Every pixel is a point that was projected: blue inside, warm outside, in bands of equal distance,
+1/40 of the width of the picture each.
+"""
+
+import struct
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.engine.models import as_patches
+from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.surface.examples import find
+
+EXAMPLE = "nurbs-goblet"
+WIDTH, HEIGHT = 320, 240
+BANDS = 40
+
+INSIDE, OUTSIDE = np.array([38.0, 84, 148]), np.array([196.0, 118, 44])
+PAPER = np.array([252.0, 250, 246])
+
+
+def distance_map() -> NDArray[np.uint8]:
+    """The picture, (HEIGHT, WIDTH, 3)."""
+    model = as_patches(find(EXAMPLE).surface().lower())
+    low, high = model.bounds
+    middle, size = (low + high) / 2, 1.25 * (high - low).max()
+    x, z = np.meshgrid(
+        (np.arange(WIDTH) + 0.5) / HEIGHT - WIDTH / HEIGHT / 2,
+        0.5 - (np.arange(HEIGHT) + 0.5) / HEIGHT,
+    )
+    up = 2 if model.up == "z" else 1
+    points = np.tile(middle, (x.size, 1))
+    points[:, 0] += size * x.ravel()
+    points[:, up] += size * z.ravel()
+    columns = project_on_surface(model, ProjectQuery(points, 1e-4, sign=True))
+    far = columns["distances"] / (size * WIDTH / HEIGHT)
+    depth = np.minimum(3 * far, 0.9)[:, np.newaxis]
+    color = np.where(columns["signs"][:, np.newaxis] < 0, INSIDE, OUTSIDE)
+    pixels = color + (PAPER - color) * depth
+    line = np.abs(far * BANDS - np.rint(far * BANDS)) < 0.06
+    pixels[line] *= 0.82
+    pixels[far < 0.0025] = 20
+    picture: NDArray[np.uint8] = pixels.astype(np.uint8).reshape(HEIGHT, WIDTH, 3)
+    return picture
+
+
+def png(pixels: NDArray[np.uint8]) -> bytes:
+    """A picture (h, w, 3) as PNG."""
+    height, width, _ = pixels.shape
+    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter, none
+    rows[:, 1:] = pixels.reshape(height, -1)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    parts = (b"IHDR", head), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in parts
+    )
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_bytes(png(distance_map()))
