@@ -21,11 +21,16 @@ from service.engine.joining.join import Allow, allow_any, join, join_each
 from service.engine.joining.near_points import near_groups
 from service.engine.joining.shared_curves import OpenBorder, corners_on_edges, open_border
 from service.engine.mesh.connect import reach_within
-from service.engine.options import MeshOptions
+from service.engine.mesh.seams import Seams
+from service.engine.options import MAX_WELD_TOLERANCE, MeshOptions
 from service.engine.scenes.scene import placed_points
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, GroupModel, Part, PatchModel, PlacedModel
+from service.surface.placement import place_bounds
 from service.surface.sweep_model import SweepModel
+
+FEW_MEMBERS = 1024
+"""Up to here all pairs of boxes are compared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +71,12 @@ def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any
 def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) -> JoinedGroup:
     """The group with members joined that meet along an edge; parameters as of `join`."""
     models: list[PatchModel | SweepModel] = []
-    borders: dict[int, OpenBorder] = {}
+    found: dict[int, Seams] = {}
     for number, given in enumerate(group.models):
         model = given
         if isinstance(given, PatchModel):
             model, seams = join(given, tolerance, allow)
-            borders[number] = open_border(seams)
+            found[number] = seams
         models.append(model)
     group = replace(group, models=tuple(models))
     alone = JoinedGroup(group, group.members, tuple(range(len(group.members))), ())
@@ -80,7 +85,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     clusters: list[Cluster] = []
     members: list[PlacedModel] = []
     at = [-1] * len(group.members)
-    for numbers in _neighbours(group, borders, tolerance):
+    for numbers in _neighbours(group, found, tolerance):
         joint, turned = _composed(group, numbers)
         joint, seams = join(joint, tolerance, allow)
         owner = _owners(joint, group, numbers)
@@ -120,6 +125,29 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     )
 
 
+def _beside(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
+    """Members with open edges, of which the box about one meets that about another."""
+    numbers, boxes = [], []
+    seen: set[tuple[int, bytes]] = set()
+    for number, member in enumerate(group.members):
+        # Copies in one place lie upon each other: they do not meet.
+        place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
+        if place in seen or member.model not in seams:
+            continue
+        seen.add(place)
+        if seams[member.model].connectivity.open_count:
+            numbers.append(number)
+            boxes.append(place_bounds(group.models[member.model].bounds, member.matrix))
+    if not 1 < len(numbers) <= FEW_MEMBERS:
+        return numbers
+    low, high = np.array(boxes).swapaxes(0, 1)
+    slack = MAX_WELD_TOLERANCE * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
+    meet = (low[:, None] <= high + slack).all(axis=2)
+    meet &= meet.T
+    alone = np.count_nonzero(meet, axis=1) < 2
+    return [number for number, is_alone in zip(numbers, alone, strict=True) if not is_alone]
+
+
 def _parts_of(group: GroupModel, number: int) -> tuple[Part, ...]:
     model = group.models[group.members[number].model]
     assert isinstance(model, PatchModel)
@@ -135,22 +163,18 @@ def _owners(joint: PatchModel, group: GroupModel, numbers: Sequence[int]) -> Int
     return owner
 
 
-def _neighbours(
-    group: GroupModel, borders: Mapping[int, OpenBorder], tolerance: float
-) -> list[list[int]]:
+def _neighbours(group: GroupModel, seams: Mapping[int, Seams], tolerance: float) -> list[list[int]]:
     """Members that may meet, in their order: a corner of one is on the border of another.
 
-    `borders` are the open edges of every model.
+    `seams` are those of every model.
     """
     placed: list[OpenBorder] = []
     owner: list[int] = []
-    seen: set[tuple[int, bytes]] = set()
-    for number, member in enumerate(group.members):
-        # Copies in one place lie upon each other: they do not meet.
-        place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
-        if place in seen or member.model not in borders:
-            continue
-        seen.add(place)
+    borders: dict[int, OpenBorder] = {}
+    for number in _beside(group, seams):
+        member = group.members[number]
+        if member.model not in borders:
+            borders[member.model] = open_border(seams[member.model])
         own = borders[member.model]
         if len(own.corners):
             placed.append(own.moved(partial(placed_points, matrix=member.matrix)))

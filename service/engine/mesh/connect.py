@@ -80,12 +80,31 @@ def may_be_cut(model: PatchModel, seams: Seams) -> bool:
     """Whether borders may meet that are no edges of equal points: `service.engine.joining.join`.
 
     Those of several surfaces may, those of one patch may not. The border of one spline may meet
-    itself where it returns to a corner, or has sides that are points or one another.
+    itself where it returns to a corner, or is two loops.
     """
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
     known, (domain,) = seams.connectivity, model.domains
-    return known.border_returns or known.open_count < 2 * (len(domain.u) + len(domain.v) - 2)
+    if known.border_returns or known.open_count == 2 * (len(domain.u) + len(domain.v) - 2):
+        return known.border_returns
+    return _loops_are_near(model.batches[0], domain, known)
+
+
+def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool:
+    """Whether a spline that closes one way has two open borders whose boxes meet."""
+    assert isinstance(batch, TensorPatches)
+    grid = len(domain.u) - 1, len(domain.v) - 1
+    for sides in (0, 2):
+        ends = known.edge.reshape(*grid, 4).swapaxes(0, sides // 2)[[0, -1], :, [sides, sides + 1]]
+        if known.open_lines[ends].all() and 2 * ends.shape[1] == known.open_count:
+            nets = batch.points.reshape(*grid, *batch.points.shape[1:])
+            nets = nets.swapaxes(0, 1).swapaxes(2, 3) if sides else nets
+            first, last = nets[0, :, 0].reshape(-1, 3), nets[-1, :, -1].reshape(-1, 3)
+            apart = np.maximum(
+                first.min(axis=0) - last.max(axis=0), last.min(axis=0) - first.max(axis=0)
+            )
+            return bool(apart.max() <= MAX_WELD_TOLERANCE * batch.diagonal)
+    return False
 
 
 def weld_reach(model: PatchModel, tolerance: float) -> float:
