@@ -80,7 +80,7 @@ class PatchesDefinition(StrictModel):
         default_factory=lambda: NO_TRIANGLES,
         description="One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, "
         "n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, "
-        "which may differ from that of the grids.",
+        "which may differ from that of the grids; those of several degrees are a `multipatch`.",
         examples=[[[[2, 1], [0]]]],
     )
     parts: Parts = Field(

@@ -1,0 +1,117 @@
+"""Placed members of a group as one model, mirror images among them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.bases.triangle import degree_of
+from service.bases.triangle_polynomials import exchange_order
+from service.engine.scenes.scene import placed_points
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import Domain, GroupModel, Part, PatchModel, PlacedModel
+
+
+def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tuple[bool, ...]]:
+    """Placed members as one model, and which were mirrored.
+
+    A placed patch is the patch of the placed control points. Where a placement mirrors, u and v
+    change places, so that du × dv stays on the side that it was.
+    """
+    batches: list[Patches] = []
+    parts: list[Part] = []
+    domains: list[Domain] = []
+    listed: list[Ints] = []
+    nets: list[Patches] = []
+    turned = []
+    first = merged = 0
+    moved = 0.0
+    for number in numbers:
+        member = group.members[number]
+        model = group.models[member.model]
+        assert isinstance(model, PatchModel)
+        mirrored = _mirrors(member)
+        turned.append(mirrored)
+        own, order = _transposed(model) if mirrored else (model, None)
+        for batch in own.batches:
+            placed = placed_points(batch.points.reshape(-1, 3), member.matrix)
+            batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
+        for net in own.nets:
+            placed = placed_points(net.points.reshape(-1, 3), member.matrix)
+            nets.append(replace(net, points=placed.reshape(net.points.shape) + 0.0, channels=()))
+        domains += [replace(d, first=d.first + first) for d in _domains_of(own)]
+        sequence = np.arange(own.patch_count) if own.sequence is None else own.sequence
+        listed.append(first + (sequence if order is None else order[sequence]))
+        alone = len(own.parts) == 1
+        parts += [
+            Part(
+                member.name if alone else f"{member.name}/{part.name}",
+                part.first + first,
+                part.last + first,
+            )
+            for part in own.parts
+        ]
+        first += own.patch_count
+        merged += own.merged_knots
+        stretch = 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3], 2))
+        moved = max(moved, own.moved * stretch * (1 + 2.0**-40))
+    return (
+        PatchModel(
+            group.name,
+            tuple(batches),
+            tuple(parts),
+            group.up,
+            domains=tuple(domains),
+            sequence=np.concatenate(listed),
+            control_nets=tuple(nets),
+            merged_knots=merged,
+            moved=moved,
+        ),
+        tuple(turned),
+    )
+
+
+def _domains_of(model: PatchModel) -> tuple[Domain, ...]:
+    unit = np.array([0.0, 1.0])
+    return model.domains or tuple(Domain(unit, unit, k) for k in range(model.patch_count))
+
+
+def _exchanged(batch: TrianglePatches) -> TrianglePatches:
+    """Triangles with s and t exchanged."""
+    rows = exchange_order(batch.degree, 1, 2)
+    weights = None if batch.weights is None else batch.weights[:, rows]
+    channels = tuple(
+        replace(c, nets=c.nets[:, exchange_order(degree_of(c.nets.shape[1]), 1, 2)])
+        for c in batch.channels
+    )
+    return TrianglePatches(batch.points[:, rows], weights, channels)
+
+
+def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
+    """The model with u and v exchanged, and the number that every patch has then."""
+    order = np.arange(model.patch_count)
+    domains = []
+    for d in model.domains:
+        rows, columns = len(d.u) - 1, len(d.v) - 1
+        grid = d.first + np.arange(rows * columns).reshape(rows, columns)
+        order[grid.T.ravel()] = d.first + np.arange(grid.size)
+        domains.append(Domain(d.v, d.u, d.first))
+    source = np.argsort(order)
+    batches: list[Patches] = []
+    first = 0
+    for batch in model.batches:
+        own = batch.take(source[first : first + batch.count] - first)
+        first += batch.count
+        if isinstance(own, TrianglePatches):
+            batches.append(_exchanged(own))
+            continue
+        weights = None if own.weights is None else np.ascontiguousarray(own.weights.swapaxes(1, 2))
+        channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in own.channels)
+        points = np.ascontiguousarray(own.points.swapaxes(1, 2))
+        batches.append(TensorPatches(points, weights, channels))
+    return replace(model, batches=tuple(batches), domains=tuple(domains)), order
+
+
+def _mirrors(member: PlacedModel) -> bool:
+    return member.matrix is not None and float(np.linalg.det(member.matrix[:3, :3])) < 0

@@ -1,0 +1,97 @@
+"""Members of a group that may have an edge in common: a corner of one is on the border of another.
+
+Only members whose boxes meet, and that carry the same channels, are looked at.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from service.engine.joining.near_points import near_groups
+from service.engine.joining.open_edges import OpenBorder, corners_on_edges, open_border
+from service.engine.mesh.connect import reach_within
+from service.engine.mesh.seams import Seams
+from service.engine.options import MAX_WELD_TOLERANCE
+from service.engine.scenes.scene import placed_points
+from service.surface.lowered import GroupModel, PatchModel
+from service.surface.placement import place_bounds
+
+FEW_MEMBERS = 1024
+"""Up to here all pairs of boxes are compared."""
+
+
+def find_neighbours(
+    group: GroupModel, seams: Mapping[int, Seams], tolerance: float
+) -> list[list[int]]:
+    """Members that may meet, in their order: a corner of one is on the border of another.
+
+    `seams` are those of every model.
+    """
+    placed: list[OpenBorder] = []
+    owner: list[int] = []
+    borders: dict[int, OpenBorder] = {}
+    for number in _beside(group, seams):
+        member = group.members[number]
+        if member.model not in borders:
+            borders[member.model] = open_border(seams[member.model])
+        own = borders[member.model]
+        if len(own.corners):
+            placed.append(own.moved(partial(placed_points, matrix=member.matrix)))
+            owner.append(number)
+    if len(placed) < 2:
+        return []
+    places = np.concatenate([border.corners for border in placed])
+    diagonal, furthest = np.linalg.norm(np.ptp(places, axis=0)), np.abs(places).max()
+    reach = reach_within(float(diagonal), float(furthest), tolerance)
+    owners = np.repeat(owner, [len(border.corners) for border in placed])
+    together = near_groups(places, reach)
+    pairs = np.stack([owners[together], owners], axis=1)
+    on = np.array(owner)[corners_on_edges(placed, reach)]
+    pairs = np.unique(np.concatenate([pairs, on]), axis=0)
+    leader = list(range(len(group.members)))
+
+    def eldest(number: int) -> int:
+        while leader[number] != number:
+            leader[number] = leader[leader[number]]
+            number = leader[number]
+        return number
+
+    for one, other in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
+        if _form(group, one) == _form(group, other):
+            first, second = sorted((eldest(one), eldest(other)))
+            leader[second] = first
+    found: dict[int, list[int]] = {}
+    for number in range(len(leader)):
+        found.setdefault(eldest(number), []).append(number)
+    return [numbers for numbers in found.values() if len(numbers) > 1]
+
+
+def _form(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
+    """What the patches of a member carry."""
+    model = group.models[group.members[number].model]
+    assert isinstance(model, PatchModel)
+    return [(c.name, c.kind, c.dimension) for c in model.batches[0].channels]
+
+
+def _beside(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
+    """Members with open edges, of which the box about one meets that about another."""
+    numbers, boxes = [], []
+    seen: set[tuple[int, bytes]] = set()
+    for number, member in enumerate(group.members):
+        # Copies in one place lie upon each other: they do not meet.
+        place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
+        if place in seen or member.model not in seams:
+            continue
+        seen.add(place)
+        if seams[member.model].connectivity.open_count:
+            numbers.append(number)
+            boxes.append(place_bounds(group.models[member.model].bounds, member.matrix))
+    if not 1 < len(numbers) <= FEW_MEMBERS:
+        return numbers
+    low, high = np.array(boxes).swapaxes(0, 1)
+    slack = MAX_WELD_TOLERANCE * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
+    meet = (low[:, None] <= high + slack).all(axis=2)
+    meet &= meet.T
+    alone = np.count_nonzero(meet, axis=1) < 2
+    return [number for number, is_alone in zip(numbers, alone, strict=True) if not is_alone]
