@@ -2462,7 +2462,7 @@ export interface components {
             patches?: number[][][];
             /**
              * Triangles
-             * @description One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids.
+             * @description One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids; those of several degrees are a `multipatch`.
              * @example [
              *       [
              *         [
