@@ -101,7 +101,7 @@ class PatchNets:
             patches = np.concatenate([ids for ids, _ in members])
             group[patches], row[patches] = number, np.arange(len(patches))
             groups.append(Nets(patches, np.concatenate([net for _, net in members], axis=3)))
-        return cls(tuple(groups), group, row, middles, sizes, _lowering(model) + model.moved)
+        return cls(tuple(groups), group, row, middles, sizes, lowering_error(model) + model.moved)
 
     def by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that patches (m,) belong to, each with which of the m are of it."""
@@ -156,7 +156,7 @@ class PatchNets:
                 yield nets, here[rows]
 
 
-def _lowering(model: PatchModel) -> float:
+def lowering_error(model: PatchModel) -> float:
     """What rounding may have done to the patches of a B-spline; all others are what was given.
 
     A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points and then q + 1,

@@ -124,7 +124,7 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
     """The nets of batches of patches."""
     low = np.min([batch.bounds[0] for batch in batches], axis=0)
     high = np.max([batch.bounds[1] for batch in batches], axis=0)
-    origin, scale, diagonal = _frame(low, high)
+    origin, scale, diagonal = frame(low, high)
     groups: list[NetGroup] = []
     patches, corners, first, net = [], [], 0, 0
     for batch in batches:
@@ -153,14 +153,14 @@ def curve_nets(pieces: CurvePieces) -> QueryNets:
     """The nets of the pieces of a curve, of degree (n, 0); a place is (t, 0)."""
     points = pieces.space_points
     flat = points.reshape(-1, 3)
-    origin, scale, diagonal = _frame(flat.min(axis=0), flat.max(axis=0))
+    origin, scale, diagonal = frame(flat.min(axis=0), flat.max(axis=0))
     nets = to_homogeneous((points - origin) / scale, pieces.weights)[:, :, np.newaxis]
     corners = np.broadcast_to(UNIT_CORNERS, (pieces.count, 4, 2))
     group = NetGroup(np.ascontiguousarray(nets), 0)
     return QueryNets((group,), origin, scale, np.arange(pieces.count), corners, diagonal)
 
 
-def _frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
+def frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
     """The middle of a box, a power of two near its longest side, and its diagonal."""
     sides = high - low
     longest = float(sides.max())

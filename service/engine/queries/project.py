@@ -118,7 +118,7 @@ def surface_columns(
     normals, is_regular = regular
     columns: Columns = {}
     if model.domains:
-        columns["uv"], number = _in_domains(model, patch, local)
+        columns["uv"], number = in_domains(model, patch, local)
         if len(model.domains) > 1:
             columns["patch"] = number
     else:
@@ -133,7 +133,7 @@ def surface_columns(
     return columns | {"normals": normals}
 
 
-def _in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
+def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
     """Parameters of the surfaces of a model at places of its patches, and numbers of these."""
     firsts = np.array([domain.first for domain in model.domains])
     order = np.argsort(firsts)

@@ -1,0 +1,92 @@
+"""Cells of nets of one degree: rectangles of parameters, halved where an integral needs it.
+
+Cells are the last, fastest axis of every array, so that a product with one matrix serves them all.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.measures.tables import halves
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cells:
+    """K cells of degree (p, q); q = 0 are pieces of curves, which have one parameter.
+
+    Attributes
+    ----------
+    nets : ndarray of float64, shape (d, p+1, q+1, K)
+        d = 3, or 4 of homogeneous coordinates (w x, w y, w z, w), the largest weight of each whole
+        net being at least ½ and less than 1. Coordinates are at most 1.
+    patch : ndarray of int, shape (K,)
+        Number of the patch.
+    depth : ndarray of int, shape (K,)
+        How often each was halved.
+    noise : float
+        How far control points may be from those that are meant, before any rounding of this room.
+    """
+
+    nets: FloatArray
+    patch: Ints
+    depth: Ints
+    noise: float = 0.0
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """(p, q)."""
+        return self.nets.shape[1] - 1, self.nets.shape[2] - 1
+
+    @property
+    def is_rational(self) -> bool:
+        """Whether they have weights."""
+        return len(self.nets) == 4
+
+    @property
+    def size(self) -> int:
+        """Control points of all of them."""
+        return int(np.prod(self.nets.shape[1:]))
+
+    def __len__(self) -> int:
+        return len(self.patch)
+
+    def take(self, rows: Ints | Bools | slice) -> "Cells":
+        """Some of them."""
+        return Cells(self.nets[..., rows], self.patch[rows], self.depth[rows], self.noise)
+
+    def halved(self, axis: int) -> "Cells":
+        """Twice as many: the first halves along u (axis 0) or v (axis 1), then the second."""
+        d, rows, columns, count = self.nets.shape
+        nets = along(halves(self.degree[axis]), self.nets, axis)
+        shape = (d, 2, rows, columns, count) if axis == 0 else (d, rows, 2, columns, count)
+        ordered = np.moveaxis(nets.reshape(shape), 1 + axis, 3)
+        patch, depth = np.tile(self.patch, 2), np.tile(self.depth + 1, 2)
+        return Cells(ordered.reshape(d, rows, columns, 2 * count), patch, depth, self.noise)
+
+    @staticmethod
+    def joined(parts: "list[Cells]") -> "Cells":
+        """Cells of one degree, one after another."""
+        return Cells(
+            np.concatenate([part.nets for part in parts], axis=3),
+            np.concatenate([part.patch for part in parts]),
+            np.concatenate([part.depth for part in parts]),
+            parts[0].noise,
+        )
+
+
+def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
+    """Products of a matrix (m, n) with nets (d, a, b, K) along a (axis 0) or b (axis 1)."""
+    d, rows, columns, count = nets.shape
+    if axis == 0:
+        return (matrix @ nets.reshape(d, rows, -1)).reshape(d, -1, columns, count)
+    return (matrix @ nets.reshape(-1, columns, count)).reshape(d, rows, -1, count)
+
+
+def cells_of(nets: FloatArray, patch: Ints, noise: float) -> Cells:
+    """Whole nets (K, p+1, q+1, d) as cells."""
+    ordered = np.ascontiguousarray(nets.transpose(3, 1, 2, 0))
+    if len(ordered) == 4:
+        _, exponent = np.frexp(ordered[3].max(axis=(0, 1)))
+        ordered = np.ldexp(ordered, -exponent)
+    return Cells(ordered, patch, np.zeros(len(patch), np.intp), noise)

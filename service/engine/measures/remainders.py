@@ -1,0 +1,165 @@
+"""What a Gauss–Legendre rule may be wrong by over a cell, bounded in the complex plane.
+
+**One parameter.** A function f that is analytic within the ellipse E_ρ about [−1, 1] and at most M
+there in absolute value has Chebyshev coefficients |a_k| ≤ 2 M ρ^−k. The rule of m ≥ 2 nodes is
+exact up to degree 2 m − 1, and for odd k; for even k it gives T_k at most 2, and ∫ T_k is at most
+2 / (k² − 1) ≤ 2/15 in absolute value. Over [0, 1], which is half as long, its error is therefore
+
+    ε ≤ ½ Σ_{k = 2m, 2m+2, …} 2 M ρ^−k (2 + 2/15) = (32/15) M ρ^−2m / (1 − ρ^−2)
+
+As the rule is exact of constants, M may be a bound of |f − f₀| for any constant f₀.
+
+**Two parameters.** The rule of m × m nodes is wrong by at most the sum of two such errors: f with
+u complex and v in [0, 1], and f with v complex and u in [0, 1].
+
+**Bounds of f.** With u complex a net is Σ_k c_k(v) T_k(2u − 1). Each c_k is a Bézier net in v, at
+most as long as its longest control vector C_k. So the net is within
+
+    δ(ρ) = Σ_{k ≥ 1} C_k (ρ^k + ρ^−k)/2 + max |c_0 − a|
+
+of its mean control vector a. From X, w and their partials (`local_nets`) follow constants A, B and
+
+    |S − c| ≤ s,   |S_u − A| ≤ α,   |S_v − B| ≤ β,
+
+with s = (|a_X| + δ_X) / (a_w − δ_w), A = a_Xu / a_w and
+
+    α = (δ_Xu + s (|a_wu| + δ_wu) + |A| δ_w) / (a_w − δ_w)
+
+if δ_w < a_w; B and β likewise. Then N = S_u × S_v is within D = |A| β + α |B| + α β of A × B; the
+lengths of complex vectors are Hermitian.
+
+- Area, f = √(N · N). With N₀ = A × B and e = 2 |N₀| D + D² < |N₀|², N · N stays within e of |N₀|²,
+  where the root is analytic, and |f − |N₀|| ≤ e / |N₀|.
+- Flux, f = (S − o) · N about an origin o, and its moment (S − o) f. With t = |c − o|,
+  |f − f₀| ≤ (t + s) (|N₀| + D) − t |N₀|, and of the moment (t + s)² (|N₀| + D) − t² |N₀|.
+- Length of a curve: as area, with A for N₀ and α for D.
+
+Where no ellipse will do, the integral and its rule are both within bounds of f over the cell: that
+of the smallest ellipse, and the product of the greatest lengths.
+
+References
+----------
+Trefethen, Approximation Theory and Approximation Practice (2013), theorems 8.1 and 19.3.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray
+from service.engine.measures.cells import along
+from service.engine.measures.local_nets import UPWARDS, LocalNets, Net, lengths
+from service.engine.measures.tables import RADII, chebyshev, ellipse_bounds
+from service.engine.vectors import cross
+
+Kind: TypeAlias = Literal["size", "flux"]
+"""Areas of surfaces and lengths of curves; or flux and its moments."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Remainders:
+    """Of K cells.
+
+    Attributes
+    ----------
+    errors : ndarray of float64, shape (1, K), or (2, K) of a flux and of its moments
+    along_v : ndarray of bool, shape (K,)
+        Whether a cell is better halved along v.
+    """
+
+    errors: FloatArray
+    along_v: Bools
+
+
+@np.errstate(all="ignore")
+def remainders(nets: LocalNets, kind: Kind, count: int) -> Remainders:
+    """Bounds of the errors of rules of `count` nodes in each direction; the origin o is 0."""
+    stretches, size = nets.stretches, len(nets.x.noise)
+    if kind == "flux" and nets.w is None:
+        raise ValueError("the flux of a polynomial has no remainder")
+    share = (32 / 15 * UPWARDS * RADII ** (-2.0 * count) / (1 - RADII**-2.0))[:, np.newaxis]
+    errors: FloatArray = np.zeros((1 if kind == "size" else 2, size))
+    turns = np.zeros((2, size))
+    limits: FloatArray = np.prod(stretches, axis=0)[np.newaxis] * UPWARDS
+    if kind == "flux":
+        far = lengths(nets.center) + nets.reach
+        limits = 2 * UPWARDS * limits * np.stack([far, far * far])
+    for axis in range(len(stretches)):
+        spread = _weighted(nets, axis)
+        first, *rest = spread.partials
+        size_of, off = lengths(first.value), first.off
+        turns[axis] = first.ripple
+        if rest:
+            a, b = size_of, lengths(rest[0].value)
+            turns[axis] = a * rest[0].ripple + b * first.ripple
+            size_of = lengths(cross(first.value.T, rest[0].value.T).T)
+            off = a * rest[0].off + b * off + off * rest[0].off
+        if kind == "size":
+            e = (2 * size_of + off) * off * UPWARDS
+            bounds = [np.where(e < size_of * size_of, e / size_of, np.inf)]
+            near = [np.minimum(size_of + off[0], 2 * off[0])]
+        else:
+            t = lengths(nets.center)
+            whole, reach = size_of + off, t + spread.reach
+            bounds = [reach * whole - t * size_of, reach * reach * whole - t * t * size_of]
+            near = [2 * bound[0] for bound in bounds]
+        for row, bound in enumerate(bounds):
+            within = bound * share * UPWARDS
+            errors[row] += np.where(np.isfinite(within), within, np.inf).min(axis=0)
+        limits = np.fmin(limits, np.stack(near) * UPWARDS)
+    return Remainders(np.minimum(errors, limits), turns[1] > turns[0])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Spread:
+    """A constant (d, K), how far a function is from it on each ellipse (R, K), and how far along.
+
+    `ripple` (K,) is about how far it changes along the direction of the ellipses.
+    """
+
+    value: FloatArray
+    off: FloatArray
+    ripple: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Spreads:
+    """Of S_u and, of surfaces, S_v; and s, a bound of |S − c| on each ellipse, (R, K)."""
+
+    partials: list[_Spread]
+    reach: FloatArray
+
+
+def _weighted(nets: LocalNets, axis: int) -> _Spreads:
+    """What is said of S and its partials with one parameter complex."""
+    x = _spread(nets.x, axis)
+    steps = [_spread(net, axis) for net in nets.x_partials]
+    if nets.w is None:
+        return _Spreads(steps, lengths(x.value) + x.off)
+    w = _spread(nets.w, axis)
+    least = w.value[0] - w.off * UPWARDS
+    least = np.where(least > 0, least, np.nan)
+    reach = (lengths(x.value) + x.off) / least
+    found = []
+    for step, net in zip(steps, nets.w_partials, strict=True):
+        slope = _spread(net, axis)
+        value = step.value / w.value[0]
+        off = step.off + reach * (np.abs(slope.value[0]) + slope.off) + lengths(value) * w.off
+        ripple = (step.ripple + nets.reach * slope.ripple + lengths(value) * w.ripple) / w.value[0]
+        found.append(_Spread(value, off / least, ripple))
+    return _Spreads(found, reach)
+
+
+def _spread(net: Net, axis: int) -> _Spread:
+    """A net with one parameter complex."""
+    degree = net.values.shape[1 + axis] - 1
+    mean = net.values.mean(axis=(1, 2))
+    coefficients = along(chebyshev(degree), net.values, axis)
+    constant = coefficients.take([0], axis=1 + axis) - mean[:, np.newaxis, np.newaxis]
+    steady = lengths(constant).max(axis=(0, 1)) + 4 * net.noise
+    if not degree:
+        return _Spread(mean, np.broadcast_to(steady, (len(RADII), len(steady))), 0 * steady)
+    most = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.noise
+    off: FloatArray = ellipse_bounds(degree) @ most + steady
+    return _Spread(mean, off * UPWARDS, most.sum(axis=0))

@@ -1,0 +1,110 @@
+"""Gauss–Legendre sums over cells, and what rounding does to them.
+
+    area    Σ ω_k ω_l |N|                       N = S_u × S_v
+    flux    Σ ω_k ω_l (S − o) · N               moment  Σ ω_k ω_l (S − o) ((S − o) · N)
+    length  Σ ω_k |S_u|
+
+**Rounding.** With the bounds of `local_nets`, η = ε + 16 (n + 2) u M of each net, A ≥ |S_u|,
+B ≥ |S_v|, r ≥ |S − c| and w ≥ w₀ over the cell,
+
+    |error of S − c| ≤ (η_X + r η_w) / w₀ + 8 u r =: σ
+    |error of S_u|   ≤ (η_Xu + r η_wu + σ |w_u| + A η_w) / w₀ + 8 u (A + r |w_u| / w₀) =: α
+
+and β likewise, so that of N: ν = A β + α B + α β + 8 u A B; of the area ν + 4 u A B. With
+R = |c − o| + r, of the flux R ν + (σ + 4 u R) A B and of the moment
+R² ν + (2 σ + 8 u R) R A B. Weights are right to 2 u each, and a sum of m² terms is wrong by at most
+(m² + 16) u times the largest term.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.measures.cells import along
+from service.engine.measures.local_nets import UPWARDS, LocalNets, Net, lengths
+from service.engine.measures.remainders import Kind
+from service.engine.measures.tables import UNIT, basis_at_nodes, weights_at_nodes
+
+
+def apply_rule(nets: LocalNets, kind: Kind, count: int) -> tuple[FloatArray, FloatArray]:
+    """Sums over K cells, and bounds of their rounding.
+
+    Returns
+    -------
+    sums : ndarray of float64, shape (1, K), or (4, K): the flux, and the moment's coordinates
+    errors : ndarray of float64, shape (1, K), or (2, K): of the flux and of the moment, in length
+    """
+    axes = len(nets.x_partials)
+    place = at_nodes(nets.x, count, axes)
+    partials = [at_nodes(net, count, axes) for net in nets.x_partials]
+    if nets.w is not None:
+        w = at_nodes(nets.w, count, axes)
+        place /= w
+        for step, net in zip(partials, nets.w_partials, strict=True):
+            np.subtract(step, place * at_nodes(net, count, axes), out=step)
+            np.divide(step, w, out=step)
+    normal = partials[0]
+    shares = weights_at_nodes(count)
+    if axes > 1:
+        normal = _cross(*partials)
+        shares = np.outer(shares, shares).ravel()
+    errors = rounding(nets, kind, count)
+    if kind == "size":
+        return np.asarray(shares @ lengths(normal))[np.newaxis], errors
+    place += nets.center[:, np.newaxis]
+    flux = (place * normal).sum(axis=0)
+    sums = np.empty((4, flux.shape[1]))
+    sums[0] = shares @ flux
+    sums[1:] = shares @ (place * flux)
+    return sums, errors
+
+
+def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
+    """Values of a net (d, a+1, b+1, K) at nodes of 1 or 2 axes, (d, nodes, K); u is the slower."""
+    d, rows, columns, size = net.values.shape
+    values = along(basis_at_nodes(rows - 1, count), net.values, 0)
+    if axes > 1:
+        values = along(basis_at_nodes(columns - 1, count), values, 1)
+    return values.reshape(d, -1, size)
+
+
+def rounding(nets: LocalNets, kind: Kind, count: int) -> FloatArray:
+    """Bounds of the rounding of sums: shape (1, K), or (2, K) of a flux and of its moment."""
+    n, reach, least = max(nets.degree), nets.reach, nets.least_weight
+
+    def wrong(net: Net) -> FloatArray:
+        return np.asarray(net.noise + 16 * (n + 2) * UNIT * net.largest)
+
+    place = wrong(nets.x)
+    if nets.w is not None:
+        place = (place + reach * wrong(nets.w)) / least
+    place = place + 8 * UNIT * reach
+    found = []
+    for k, (x, most) in enumerate(zip(nets.x_partials, nets.stretches, strict=True)):
+        error = wrong(x)
+        if nets.w is not None:
+            w = nets.w_partials[k]
+            slope = w.largest / least
+            error = (error + reach * wrong(w) + most * wrong(nets.w)) / least
+            error = error + place * slope + 8 * UNIT * reach * slope
+        found.append(error + 8 * UNIT * most)
+    area, normal = nets.stretches[0], found[0]
+    if len(found) > 1:
+        (a, b), (alpha, beta) = nets.stretches, found
+        area = a * b
+        normal = a * beta + alpha * b + alpha * beta + 8 * UNIT * area
+    added = (count**2 + 16) * UNIT
+    if kind == "size":
+        return np.asarray((normal + added * area) * UPWARDS)[np.newaxis]
+    far = lengths(nets.center) + reach
+    flux = far * normal + (place + (added + 4 * UNIT) * far) * area
+    moment = far * (far * normal + (2 * place + (added + 8 * UNIT) * far) * area)
+    return np.asarray(np.stack([flux, moment]) * UPWARDS)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Products a × b of vectors (3, nodes, K)."""
+    product = np.empty_like(a)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.subtract(a[i] * b[j], a[j] * b[i], out=product[k])
+    return product

@@ -1,0 +1,189 @@
+"""The patches of a surface as they are measured: placed, and joined to one another.
+
+Areas are those of the patches that were given. What encloses a volume is told by the patches that
+`service.engine.joining` made of these, as it does for meshes: every part of the answer names the
+patch and the side that were given.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.bounds.patch_nets import lowering_error
+from service.engine.joining.join import Allow, join
+from service.engine.joining.members import join_members
+from service.engine.measures.tables import UNIT
+from service.engine.mesh.connect import connect
+from service.engine.mesh.connectivity import triangular_patches
+from service.engine.mesh.seams import Seams
+from service.engine.models import as_patches
+from service.engine.queries.project import in_domains
+from service.surface.lowered import GroupModel, Model, PatchModel, PlacedModel
+from service.surface.sides import BEGINS, ENDS
+
+SIDES = ("u=0", "u=1", "v=0", "v=1")
+TRIANGLE_SIDES = ("s=0", "r=0", "t=0", "t=1")
+CORNERS = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class SidePlace:
+    """A side as the request knows it.
+
+    `surface` is the number of a member of a group, None of others; `patch` its patch, or its
+    surface of a multipatch, None if it is one parametric surface; `uv` are the parameters at both
+    ends, of triangles (s, t).
+    """
+
+    surface: int | None
+    patch: int | None
+    side: str
+    uv: tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Piece:
+    """Patches from `first` on are those of `model`, pieces of some `members` that were given."""
+
+    first: int
+    model: PatchModel
+    members: tuple[tuple[int | None, PlacedModel | None, PatchModel], ...]
+    is_cluster: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Source:
+    """Patches in the coordinates of the whole.
+
+    Attributes
+    ----------
+    model : PatchModel
+    seams : Seams
+    part : ndarray of int, shape (P,)
+        The part that each belongs to: a named run of patches, or a member of a group.
+    noise : float
+        How far control points may be from those that are meant, in model units.
+    moved : float
+        How far joining moved any point.
+    """
+
+    model: PatchModel
+    seams: Seams
+    part: Ints
+    noise: float
+    moved: float
+    _pieces: tuple[_Piece, ...]
+
+    def place(self, number: int) -> SidePlace:
+        """Where side `number` (patch · 4 + side) is in the request."""
+        patch, side = divmod(number, 4)
+        piece = [each for each in self._pieces if each.first <= patch][-1]
+        index, model = patch - piece.first, piece.model
+        ends = CORNERS[[BEGINS[side], ENDS[side]]]
+        surface, placed, given = piece.members[0]
+        turned = not piece.is_cluster and _mirrors(placed)
+        if turned:
+            side, ends = side ^ 2, ends[:, ::-1]
+        if model.domains:
+            ends, domain = in_domains(model, np.array([index, index]), ends)
+            index = int(domain[0])
+        if piece.is_cluster:
+            counts = [len(given.domains) or given.patch_count for *_, given in piece.members]
+            ends_of = np.cumsum(counts)
+            member = int(np.searchsorted(ends_of, index, side="right"))
+            surface, placed, given = piece.members[member]
+            index -= int(ends_of[member]) - counts[member]
+            if _mirrors(placed):
+                side, ends = side ^ 2, ends[:, ::-1]
+        names, patch_number = SIDES, None if len(given.domains) == 1 else index
+        if not given.domains:
+            if triangular_patches(given.batches)[index]:
+                names, ends = TRIANGLE_SIDES, np.where(ends[:, 1:] == 1, [[0.0, 1.0]], ends)
+            patch_number = index if given.order is None else int(given.order[index])
+        (a, b), (c, d) = ends.tolist()
+        return SidePlace(surface, patch_number, names[side], ((a, b), (c, d)))
+
+
+def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel, Ints, Source]:
+    """The patches that were given, in place, the part of each, and the patches joined.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, of tubes and ribbons.
+    """
+    given = as_patches(lowered)
+    part = parts_of(given)
+    if isinstance(lowered, GroupModel):
+        return given, part, _joined_group(lowered, tolerance, allow)
+    assert isinstance(lowered, PatchModel)
+    model, seams = join(lowered, tolerance, allow)
+    noise = lowering_error(lowered)
+    piece = _Piece(0, model, ((None, None, lowered),), is_cluster=False)
+    return given, part, Source(model, seams, parts_of(model), noise, model.moved, (piece,))
+
+
+def parts_of(model: PatchModel) -> Ints:
+    """The number of the part of every patch, (P,)."""
+    listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
+    part = np.empty(model.patch_count, dtype=np.intp)
+    for number, each in enumerate(model.parts):
+        part[listed[each.first : each.last]] = number
+    return part
+
+
+def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
+    joined = join_members(group, tolerance, allow)
+    placed = as_patches(joined.group)
+    clusters = {joined.at[cluster.members[0]]: cluster for cluster in joined.clusters}
+    alone = {at: n for n, at in enumerate(joined.at) if at not in clusters}
+    part, pieces, first = [], [], 0
+    noise = moved = 0.0
+    for number, member in enumerate(joined.group.members):
+        own = joined.group.models[member.model]
+        assert isinstance(own, PatchModel)
+        if number in clusters:
+            cluster = clusters[number]
+            numbers = cluster.members
+            which = np.searchsorted(cluster.ends, parts_of(own), side="right") - 1
+            part.append(np.array(numbers)[which])
+        else:
+            numbers = (alone[number],)
+            part.append(np.full(own.patch_count, numbers[0]))
+        members = tuple((n, group.members[n], _given(group, n)) for n in numbers)
+        pieces.append(_Piece(first, own, members, number in clusters))
+        first += own.patch_count
+        stretch = _stretch(member)
+        moved = max(moved, own.moved * stretch)
+        for n in numbers:
+            noise = max(noise, _placing_error(group.members[n], _given(group, n)))
+    return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(pieces))
+
+
+def _given(group: GroupModel, number: int) -> PatchModel:
+    model = group.models[group.members[number].model]
+    assert isinstance(model, PatchModel)  # else it would not have become patches
+    return model
+
+
+def _stretch(member: PlacedModel) -> float:
+    """How much longer a placement makes a vector at most."""
+    return 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3]))
+
+
+def _placing_error(member: PlacedModel, model: PatchModel) -> float:
+    """What lowering and placing have made control points wrong by, in units of the group."""
+    error = lowering_error(model) * _stretch(member)
+    if member.matrix is None:
+        return error
+    furthest: FloatArray = np.maximum(np.abs(model.bounds[0]), np.abs(model.bounds[1]))
+    reach = np.abs(member.matrix[:3, :3]) @ furthest + np.abs(member.matrix[:3, 3])
+    raising = 1 if not triangular_patches(model.batches).any() else 32
+    return error + 16 * raising * UNIT * float(np.linalg.norm(reach))
+
+
+def _mirrors(member: PlacedModel | None) -> bool:
+    if member is None or member.matrix is None:
+        return False
+    return float(np.linalg.det(member.matrix[:3, :3])) < 0

@@ -1,0 +1,260 @@
+"""Measures: closed forms, exact fractions, extrapolated polyhedra; and what is open."""
+
+from dataclasses import replace
+from math import pi
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.measures.cells import cells_of
+from service.engine.measures.integrals import integrate
+from service.engine.measures.measure import Interval, MeasureQuery, Measures, measure
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.multipatch import MultipatchSurface
+from service.surface.patches import PatchSurface
+from service.surface.sizes import SurfaceKind
+from tests.oracles import measures as oracle
+from tests.oracles.exact import exact_net
+from tests.oracles.sheets import sheets_of
+from tools.certify.surfaces import FAMILIES
+
+RNG = np.random.default_rng
+PI = mpmath.mp.clone()
+PI.dps = 50
+
+
+def of(surface: SurfaceKind, tolerance: float = 1e-6, weld: float = 1e-12) -> Measures:
+    return measure(surface.lower(), MeasureQuery(tolerance, weld, 1 << 18))
+
+
+def holds(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
+    assert interval is not None
+    assert interval.low <= interval.value <= interval.high
+    return bool(interval.low - slack <= truth <= interval.high + slack)  # type: ignore[operator]
+
+
+def example(name: str) -> PatchSurface:
+    surface = find(name).surface()
+    assert isinstance(surface, PatchSurface)
+    return surface
+
+
+@pytest.mark.parametrize(
+    ("name", "area", "volume", "height"),
+    [
+        ("sphere", 4, 4 / PI.mpf(3), 0),
+        ("octahedral-sphere", 4, 4 / PI.mpf(3), 0),
+        ("torus", 4 * PI.pi * PI.mpf("0.4"), 2 * PI.pi * PI.mpf("0.16"), 0),
+        ("cylinder", 6, 2, 0),
+        ("cone", 1 + PI.sqrt(5), 2 / PI.mpf(3), -0.5),
+    ],
+)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-9])
+def test_quadrics(name: str, area: object, volume: object, height: float, tolerance: float) -> None:
+    found = of(find(name).surface(), tolerance)
+    # Square roots in nets of floats make them other surfaces by some 1e-16.
+    for interval, truth in ((found.area, area), (found.volume, volume)):
+        exact = truth * PI.pi
+        assert holds(interval, exact, 1e-15 * float(exact))
+        assert interval is not None
+        assert interval.high - interval.low <= tolerance * interval.value
+    assert found.reached
+    assert found.closed
+    assert found.centroid is not None
+    assert all(holds(c, at, 1e-15) for c, at in zip(found.centroid, (0, 0, height), strict=True))
+    assert not found.boundaries
+    assert found.boundary_length == Interval(0.0, 0.0, 0.0)
+
+
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(st.tuples(*[st.floats(0.5, 3)] * 3), st.integers(0, 2**20), st.booleans())
+def test_ellipsoids(axes: tuple[float, float, float], seed: int, mirrored: bool) -> None:
+    c, b, a = sorted(axes)
+    a, b = max(a, b + 1e-3, c + 2e-3), max(b, c + 1e-3)
+    turn, _ = np.linalg.qr(RNG(seed).normal(size=(3, 3)))
+    turn *= np.linalg.det(turn) * (-1 if mirrored else 1)
+    place = RNG(seed).uniform(-9, 9, 3)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn * [a, b, c], place
+    found = of(GroupSurface((Member(find("octahedral-sphere").surface(), matrix=matrix),)))
+    assert holds(found.area, oracle.ellipsoid_area(a, b, c), 1e-14)
+    # A mirrored member keeps its normals outside.
+    assert holds(found.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
+    assert found.centroid is not None
+    assert all(holds(x, at, 1e-14) for x, at in zip(found.centroid, place.tolist(), strict=True))
+
+
+SMOOTH = (
+    "bicubic, moderate", "bicubic, wild", "degrees 1 to 8", "B-splines", "rings and tori",
+    "triangles", "quadrics", "bilinear", "far away", "tiny", "almost degenerate", "creases",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*SMOOTH, "rational", "rational triangles", "poles", "NURBS"])
+def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
+    for seed in (11,):
+        surface = FAMILIES[name].surface(seed)
+        found = of(surface, 1e-8 if name in SMOOTH else 1e-4)
+        truth, error = oracle.area(
+            sheets_of(surface), levels=4 if isinstance(surface, BsplineSurface) else 6
+        )
+        assert holds(found.area, truth, error)
+        assert found.area.high - found.area.low < (1e-6 if name in SMOOTH else 20) * truth
+
+
+@pytest.mark.parametrize("degree", [(1, 1), (3, 3), (2, 5)])
+def test_the_flux_of_polynomials_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
+    nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
+    cells = cells_of(nets, np.arange(2), 0.0)
+    sums, errors = integrate([cells], "flux", np.ones(2), 0).over_parts(np.arange(2), 2)
+    for k, net in enumerate(nets):
+        truth = oracle.exact_flux([exact_net(net)])
+        assert abs(sums[0, 1 + k] - truth) <= errors[0, 1 + k] < 1e-11
+
+
+def test_closed_splines_against_exact_fractions_and_polyhedra() -> None:
+    angle = 2 * pi * np.arange(4) / 4
+    turn = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)[:, np.newaxis]
+    net = turn * (2 + np.sin(angle))[:, np.newaxis] + np.cos(angle)[:, np.newaxis] * [0.0, 0, 1]
+    net += RNG(3).uniform(-0.2, 0.2, net.shape)
+    surface = BsplineSurface(net, (2, 2), ("periodic", "periodic"))
+    found = of(surface)
+    volume = found.volume
+    assert volume is not None
+    (batch,) = surface.lower().batches
+    truth = oracle.exact_flux([exact_net(points) for points in batch.points]) / 3
+    assert holds(volume, truth)
+    assert volume.high - volume.low < 1e-9 * abs(volume.value)
+    rational = BsplineSurface(
+        net, (2, 2), ("periodic", "periodic"), RNG(4).uniform(0.5, 2, net.shape[:2])
+    )
+    twice, error = oracle.flux(sheets_of(rational), first=8)
+    assert holds(of(rational).volume, twice / 3, error)
+
+
+def test_an_open_surface_names_its_borders() -> None:
+    sphere = example("sphere")
+    found = of(replace(sphere, patches=sphere.patches[:7], parts=()))
+    assert not found.closed
+    assert found.volume is None
+    assert found.centroid is None
+    assert (found.open_edges, found.inconsistent_edges) == (3, 0)
+    assert [fault.is_open for fault in found.faulty_edges] == [True] * 3
+    (loop,) = found.boundaries
+    assert loop.closed
+    assert loop.edges == 3
+    assert holds(loop.length, 3 * PI.pi / 2, 1e-15)
+    assert holds(found.boundary_length, 3 * PI.pi / 2, 1e-15)
+
+
+def test_a_turned_patch_is_found() -> None:
+    torus = example("torus")
+    patches = np.array(torus.patches)
+    patches[5] = patches[5].transpose(1, 0)
+    found = of(replace(torus, patches=patches))
+    assert found.volume is None
+    assert (found.open_edges, found.inconsistent_edges) == (0, 8)
+    assert {fault.place.patch for fault in found.faulty_edges} >= {5}
+    turned = of(replace(torus, patches=np.array(torus.patches).transpose(0, 2, 1)))
+    assert turned.volume is not None
+    assert turned.volume.value == pytest.approx(-0.32 * pi * pi)
+
+
+def test_lengths_of_borders_and_their_places() -> None:
+    found = of(find("utah-teapot").surface())
+    assert [loop.edges for loop in found.boundaries] == [4, 2, 2, 2, 2, 4]
+    sheets = sheets_of(find("utah-teapot").surface().lower())
+    rim = found.boundaries[0]
+    assert (rim.first.patch, rim.first.side) == (0, "v=0")
+    truth = [
+        oracle.length(lambda t, k=k: sheets[k].at(np.stack([t, 0 * t], axis=1)))  # type: ignore[misc]
+        for k in range(4)
+    ]
+    assert holds(rim.length, *map(sum, zip(*truth, strict=True)))
+    spline = find("bspline-hills").surface()
+    (border,) = of(spline).boundaries
+    assert border.edges == 18
+    assert border.first.patch is None
+    assert border.first.uv == ((0.0, 0.0), (0.0, 1.0))
+    triangle = of(find("monkey-saddle").surface())
+    assert [fault.place.side for fault in triangle.faulty_edges] == ["s=0", "r=0", "t=0"]
+    assert triangle.faulty_edges[1].place.uv == ((1.0, 0.0), (0.0, 1.0))
+
+
+def halves(turned: bool) -> GroupSurface:
+    """A torus as two members, one given as the mirror image of the other."""
+    torus = example("torus")
+    half = replace(torus, patches=torus.patches[:8], parts=())
+    flip = np.diag([1.0, -1, 1, 1]) if turned else np.diag([-1.0, -1, 1, 1])
+    return GroupSurface((Member(half), Member(half, name="other", matrix=flip)))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_members_that_meet_enclose_a_volume(turned: bool) -> None:
+    found = of(halves(turned))
+    assert found.closed
+    assert holds(found.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
+    assert [part.name for part in found.parts] == ["torus", "other"]
+    assert all(part.volume is None for part in found.parts)
+    assert all(holds(part.area, 0.8 * PI.pi**2, 1e-14) for part in found.parts)
+
+
+def test_members_have_volumes_of_their_own() -> None:
+    far = np.diag([2.0, 2, -2, 1])
+    far[:3, 3] = 100
+    sphere = example("sphere")
+    cap = replace(sphere, patches=sphere.patches[1:], parts=())
+    members = (
+        Member(sphere),
+        Member(cap, name="open", matrix=far @ np.diag([3.0, 3, 3, 1])),
+        Member(sphere, name="far", matrix=far),
+    )
+    found = of(GroupSurface(members))
+    assert found.volume is None
+    volumes = [part.volume for part in found.parts]
+    assert volumes[1] is None
+    assert holds(volumes[0], 4 * PI.pi / 3, 1e-14)
+    assert holds(volumes[2], 32 * PI.pi / 3, 1e-13)
+    assert found.faulty_edges[0].place.surface == 1
+    mirrored = GroupSurface((Member(cap, matrix=far),))
+    (first, *_) = of(mirrored).faulty_edges
+    plain = of(cap).faulty_edges
+    assert first.place.side in {fault.place.side for fault in plain}
+
+
+def test_gaps_that_were_closed_widen_the_interval() -> None:
+    sphere = example("sphere")
+    points = sphere.vertices[sphere.patches]
+    assert sphere.weights is not None
+    weights = sphere.weights[sphere.patches]
+    apart = points + RNG(5).uniform(-1e-7, 1e-7, points.shape)
+    patches = tuple(BezierSurface(net, w) for net, w in zip(apart, weights, strict=True))
+    surface = MultipatchSurface(patches)
+    assert of(surface).volume is None
+    found = of(surface, weld=1e-5)
+    assert found.moved > 1e-8
+    assert found.volume is not None
+    assert 1e-7 < found.volume.high - found.volume.low < 1e-4
+    assert holds(found.volume, 4 / PI.mpf(3) * PI.pi)
+    truth, error = oracle.flux(sheets_of(surface), levels=5)
+    assert holds(found.volume, truth / 3, error)
+
+
+@settings(max_examples=8, deadline=None, derandomize=True)
+@given(st.integers(0, 2**20), st.floats(-9, 9))
+def test_affine_images(seed: int, offset: float) -> None:
+    torus = example("torus")
+    matrix = np.eye(3) + RNG(seed).uniform(-0.5, 0.5, (3, 3))
+    image = replace(torus, vertices=torus.vertices @ matrix.T + offset)
+    found = of(image, 1e-1)
+    det = float(np.linalg.det(matrix))
+    volume = float(PI.mpf("0.32") * PI.pi**2 * det)
+    assert holds(found.volume, volume, 1e-13 * float(np.abs(matrix).max()) ** 3 * (1 + abs(offset)))
+    again = of(image, 1e-1)
+    assert again == found

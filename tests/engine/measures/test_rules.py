@@ -1,0 +1,96 @@
+"""Tables at 40 digits; remainders of rules so coarse that their errors are seen."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from service.engine.measures.cells import Cells, cells_of
+from service.engine.measures.local_nets import LocalNets
+from service.engine.measures.remainders import Kind, remainders
+from service.engine.measures.rules import apply_rule
+from service.engine.measures.tables import (
+    RADII,
+    UNIT,
+    basis_at_nodes,
+    chebyshev,
+    ellipse_bounds,
+    gauss,
+    weights_at_nodes,
+)
+from tests.oracles.sheets import bernstein
+
+
+@pytest.mark.parametrize("count", [2, 5, 10, 33])
+def test_nodes_and_weights_are_rounded_once(count: int) -> None:
+    nodes, weights = gauss(count)
+    with mpmath.workdps(40):
+        for t, weight in zip(nodes.tolist(), weights.tolist(), strict=True):
+            x = mpmath.findroot(lambda x: mpmath.legendre(count, x), 1 - 2 * mpmath.mpf(t))
+            slope = mpmath.diff(lambda x: mpmath.legendre(count, x), x)
+            assert abs((1 - x) / 2 / t - 1) <= 2 * UNIT
+            assert abs(1 / ((1 - x**2) * slope**2) / weight - 1) <= 2 * UNIT
+    assert weights_at_nodes(count).sum() == pytest.approx(1, abs=1e-15)
+    basis = basis_at_nodes(5, count)
+    if count > 2:  # exact up to degree 2 m − 1
+        np.testing.assert_allclose(weights_at_nodes(count) @ basis, 1 / 6, rtol=1e-14)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 4, 17])
+def test_chebyshev_coefficients(degree: int) -> None:
+    matrix = chebyshev(degree)
+    t = np.linspace(0, 1, 31)
+    shares = np.cos(np.arange(degree + 1)[:, np.newaxis] * np.arccos(2 * t - 1))
+    np.testing.assert_allclose(matrix.T @ shares, bernstein(degree)(t).T, atol=1e-14)
+    assert np.abs(matrix).sum(axis=1).max() <= 2 + 1e-13
+    angle = np.linspace(0, 2 * np.pi, 60)
+    for radius, bounds in zip(RADII, ellipse_bounds(degree), strict=True):
+        z = radius * np.exp(1j * angle)
+        for k, bound in enumerate(bounds, start=1):
+            assert np.abs((z**k + z**-k) / 2).max() <= bound * (1 + 1e-9)
+
+
+def random_cells(seed: int, rational: bool, degree: tuple[int, int]) -> Cells:
+    rng = np.random.default_rng(seed)
+    p, q = degree
+    x, y = np.meshgrid(np.linspace(-0.4, 0.4, p + 1), np.linspace(-0.4, 0.4, q + 1), indexing="ij")
+    nets = np.stack([x, y, 0 * x], axis=-1) + rng.uniform(-0.04, 0.04, (40, p + 1, q + 1, 3))
+    if rational:
+        weights = rng.uniform(0.9, 1, (40, p + 1, q + 1, 1))
+        nets = np.concatenate([nets * weights, weights], axis=-1)
+    return cells_of(nets, np.arange(40), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rational", "degree"),
+    [
+        ("size", False, (3, 3)),
+        ("size", False, (3, 0)),
+        ("size", True, (2, 4)),
+        ("size", True, (3, 0)),
+        ("flux", True, (3, 3)),
+        ("flux", True, (2, 4)),
+    ],
+)
+def test_remainders_hold_the_errors_of_coarse_rules(
+    kind: Kind, rational: bool, degree: tuple[int, int]
+) -> None:
+    cells = random_cells(sum(degree), rational, degree)
+    nets = LocalNets(cells)
+    truth, fine = apply_rule(nets, kind, 24)
+    loss = []
+    for count in (2, 3, 4):
+        bound = remainders(nets, kind, count).errors
+        sums, rounding = apply_rule(nets, kind, count)
+        off = np.abs(sums - truth)
+        if kind == "flux":
+            off = np.stack([off[0], np.sqrt((off[1:] ** 2).sum(axis=0))])
+        assert (off <= bound + rounding + fine).all()
+        assert (off > rounding).mean() > 0.7  # else nothing would be tested
+        loss.append(float(np.median(bound / off)))
+    assert loss[0] < 5e3
+    # Halves are the same surface, and their remainders are smaller.
+    parts = [cells.halved(axis) for axis in ((0, 1) if degree[1] else (0,))]
+    for part in parts:
+        sums, rounding = apply_rule(LocalNets(part), kind, 24)
+        assert (np.abs(sums[:, :40] + sums[:, 40:] - truth)[0] <= rounding[0].max() * 3).all()
+        assert remainders(LocalNets(part), kind, 4).errors.max() < bound.max()
