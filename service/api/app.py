@@ -25,6 +25,7 @@ from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,
     intersections,
+    measures,
     meshes,
     meshes_by_url,
     operations,
@@ -115,6 +116,7 @@ def _routers(settings: Settings) -> list[APIRouter]:
         evaluation.curves,
         queries.queries,
         intersections.intersections,
+        measures.measures,
         surfaces.reading,
         surfaces.storing,
         meshes_by_url.by_url,

@@ -13,6 +13,7 @@ from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.curvatures.ranges import NAMES as CURVATURES
+from service.engine.measures.integrals import NODES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME as WIRES
@@ -60,6 +61,10 @@ PLACE, POINT, CONVERTED = 400, 700, 100
 
 SIGNS = 64 << 20
 """Bytes while pairs of points and cells are looked at for signs."""
+
+MEASURED, CELLS_OF_MEASURES = 128, 64 << 20
+"""Bytes for each control point of the cells that are measured; and of arrays while a run of them
+is."""
 
 CELL, CELLS_OF_QUERIES = 1000, 384 << 20
 """Bytes for each patch in which closest points are looked for, beside its net; and of all cells,
@@ -142,6 +147,22 @@ def rays_cost(patches: int, degree: tuple[int, int], own: int, count: int, hits:
     file = 1000 + count * 16 + hits * HIT_CHARS
     base = project_cost(patches, degree, own, count, file, sign=False)
     return replace(base, memory=base.memory + HIT * hits)
+
+
+def measure_effort(degree: tuple[int, int]) -> int:
+    """Multiplications for each patch that is measured, at least."""
+    p, q = max(degree), min(degree)
+    nodes = max(NODES, 2 * p)
+    return 18 * nodes * (q + 1) * (p + 1 + nodes) + 200 * nodes**2
+
+
+def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
+    """Of the measures of a surface, whose cells have at most `budget` control points more."""
+    (p, q), nets = size.degree, size.grids + 3 * size.triangles
+    points = nets * (p + 1) * (q + 1)
+    memory = 2 * lowering_memory(size) + MEASURED * (points + budget) + CELLS_OF_MEASURES
+    work = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
+    return Cost(0, 0, file, memory + 2 * file, work)
 
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:

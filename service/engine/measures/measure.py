@@ -29,13 +29,14 @@ from service.engine.measures.edges import DirectedEdges, direct_edges, open_loop
 from service.engine.measures.integrals import estimate, growth, integrate
 from service.engine.measures.local_nets import UPWARDS
 from service.engine.measures.sources import SidePlace, Source, sources
+from service.engine.options import MeshOptions
 from service.engine.queries.nets import QueryNets, frame, surface_nets
 from service.surface.lowered import Model, PatchModel
 
 TOLERANCE = 1e-6
 """Relative width of intervals, if nothing is said."""
 
-WELD_TOLERANCE = 1e-12
+WELD_TOLERANCE = MeshOptions().weld_tolerance
 
 BUDGET = 1 << 20
 """Control points of the cells of one integral: some seconds."""

@@ -82,9 +82,11 @@ class Source:
         index, model = patch - piece.first, piece.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
         surface, placed, given = piece.members[0]
-        turned = not piece.is_cluster and _mirrors(placed)
-        if turned:
-            side, ends = side ^ 2, ends[:, ::-1]
+        # Where s and t of a triangle have changed places, its side r = 0 is where it was.
+        is_triangle = bool(triangular_patches(self.model.batches)[patch])
+        other = side if is_triangle and side == 1 else side ^ 2
+        if not piece.is_cluster and _mirrors(placed):
+            side, ends = other, ends[:, ::-1]
         if model.domains:
             ends, domain = in_domains(model, np.array([index, index]), ends)
             index = int(domain[0])
@@ -95,7 +97,7 @@ class Source:
             surface, placed, given = piece.members[member]
             index -= int(ends_of[member]) - counts[member]
             if _mirrors(placed):
-                side, ends = side ^ 2, ends[:, ::-1]
+                side, ends = other, ends[:, ::-1]
         names, patch_number = SIDES, None if len(given.domains) == 1 else index
         if not given.domains:
             if triangular_patches(given.batches)[index]:

@@ -237,10 +237,10 @@ def test_gaps_that_were_closed_widen_the_interval() -> None:
     patches = tuple(BezierSurface(net, w) for net, w in zip(apart, weights, strict=True))
     surface = MultipatchSurface(patches)
     assert of(surface).volume is None
-    found = of(surface, weld=1e-5)
+    found = of(surface, weld=1e-6)
     assert found.moved > 1e-8
     assert found.volume is not None
-    assert 1e-7 < found.volume.high - found.volume.low < 1e-4
+    assert 1e-7 < found.volume.high - found.volume.low < 2e-5
     assert holds(found.volume, 4 / PI.mpf(3) * PI.pi)
     truth, error = oracle.flux(sheets_of(surface), levels=5)
     assert holds(found.volume, truth / 3, error)

@@ -1,0 +1,70 @@
+"""Measures of surfaces: areas, lengths of borders, volumes, centroids."""
+
+from fastapi import APIRouter, Response
+
+from service.api.answers import bytes_response
+from service.api.body import BodyRoute
+from service.api.models.measure import SurfaceMeasures
+from service.api.openapi.examples import show_answers
+from service.api.openapi.parameters import Json, json_body
+from service.api.openapi.responses import POST_ERRORS, answer
+from service.api.services import ContextDep
+from service.pipeline.measure import plan_measure
+from service.schemas.measure import MeasureRequest
+
+measures = APIRouter(route_class=BodyRoute)
+
+_MEASURED: Json = {
+    "brick": {
+        "summary": "A brick: its volume, its centroid and its faces",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [
+                    [0, 0, 0], [1, 0, 0], [0, 2, 0], [1, 2, 0],
+                    [0, 0, 3], [1, 0, 3], [0, 2, 3], [1, 2, 3],
+                ],
+                "patches": [
+                    [[0, 1], [2, 3]], [[4, 6], [5, 7]], [[0, 4], [1, 5]],
+                    [[2, 3], [6, 7]], [[0, 2], [4, 6]], [[1, 5], [3, 7]],
+                ],
+            }
+        },
+    },
+    "saddle": {
+        "summary": "The area and the border of an open patch",
+        "value": {
+            "surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]},
+            "tolerance": 1e-9,
+        },
+    },
+}  # fmt: skip
+show_answers(
+    "measureSurface",
+    _MEASURED,
+    MeasureRequest,
+    lambda wanted: plan_measure(wanted.to_surface(), wanted.to_query()).run(),
+)
+
+
+@measures.post(
+    "/v1/measure",
+    operation_id="measureSurface",
+    tags=["queries"],
+    summary="Area, volume, centroid and lengths of borders, each with a proved interval",
+    response_model=SurfaceMeasures,
+    response_description="The measures.",
+    responses={200: answer(), **POST_ERRORS},
+    openapi_extra=json_body(_MEASURED),
+)
+async def measure_surface(wanted: MeasureRequest, context: ContextDep) -> Response:
+    """Measures a surface: every number comes with an interval that provably holds the truth.
+
+    A surface has a volume if all of its edges meet, and its patches are oriented consistently;
+    `faulty_edges` are the reason where they do not. Intervals that cannot be as narrow as
+    `tolerance` asks within the limits of the service are wider, and `reached` is false. Tubes and
+    ribbons are not measured (`not_parametric`).
+    """
+    services, job, *_ = context
+    work = plan_measure(wanted.to_surface(), wanted.to_query(), services.limits)
+    return bytes_response(await job.run(work, "measure"), job)

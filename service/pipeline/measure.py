@@ -1,0 +1,141 @@
+"""A surface in, its area, volume, centroid and borders out, each number with an interval."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from service.encoders.text import LONGEST_ESCAPE, json_document
+from service.engine.measures.measure import (
+    BUDGET,
+    MOST_LISTED,
+    Interval,
+    MeasureQuery,
+    Measures,
+    PartMeasures,
+    measure,
+)
+from service.engine.measures.sources import SidePlace
+from service.errors import InvalidRequest
+from service.measuring import Measured
+from service.pipeline.checks import check_surface
+from service.pipeline.cost import Cost, measure_cost, measure_effort
+from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.surface.lowered import PatchModel
+from service.surface.sizes import SurfaceKind
+
+PART, SIDE = 800, 600
+"""Bytes of a part, its name apart, and of a side or a border, in an answer, at most."""
+
+POINT = 5000
+"""Multiplications for each control point of a cell, about."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MeasureWork:
+    """A surface that may be measured."""
+
+    surface: SurfaceKind
+    query: MeasureQuery
+    limits: Limits
+    cost: Cost
+
+    def run(self) -> bytes:
+        """The answer as JSON.
+
+        Raises
+        ------
+        InvalidRequest
+            `not_parametric`, of tubes and ribbons.
+        TooLarge
+            If surfaces, cut to meet others, are too many patches.
+        """
+        try:
+            lowered = self.surface.lower()
+            with Measured("measure"):
+                return json_document(measures_object(measure(lowered, self.query, self._allow)))
+        except InvalidRequest as error:
+            raise error.within("/surface") from None
+
+    def _allow(self, model: PatchModel) -> None:
+        degrees = [batch.side_degrees for batch in model.batches]
+        degree = max(max(each[2:]) for each in degrees), max(max(each[:2]) for each in degrees)
+        _check_effort(model.patch_count, degree, self.limits)
+
+
+def plan_measure(
+    surface: SurfaceKind, query: MeasureQuery, limits: Limits = DEFAULT_LIMITS
+) -> MeasureWork:
+    """What is to be measured, found affordable from the shapes of the arrays.
+
+    Raises
+    ------
+    TooLarge
+    """
+    size = surface.size()
+    check_surface(size, limits)
+    _check_effort(size.patches, size.degree, limits)
+    file = 1000 + PART * size.parts + LONGEST_ESCAPE * size.name_bytes + 2 * SIDE * MOST_LISTED
+    limits.check_bytes(file, "The answer could become too large.", "/surface")
+    query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT))
+    cost = measure_cost(size, query.budget, file)
+    limits.check_memory(cost.memory, "The answer", "/surface", "a smaller surface")
+    return MeasureWork(surface, query, limits, cost)
+
+
+def _check_effort(patches: int, degree: tuple[int, int], limits: Limits) -> None:
+    message = "The surface has more patches than this service measures at once."
+    effort = patches * measure_effort(degree)
+    limits.check_effort(effort, message, "/surface", "fewer patches, or patches of a lower degree")
+
+
+def measures_object(found: Measures) -> dict[str, Any]:
+    """The measures as JSON objects; what is not known is left out."""
+    return {
+        "area": _interval(found.area),
+        **_solid(found.volume, found.centroid),
+        "closed": found.closed,
+        "boundary_length": _interval(found.boundary_length),
+        "boundary_count": found.loops,
+        "boundaries": [
+            {
+                "length": _interval(each.length),
+                "edges": each.edges,
+                "closed": each.closed,
+                "first_edge": _side(each.first),
+            }
+            for each in found.boundaries
+        ],
+        "open_edges": found.open_edges,
+        "inconsistent_edges": found.inconsistent_edges,
+        "faulty_edges": [
+            {"open": each.is_open, **_side(each.place)} for each in found.faulty_edges
+        ],
+        "parts": [_part(part) for part in found.parts],
+        "reached": found.reached,
+        "moved": found.moved,
+    }
+
+
+def _part(part: PartMeasures) -> dict[str, Any]:
+    solid = _solid(part.volume, part.centroid)
+    return {"name": part.name, "area": _interval(part.area), **solid}
+
+
+def _solid(volume: Interval | None, centroid: tuple[Interval, ...] | None) -> Mapping[str, Any]:
+    solid: dict[str, Any] = {}
+    if volume is not None:
+        solid["volume"] = _interval(volume)
+    if centroid is not None:
+        solid["centroid"] = [_interval(coordinate) for coordinate in centroid]
+    return solid
+
+
+def _interval(interval: Interval) -> dict[str, float]:
+    return {"value": interval.value, "low": interval.low, "high": interval.high}
+
+
+def _side(place: SidePlace) -> dict[str, Any]:
+    side: dict[str, Any] = {"side": place.side, "uv": place.uv}
+    if place.patch is not None:
+        side = {"patch": place.patch, **side}
+    return side if place.surface is None else {"surface": place.surface, **side}

@@ -1,0 +1,110 @@
+"""POST /v1/measure: bricks, open surfaces, parts, every example, and refused requests."""
+
+from math import pi
+from typing import Any
+
+import numpy as np
+import orjson
+import pytest
+
+from service.api.models.measure import SurfaceMeasures
+from service.engine.measures.measure import MeasureQuery
+from service.errors import TooLarge
+from service.pipeline.limits import Limits
+from service.pipeline.measure import plan_measure
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import EXAMPLES
+from tests.api.client import Client
+
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+CORNERS = [[x, 2 * y, 3 * z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+FACES = [
+    [[0, 1], [2, 3]], [[4, 6], [5, 7]], [[0, 4], [1, 5]],
+    [[2, 3], [6, 7]], [[0, 2], [4, 6]], [[1, 5], [3, 7]],
+]  # fmt: skip
+SLOW = {"tea-service", "swept-wing"}
+
+
+def brick(faces: Any) -> dict[str, Any]:
+    return {"type": "patches", "vertices": CORNERS, "patches": faces}
+
+
+def ask(client: Client, **fields: Any) -> Any:
+    answer = client.post("/v1/measure", fields)
+    assert answer.status_code == 200, answer.text
+    SurfaceMeasures.model_validate_json(answer.content)
+    return answer.json()
+
+
+def is_about(interval: dict[str, float], truth: float, width: float = 1e-6) -> bool:
+    low, high = interval["low"], interval["high"]
+    return low <= truth <= high and high - low <= width * max(abs(truth), 1)
+
+
+def test_a_brick(client: Client) -> None:
+    found = ask(client, surface=brick(FACES))
+    assert is_about(found["area"], 22)
+    assert is_about(found["volume"], 6, 1e-12)
+    assert all(is_about(*each) for each in zip(found["centroid"], (0.5, 1, 1.5), strict=True))
+    assert found["closed"]
+    assert found["reached"]
+    assert found["parts"][0]["volume"] == found["volume"]
+
+
+def test_an_open_brick_and_a_turned_face(client: Client) -> None:
+    found = ask(client, surface=brick(FACES[:5]))
+    assert "volume" not in found
+    assert [edge["patch"] for edge in found["faulty_edges"]] == [0, 1, 2, 3]
+    assert all(edge["open"] for edge in found["faulty_edges"])
+    (border,) = found["boundaries"]
+    assert is_about(border["length"], 10)
+    assert border["first_edge"] == {"patch": 0, "side": "v=1", "uv": [[0, 1], [1, 1]]}
+    turned = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
+    found = ask(client, surface=brick(turned))
+    assert (found["open_edges"], found["inconsistent_edges"]) == (0, 8)
+    assert not any(edge["open"] for edge in found["faulty_edges"])
+
+
+@pytest.mark.parametrize("name", sorted(set(EXAMPLES) - SLOW))
+def test_every_example(client: Client, name: str) -> None:
+    surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
+    answer = client.post("/v1/measure", {"surface": surface, "tolerance": 1e-2})
+    if answer.status_code == 422:
+        issue = answer.json()["errors"][0]
+        assert (issue["code"], issue["pointer"]) == ("not_parametric", "/surface")
+        return
+    found = answer.json()
+    assert found["reached"]
+    assert found["closed"] == (found["open_edges"] + found["inconsistent_edges"] == 0)
+    assert ("volume" in found) == found["closed"]
+    if name == "sphere":
+        assert is_about(found["volume"], 4 / 3 * pi, 1e-2)
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "pointer"),
+    [
+        ({}, "missing_field", "/surface"),
+        ({"surface": {"control_net": NET}, "tolerance": 0}, "out_of_range", "/tolerance"),
+        ({"surface": {"control_net": NET}, "weld_tolerance": 1}, "out_of_range", "/weld_tolerance"),
+        ({"surface": {"control_net": NET}, "points": []}, "unknown_field", "/points"),
+    ],
+)
+def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
+    answer = client.post("/v1/measure", fields)
+    assert answer.status_code == 422, answer.text
+    issue = answer.json()["errors"][0]
+    assert (issue["code"], issue["pointer"]) == (code, pointer)
+
+
+def test_too_much_is_refused_before_any_work_and_hard_ones_say_so() -> None:
+    rng = np.random.default_rng(1)
+    surface = BsplineSurface(rng.uniform(0, 1, (40, 40, 3)))
+    query = MeasureQuery(1e-12)
+    with pytest.raises(TooLarge) as refused:
+        plan_measure(surface, query, Limits(max_multiplications=1_000_000))
+    assert refused.value.issues[0].code == "too_costly"
+    found = orjson.loads(plan_measure(surface, query, Limits(max_multiplications=10**8)).run())
+    assert not found["reached"]
+    area = found["area"]
+    assert 0 < area["high"] - area["low"] < area["value"]
