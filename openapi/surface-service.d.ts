@@ -171,6 +171,31 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/measure": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Area, volume, centroid and lengths of borders, each with a proved interval
+         * @description Measures a surface: every number comes with an interval that provably holds the truth.
+         *
+         *     A surface has a volume if all of its edges meet, and its patches are oriented consistently;
+         *     `faulty_edges` are the reason where they do not. Intervals that cannot be as narrow as
+         *     `tolerance` asks within the limits of the service are wider, and `reached` is false. Tubes and
+         *     ribbons are not measured (`not_parametric`).
+         */
+        post: operations["measureSurface"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/surfaces": {
         parameters: {
             query?: never;
@@ -668,6 +693,26 @@ export interface components {
              * @example sail
              */
             name?: string;
+        };
+        /**
+         * Boundary
+         * @description An open border: edges one after another, with the surface on the left of them.
+         */
+        Boundary: {
+            /** @description Its length. */
+            length: components["schemas"]["Interval"];
+            /**
+             * Edges
+             * @description How many edges it has.
+             */
+            edges: number;
+            /**
+             * Closed
+             * @description Whether it returns to where it begins.
+             */
+            closed: boolean;
+            /** @description Its first edge. */
+            first_edge: components["schemas"]["EdgePlace"];
         };
         /**
          * Bounds
@@ -1361,6 +1406,37 @@ export interface components {
             curve: components["schemas"]["CurveDefinition"];
         };
         /**
+         * EdgePlace
+         * @description A side of a patch.
+         */
+        EdgePlace: {
+            /**
+             * Surface
+             * @description Of a group: the number of the member.
+             */
+            surface?: number;
+            /**
+             * Patch
+             * @description The number of the patch, of a `multipatch` of the surface, in the order of the request. Left
+             *     out of one surface with parameters of its own.
+             */
+            patch?: number;
+            /**
+             * Side
+             * @description Which side it is; s, r, t are those of triangles.
+             * @enum {string}
+             */
+            side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
+            /**
+             * Uv
+             * @description Parameters (u, v) at both ends, of the surface where it has a domain; of triangles (s, t).
+             */
+            uv: [
+                number,
+                number
+            ][];
+        };
+        /**
          * ElevateDefinition
          * @description Raises the degree; the points stay. Degrees can be raised, not lowered.
          *
@@ -1484,6 +1560,43 @@ export interface components {
              * @description Why it would not, in the formats in which it would not.
              */
             refused: components["schemas"]["Refusal"][];
+        };
+        /**
+         * FaultyEdge
+         * @description A side for which the surface has no volume.
+         */
+        FaultyEdge: {
+            /**
+             * Surface
+             * @description Of a group: the number of the member.
+             */
+            surface?: number;
+            /**
+             * Patch
+             * @description The number of the patch, of a `multipatch` of the surface, in the order of the request. Left
+             *     out of one surface with parameters of its own.
+             */
+            patch?: number;
+            /**
+             * Side
+             * @description Which side it is; s, r, t are those of triangles.
+             * @enum {string}
+             */
+            side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
+            /**
+             * Uv
+             * @description Parameters (u, v) at both ends, of the surface where it has a domain; of triangles (s, t).
+             */
+            uv: [
+                number,
+                number
+            ][];
+            /**
+             * Open
+             * @description Whether it is alone on its edge. Else the patches that meet there do not pass the edge as
+             *     often in one direction as in the other: one of them is turned round, or there are too many.
+             */
+            open: boolean;
         };
         /**
          * Format
@@ -1694,6 +1807,49 @@ export interface components {
              * @example 0.000001
              */
             relative_thickness?: number;
+        };
+        /**
+         * Interval
+         * @description A number, and an interval that provably holds the truth, rounding included.
+         */
+        Interval: {
+            /**
+             * Value
+             * @description About in the middle of the interval.
+             */
+            value: number;
+            /**
+             * Low
+             * @description The truth is not less.
+             */
+            low: number;
+            /**
+             * High
+             * @description The truth is not greater.
+             */
+            high: number;
+        };
+        /**
+         * MeasureRequest
+         * @description A surface that is measured.
+         */
+        MeasureRequest: {
+            /** @description The surface, by its control points. */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Tolerance
+             * @description How wide intervals may be: as a part of the area, of the length of all borders, and of the volume of the whole; those of the centroid as a part of the diagonal of the box of the control points.
+             * @default 0.000001
+             * @example 1e-9
+             */
+            tolerance?: number;
+            /**
+             * Weld Tolerance
+             * @description The share of the diagonal within which control points on borders of patches count as one, as in a mesh. The intervals of volumes hold whatever lies in the gaps that were closed so.
+             * @default 1e-12
+             * @example 0.000001
+             */
+            weld_tolerance?: number;
         };
         /**
          * MemberDefinition
@@ -2349,6 +2505,29 @@ export interface components {
         };
         /** @description A step of a conversion: `op` tells the kind. */
         OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
+        /**
+         * PartMeasures
+         * @description A named part, or a member of a group.
+         */
+        PartMeasures: {
+            /**
+             * Name
+             * @description Its name.
+             */
+            name: string;
+            /** @description Its area. */
+            area: components["schemas"]["Interval"];
+            /**
+             * Volume
+             * @description The volume that it encloses by itself, if it does.
+             */
+            volume?: components["schemas"]["Interval"];
+            /**
+             * Centroid
+             * @description The centroid of that volume, x, y, z.
+             */
+            centroid?: components["schemas"]["Interval"][];
+        };
         /**
          * PartReport
          * @description Facts about a part.
@@ -3309,6 +3488,75 @@ export interface components {
             surfaces: components["schemas"]["SurfaceSummary"][];
         };
         /**
+         * SurfaceMeasures
+         * @description Measures of a surface, in the units of its control points.
+         */
+        SurfaceMeasures: {
+            /** @description The area of all patches. */
+            area: components["schemas"]["Interval"];
+            /**
+             * Volume
+             * @description The volume that the patches enclose: positive where normals point outwards, and negative
+             *     where they point inwards. Left out of surfaces that are open or not consistently oriented.
+             */
+            volume?: components["schemas"]["Interval"];
+            /**
+             * Centroid
+             * @description The centroid of that volume, x, y, z.
+             */
+            centroid?: components["schemas"]["Interval"][];
+            /**
+             * Closed
+             * @description Whether every edge is passed as often in one direction as in the other.
+             */
+            closed: boolean;
+            /** @description The length of all open borders. */
+            boundary_length: components["schemas"]["Interval"];
+            /**
+             * Boundary Count
+             * @description How many open borders there are.
+             */
+            boundary_count: number;
+            /**
+             * Boundaries
+             * @description The first 100 of them.
+             */
+            boundaries: components["schemas"]["Boundary"][];
+            /**
+             * Open Edges
+             * @description Sides that are alone on their edge.
+             */
+            open_edges: number;
+            /**
+             * Inconsistent Edges
+             * @description Sides on other edges for which the surface has no volume.
+             */
+            inconsistent_edges: number;
+            /**
+             * Faulty Edges
+             * @description The first 100 of both.
+             */
+            faulty_edges: components["schemas"]["FaultyEdge"][];
+            /**
+             * Parts
+             * @description The parts, in their order, or the members of a group. No interval is wider than those of the
+             *     whole may be.
+             */
+            parts: components["schemas"]["PartMeasures"][];
+            /**
+             * Reached
+             * @description Whether all intervals of the whole are as narrow as `tolerance` asks. They are wider where
+             *     that would take too long.
+             */
+            reached: boolean;
+            /**
+             * Moved
+             * @description How far control points were moved at most, so that borders meet; intervals have room for
+             *     it.
+             */
+            moved: number;
+        };
+        /**
          * SurfaceRequest
          * @description A surface and nothing else: to store it.
          */
@@ -3995,6 +4243,7 @@ export interface components {
 export type BezierConversion = components['schemas']['BezierConversion'];
 export type BezierCurveDefinition = components['schemas']['BezierCurveDefinition'];
 export type BezierDefinition = components['schemas']['BezierDefinition'];
+export type Boundary = components['schemas']['Boundary'];
 export type Bounds = components['schemas']['Bounds'];
 export type BsplineCurveDefinition = components['schemas']['BsplineCurveDefinition'];
 export type BsplineDefinition = components['schemas']['BsplineDefinition'];
@@ -4007,13 +4256,17 @@ export type CurveBounds = components['schemas']['CurveBounds'];
 export type CurveDefinition = components['schemas']['CurveDefinition'];
 export type CurveReport = components['schemas']['CurveReport'];
 export type CurveRequest = components['schemas']['CurveRequest'];
+export type EdgePlace = components['schemas']['EdgePlace'];
 export type ElevateDefinition = components['schemas']['ElevateDefinition'];
 export type Estimate = components['schemas']['Estimate'];
+export type FaultyEdge = components['schemas']['FaultyEdge'];
 export type Format = components['schemas']['Format'];
 export type FormatList = components['schemas']['FormatList'];
 export type GroupDefinition = components['schemas']['GroupDefinition'];
 export type Health = components['schemas']['Health'];
 export type IntersectRequest = components['schemas']['IntersectRequest'];
+export type Interval = components['schemas']['Interval'];
+export type MeasureRequest = components['schemas']['MeasureRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
 export type Mesh = components['schemas']['Mesh'];
@@ -4023,6 +4276,7 @@ export type MeshReport = components['schemas']['MeshReport'];
 export type MeshRequest = components['schemas']['MeshRequest'];
 export type MultipatchDefinition = components['schemas']['MultipatchDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
+export type PartMeasures = components['schemas']['PartMeasures'];
 export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
 export type Points = components['schemas']['Points'];
@@ -4043,6 +4297,7 @@ export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
 export type SurfaceDocument = components['schemas']['SurfaceDocument'];
 export type SurfaceLinks = components['schemas']['SurfaceLinks'];
 export type SurfaceList = components['schemas']['SurfaceList'];
+export type SurfaceMeasures = components['schemas']['SurfaceMeasures'];
 export type SurfaceRequest = components['schemas']['SurfaceRequest'];
 export type SurfaceSummary = components['schemas']['SurfaceSummary'];
 export type TransposeDefinition = components['schemas']['TransposeDefinition'];
@@ -4550,6 +4805,47 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["RayHits"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
+        };
+    };
+    measureSurface: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MeasureRequest"];
+            };
+        };
+        responses: {
+            /** @description The measures. */
+            200: {
+                headers: {
+                    /**
+                     * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SurfaceMeasures"];
                 };
             };
             400: components["responses"]["MalformedJson"];
