@@ -1227,6 +1227,7 @@ export interface components {
              * @description Of a surface, where `sign` asks: -1 inside, 1 outside, so that sign times distance is the
              *     signed distance. A point is inside where the surface winds round it, whichever way the normals
              *     point; this is proved, by winding numbers. Null where it is not known: on the surface or almost,
+             *     where the work of a request is used up, as it may be by some 10,000 points close to the surface,
              *     and everywhere if the surface is open, or its patches do not agree about what is outside.
              */
             signs?: (number | null)[];

@@ -8,7 +8,8 @@ together. What is known of a cell depends on its net and its rectangle alone: an
 on what was asked before.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +23,19 @@ DEEPEST = 96
 
 MOST_BYTES = 96 << 20
 """Of the cells at a time, nets included, beyond the whole nets."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """What is computed of every cell: a function of nets, halvings and the largest coordinate."""
+
+    models: Callable[[FloatArray, Ints, float], FloatArray]
+    columns: int
+    sizes: tuple[int, int]
+    """Columns of the lengths along a and b."""
+
+
+FULL = Table(columns.cell_models, columns.COLUMNS, (columns.SIZE_A, columns.SIZE_B))
 
 
 class CellTree:
@@ -41,8 +55,8 @@ class CellTree:
         Whether the sides u₀, u₁, v₀, v₁ of a cell are one point: a side of a net that is one.
     """
 
-    def __init__(self, nets: QueryNets) -> None:
-        self.nets = nets
+    def __init__(self, nets: QueryNets, table: Table = FULL) -> None:
+        self.nets, self._table = nets, table
         self.largest = max(
             float(np.abs(_points(g.nets)).max(initial=0.0)) * 3**0.5 for g in nets.groups
         )
@@ -53,7 +67,7 @@ class CellTree:
         self._spaces = [_NetSpace(g.nets[:0]) for g in nets.groups]
         self.count = 0
         total = len(nets.patch)
-        self.models = np.empty((columns.COLUMNS, total))
+        self.models = np.empty((table.columns, total))
         self.place = np.empty((4, total))
         self.net = np.empty(total, np.intp)
         self.point_sides = np.zeros((4, total), bool)
@@ -73,7 +87,7 @@ class CellTree:
     @property
     def nbytes(self) -> int:
         """Bytes of the cells beyond the whole nets, about."""
-        per_cell = 8 * (columns.COLUMNS + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
+        per_cell = 8 * (len(self.models) + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
         return int((self.count - self.roots) * per_cell)
 
     @cached_property
@@ -84,13 +98,6 @@ class CellTree:
             np.min([each.min(axis=0) for each in points], axis=0),
             np.max([each.max(axis=0) for each in points], axis=0),
         )
-
-    def nets_of(self, cells: Ints) -> Iterator[tuple[Ints, FloatArray]]:
-        """Numbers in `cells` of those of each degree, and their nets (K, p+1, q+1, 3 or 4)."""
-        for number, space in enumerate(self._spaces):
-            rows = np.flatnonzero(self._group[cells] == number)
-            if len(rows):
-                yield rows, space.nets[self._row[cells[rows]]]
 
     def forget_much(self) -> None:
         """Drops all cells but the whole nets, if they take much memory."""
@@ -134,7 +141,7 @@ class CellTree:
 
     def _halve(self, cells: Ints) -> None:
         """Makes the children of cells that have none."""
-        a, b = self.models[columns.SIZE_A, cells], self.models[columns.SIZE_B, cells]
+        a, b = (self.models[size, cells] for size in self._table.sizes)
         along_a, along_b = 2 * a >= b, (2 * b > a) & (b > 0)
         self._children[cells] = np.where(along_a & along_b, 4, 2)
         for on_a, on_b in ((True, False), (False, True), (True, True)):
@@ -169,7 +176,7 @@ class CellTree:
         if last > len(self.net):
             self._grow(max(last, 2 * len(self.net)))
         run = slice(first, last)
-        self.models[:, run] = columns.cell_models(nets, depth, self.largest)
+        self.models[:, run] = self._table.models(nets, depth, self.largest)
         self._group[run], self._depth[run], self._child[run] = group, depth, -1
         self._row[run] = self._spaces[group].append(nets)
         self.count = last

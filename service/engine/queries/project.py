@@ -64,9 +64,9 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         normals (m, 3); on_boundary (m,); signs (m,) if asked, NaN where they are not known.
     """
     nets = surface_nets(model.batches)
-    search, found, columns = _closest(nets, query)
+    found, columns = _closest(nets, query)
     if query.sign:
-        columns["signs"] = signs(model, search.cells, nets.local(query.points), found.low)
+        columns["signs"] = signs(model, nets, nets.local(query.points), found.low)
     patch = nets.patch[found.net]
     local = nets.parameters(found.net, found.place)
     columns |= surface_columns(model, patch, local, net_normals(nets, found.net, found.place))
@@ -83,9 +83,7 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    _, found, columns = _closest(
-        nets, ProjectQuery(to_space(query.points), query.relative_tolerance)
-    )
+    found, columns = _closest(nets, ProjectQuery(to_space(query.points), query.relative_tolerance))
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     places = CurveSamples(found.net, found.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)
@@ -148,23 +146,18 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
     return uv, number
 
 
-def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestSearch, ClosestPoints, Columns]:
-    """The search, where the closest points are, and what is said of them on all shapes alike."""
+def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:
+    """Where the closest points are, and what is said of them on surfaces and curves alike."""
     width = query.relative_tolerance * nets.diagonal
-    search = ClosestSearch(nets, width / nets.scale)
-    found = search.find(nets.local(query.points))
+    found = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
     bounds = np.stack([found.low, found.high], axis=1) * nets.scale
-    return (
-        search,
-        found,
-        {
-            "positions": nets.origin + found.position * nets.scale,
-            "distances": found.distance * nets.scale,
-            "distance_bounds": bounds,
-            "reached": bounds[:, 1] - bounds[:, 0] <= width,
-            "tied": found.tied,
-        },
-    )
+    return found, {
+        "positions": nets.origin + found.position * nets.scale,
+        "distances": found.distance * nets.scale,
+        "distance_bounds": bounds,
+        "reached": bounds[:, 1] - bounds[:, 0] <= width,
+        "tied": found.tied,
+    }
 
 
 def _on_boundary(model: PatchModel, patch: Ints, local: FloatArray) -> Bools:

@@ -12,7 +12,8 @@ from service.engine.joining.join import join
 from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
 from service.engine.queries.cells import CellTree
-from service.engine.queries.winding import winding_numbers
+from service.engine.queries.nets import QueryNets
+from service.engine.queries.winding import CHORDS, winding_numbers
 from service.surface.lowered import PatchModel
 
 LEFT = np.array([-1, 1, 1, -1])
@@ -22,15 +23,15 @@ SAME_EDGE = 2.0**-40
 """How far sides that are one edge may be apart by their weights, in units of the diagonal."""
 
 
-def signs(model: PatchModel, cells: CellTree, x: FloatArray, low: FloatArray) -> FloatArray:
+def signs(model: PatchModel, nets: QueryNets, x: FloatArray, low: FloatArray) -> FloatArray:
     """−1 inside, +1 outside; NaN where this is not known, as everywhere about an open surface.
 
     A point is inside where the winding number is not 0, whichever way the normals point.
 
     Parameters
     ----------
-    cells : CellTree
-        Of the nets of the model.
+    nets : QueryNets
+        Of the model.
     x : ndarray of float64, shape (m, 3)
         In the coordinates of these nets.
     low : ndarray of float64, shape (m,)
@@ -39,8 +40,8 @@ def signs(model: PatchModel, cells: CellTree, x: FloatArray, low: FloatArray) ->
     joined, seams = join(model, MeshOptions().weld_tolerance)
     if not is_closed(seams):
         return np.full(len(x), np.nan)
-    gap = (joined.moved + SAME_EDGE * model.diagonal) / cells.nets.scale
-    numbers = winding_numbers(cells, x, low, gap)
+    gap = (joined.moved + SAME_EDGE * model.diagonal) / nets.scale
+    numbers = winding_numbers(CellTree(nets, CHORDS), x, low, gap)
     return np.where(np.isnan(numbers), np.nan, np.where(numbers != 0, -1.0, 1.0))
 
 

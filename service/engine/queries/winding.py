@@ -46,7 +46,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
-from service.engine.queries.cells import CellTree
+from service.engine.queries.cells import CellTree, Table
 
 ROOM = 0.95 * 2 * pi
 """What bounds of solid angles may add up to."""
@@ -61,8 +61,15 @@ ROUNDING = 1e-6
 CLEAR = 0.1
 """How far outside the ball of a cell x must be, in radii, for the solid angle to be computed."""
 
-PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 30_000_000, 1 << 14
-"""Pairs of a point and a cell: at a time; of a request, some 10 s; of one point on one level."""
+PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 12_000_000, 1 << 14
+"""Pairs of a point and a cell: at a time; of a request, some 20 s; of one point on one level."""
+
+FEWEST = 1
+"""Points that are looked at together, at least."""
+
+SIZE_A, SIZE_B, AREA, SPREAD, CORNERS, COLUMNS = 5, 6, 7, 8, 9, 21
+"""Columns of `chord_models` behind ball and error: lengths along a and b, Σ A without g, what g is
+multiplied by, and the corners in the order of the border."""
 
 
 def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float) -> FloatArray:
@@ -71,7 +78,7 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
     Parameters
     ----------
     cells : CellTree
-        Of the nets of a closed surface, in whose coordinates x is.
+        Of the nets of a closed surface, in whose coordinates x is, with the table `CHORDS`.
     low : ndarray of float64, shape (m,)
         Lower bounds of the distances to the surface.
     gap : float
@@ -87,10 +94,8 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
     is_inside = ((places >= lowest) & (places <= highest)).all(axis=1)
     found = np.where(is_inside, np.nan, 0.0)
     inner = np.flatnonzero(is_inside)
-    left, size = MOST_PAIRS, max(1, PAIRS // cells.roots)
-    for first in range(0, len(inner), size):
-        if left <= 0:
-            break
+    left, first, size = MOST_PAIRS, 0, max(FEWEST, PAIRS // cells.roots)
+    while first < len(inner) and left > 0:
         checkpoint()
         some = inner[first : first + size]
         for small in SMALL:
@@ -98,8 +103,13 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
             found[some] = search.numbers()
             left -= search.looked
             some = some[search.bound > ROOM]
-            if not len(some):
+            if not len(some) or cells.is_full:
                 break
+        if cells.is_full and size > FEWEST:
+            found[inner[first : first + size]] = np.nan
+            size //= 4  # the cells of fewer points find room
+        else:
+            first += size
         cells.forget_much()
     numbers[rows] = found[inverse.ravel()]
     return numbers
@@ -157,13 +167,14 @@ class _Chunk:
     def angles(self, point: Ints, cell: Ints) -> tuple[FloatArray, FloatArray]:
         """Solid angles of the triangles of cells, and bounds of their errors; ∞ where x is near."""
         distinct, number = np.unique(cell, return_inverse=True)
-        corners, areas = chord_models(self.cells, distinct, self.gap)
-        spheres = self.cells.models[:4, distinct]
+        model = self.cells.models[:, distinct]
+        areas = model[AREA] + model[SPREAD] * self.gap
+        corners = model[CORNERS:].reshape(4, 3, -1)
         angle, bound = np.empty(len(point)), np.empty(len(point))
         for first in range(0, len(point), PAIRS):
             rows = slice(first, first + PAIRS)
             x, which = self.x[:, point[rows]], number[rows]
-            sphere = spheres[:, which]
+            sphere = model[:4, which]
             away = x - sphere[:3]
             clear = np.sqrt((away * away).sum(axis=0)) * (1 - 8 * columns.UNIT) - sphere[3]
             is_near = clear <= CLEAR * sphere[3] + self.gap
@@ -173,37 +184,55 @@ class _Chunk:
         return angle, bound
 
 
-def chord_models(cells: CellTree, which: Ints, gap: float) -> tuple[FloatArray, FloatArray]:
-    """Corners (4, 3, K) of cells, in the order of their borders, and Σ A of their sides (K,)."""
-    corners, areas = np.empty((4, 3, len(which))), np.empty(len(which))
-    for rows, nets in cells.nets_of(which):
-        points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
-        found = points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]
-        corners[..., rows] = np.stack(found).transpose(0, 2, 1)
-        # A control point may be wrong on both sides of an edge.
-        wrong = gap + 2 * cells.models[columns.ERROR, which[rows]]
-        total = np.zeros(len(rows))
-        for side in (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1]):
-            weights = nets[side][..., 3] if nets.shape[3] == 4 else None
-            total += _lens_areas(points[side], weights, wrong)
-        areas[rows] = total * (1 + 2.0**-40)
-    return corners, areas
+def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
+    """Of cells with nets (K, p+1, q+1, 3 or 4): ball, error, corners and Σ A, (COLUMNS, K)."""
+    p, q = nets.shape[1] - 1, nets.shape[2] - 1
+    points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
+    table = np.empty((COLUMNS, len(nets)))
+    # As in `cell_models`, which has the proof; it may be wrong on both sides of an edge.
+    error = 4 * columns.UNIT * largest * (depth + 2) * (p + q + 2)
+    found = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
+    center = (found[0] + found[1] + found[2] + found[3]) / 4
+    away = points - center[:, np.newaxis, np.newaxis]
+    table[:3] = center.T
+    table[3] = np.sqrt(_dot(away, away).max(axis=(1, 2))) + 2 * error
+    table[columns.ERROR] = error
+    table[CORNERS:] = found.transpose(0, 2, 1).reshape(12, -1)
+    sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
+    lenses = []
+    for side in sides:
+        weights = nets[side][..., 3] if nets.shape[3] == 4 else None
+        lenses.append(_lens_areas(points[side], weights, 2 * error))
+    areas, lengths = np.array(lenses).transpose(1, 0, 2)
+    table[AREA], table[SPREAD] = areas.sum(axis=0), lengths.sum(axis=0)
+    table[SIZE_B], table[SIZE_A] = np.maximum(lengths[0], lengths[1]), np.maximum(*lengths[2:])
+    return table
 
 
-def _lens_areas(polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray) -> FloatArray:
-    """A of sides with control points (K, n+1, 3), which are `wrong` (K,)."""
+CHORDS = Table(chord_models, COLUMNS, (SIZE_A, SIZE_B))
+
+
+def _lens_areas(
+    polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """A of sides with control points (K, n+1, 3), which are `wrong` (K,), and A by g."""
     away = polygons - polygons[:, :1]
     steps = np.diff(away, axis=1)
-    longest = np.sqrt((steps * steps).sum(axis=2)).max(axis=1)
+    longest = np.sqrt(_dot(steps, steps)).max(axis=1)
     chord = away[:, -1:]
-    square = (chord * chord).sum(axis=2)
-    share = (away * chord).sum(axis=2) / np.where(square > 0, square, 1.0)
+    square = _dot(chord, chord)
+    share = _dot(away, chord) / np.where(square > 0, square, 1.0)
     away -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
-    mean = np.sqrt((away * away).sum(axis=2)).mean(axis=1)
-    areas = steps.shape[1] * (longest + 2 * wrong) * (mean + wrong)
+    mean = np.sqrt(_dot(away, away)).mean(axis=1)
+    lengths = steps.shape[1] * (longest + 2 * wrong) * (1 + 2.0**-40)
     if weights is not None:
-        areas *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
-    return np.asarray(areas)
+        lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
+    return lengths * (mean + wrong), lengths
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Over the last axis, of length 3, term by term."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])
 
 
 def _solid_angles(corners: FloatArray) -> FloatArray:

@@ -8,8 +8,8 @@ import pytest
 from service.engine.build import build
 from service.engine.models import as_patches
 from service.engine.options import MeshOptions
-from service.engine.queries import winding
-from service.engine.queries.cells import CellTree
+from service.engine.queries import cells, winding
+from service.engine.queries.cells import halved
 from service.engine.queries.nets import surface_nets
 from service.engine.queries.project import Columns, ProjectQuery, project_on_surface
 from service.surface.batches import TensorPatches
@@ -123,25 +123,22 @@ def grid_of(net: Array, divisions: int) -> Array:
 
 def test_bounds_of_solid_angles_hold() -> None:
     """Cells of one patch, seen from points outside, against fine triangles of the same cell."""
-    model = as_patches(FAMILIES["rational"].surface(4).lower())
-    cells = CellTree(surface_nets(model.batches))
-    which, _ = cells.children(np.arange(cells.roots))
-    corners, areas = winding.chord_models(cells, which, 0.0)
-    for k, (_, nets) in ((k, next(cells.nets_of(which[[k]]))) for k in range(len(which))):
-        grid = grid_of(nets[0], 40)
-        a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-        fine = np.concatenate(
-            [np.stack(t, axis=2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))]
-        )
-        a, b, c, d = corners[..., k]
+    surface = FAMILIES["rational"].surface(4)
+    (group,) = surface_nets(as_patches(surface.lower()).batches).groups
+    nets = [half for whole in halved(group.nets, 1) for half in halved(whole, 2)]
+    for k, net in enumerate(np.concatenate(nets)):
+        model = winding.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
+        a, b, c, d = model[winding.CORNERS :].reshape(4, 3)
         coarse = np.array([[a, b, c], [a, c, d]])
-        points = nets[0][..., :3] / nets[0][..., 3:]
-        center, radius = cells.models[:3, which[k]], cells.models[3, which[k]]
+        grid = grid_of(net, 40)
+        a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+        halves = (a, b, c), (a, c, d)
+        fine = np.concatenate([np.stack(half, axis=2).reshape(-1, 3, 3) for half in halves])
+        assert np.linalg.norm(grid - model[:3], axis=2).max() <= model[3]
         away = RNG(k).normal(size=(8, 3))
-        x = center + away / np.linalg.norm(away, axis=1, keepdims=True) * radius * 1.2
+        x = model[:3] + away / np.linalg.norm(away, axis=1, keepdims=True) * model[3] * 1.2
         error = 4 * np.pi * np.abs(solid_angles(fine, x) - solid_angles(coarse, x))
-        assert (error <= areas[k] / (0.2 * radius) ** 2 + 1e-4).all()
-        assert np.linalg.norm(points - center, axis=2).max() <= radius
+        assert (error <= model[winding.AREA] / (0.2 * model[3]) ** 2 + 1e-4).all()
 
 
 def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
@@ -166,6 +163,9 @@ def test_signs_do_not_depend_on_what_else_is_asked(monkeypatch: pytest.MonkeyPat
     together = project(SPHERE, points)["signs"]
     alone = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
     np.testing.assert_array_equal(together[::8], alone)
+    with monkeypatch.context() as patch:
+        patch.setattr(cells, "MOST_BYTES", 1 << 19)  # cells are forgotten again and again
+        np.testing.assert_array_equal(together, project(SPHERE, points)["signs"])
     monkeypatch.setattr(winding, "MOST_PAIRS", 0)
     outside = np.abs(points).max(axis=1) > 1
     np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~outside)
