@@ -85,6 +85,8 @@ class Source:
         # Where s and t of a triangle have changed places, its side r = 0 is where it was.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
         other = side if is_triangle and side == 1 else side ^ 2
+        if is_triangle:
+            ends = _on_triangle(ends)
         if not piece.is_cluster and _mirrors(placed):
             side, ends = other, ends[:, ::-1]
         if model.domains:
@@ -101,10 +103,15 @@ class Source:
         names, patch_number = SIDES, None if len(given.domains) == 1 else index
         if not given.domains:
             if triangular_patches(given.batches)[index]:
-                names, ends = TRIANGLE_SIDES, np.where(ends[:, 1:] == 1, [[0.0, 1.0]], ends)
+                names, ends = TRIANGLE_SIDES, _on_triangle(ends)
             patch_number = index if given.order is None else int(given.order[index])
         (a, b), (c, d) = ends.tolist()
         return SidePlace(surface, patch_number, names[side], ((a, b), (c, d)))
+
+
+def _on_triangle(ends: FloatArray) -> FloatArray:
+    """(s, t) of corners (u, v): the side v = 1 is the point (0, 1)."""
+    return np.asarray(np.where(ends[:, 1:] == 1, [[0.0, 1.0]], ends))
 
 
 def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel, Ints, Source]:

@@ -205,6 +205,24 @@ def test_members_that_meet_enclose_a_volume(turned: bool) -> None:
     assert all(holds(part.area, 0.8 * PI.pi**2, 1e-14) for part in found.parts)
 
 
+def test_sides_of_mirrored_triangles_keep_their_names() -> None:
+    sphere = example("octahedral-sphere")
+    rows = np.array(sphere.triangles)
+    half = rows[(sphere.vertices[rows][..., 0] > -1e-9).all(axis=1)]
+    whole = replace(sphere, triangles=half, parts=())
+    part = replace(sphere, triangles=half[1:], parts=())
+    flip = np.diag([-1.0, 1, 1, 1])
+    places = {(f.place.patch, f.place.side, f.place.uv) for f in of(part).faulty_edges}
+    alone = of(GroupSurface((Member(part, matrix=flip),)))
+    assert {(f.place.patch, f.place.side, f.place.uv) for f in alone.faulty_edges} == places
+    joined = of(GroupSurface((Member(whole), Member(part, name="part", matrix=flip))))
+    missing = [f.place for f in joined.faulty_edges if f.place.surface == 1]
+    assert {(place.patch, place.side) for place in missing} <= {place[:2] for place in places}
+    ends = {place[1]: set(place[2]) for place in places}
+    assert missing
+    assert all(set(place.uv) == ends.get(place.side, set(place.uv)) for place in missing)
+
+
 def test_members_have_volumes_of_their_own() -> None:
     far = np.diag([2.0, 2, -2, 1])
     far[:3, 3] = 100
