@@ -61,8 +61,8 @@ ROUNDING = 1e-6
 CLEAR = 0.1
 """How far outside the ball of a cell x must be, in radii, for the solid angle to be computed."""
 
-PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 12_000_000, 1 << 14
-"""Pairs of a point and a cell: at a time; of a request, some 20 s; of one point on one level."""
+PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 20_000_000, 1 << 14
+"""Pairs of a point and a cell: at a time; of a request, 20 to 35 s; of one point on one level."""
 
 FEWEST = 1
 """Points that are looked at together, at least."""
