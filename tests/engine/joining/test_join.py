@@ -39,6 +39,16 @@ def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
     assert [part.name for part in mesh.parts] == [part.name for part in strict.parts]
 
 
+@pytest.mark.parametrize("family", ["mixed degrees", "crowded knots"])
+def test_bodies_of_several_degrees_and_of_crowded_knots_close(family: str) -> None:
+    """Some of each family that `make certify` judges."""
+    for seed in range(0, NEARLY[family][0], 13):
+        case = NEARLY[family][1](seed)
+        mesh = mesh_of(case.surface.lower(), resolution=RESOLUTION)
+        check_sound(mesh)
+        assert case.is_closed in (None, mesh.report.watertight), seed
+
+
 def tee(t: float, *, degree: int = 3) -> list[Array]:
     """A patch, and two others along its edge u = 1 that meet at t."""
     rng = np.random.default_rng(degree)

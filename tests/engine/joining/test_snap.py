@@ -87,10 +87,12 @@ def test_an_edge_has_the_positions_of_its_first_net() -> None:
 
 
 def digest_of(seed: int) -> str:
-    """The bytes of a noisy surface by resolution and by tolerance."""
-    surface, found = NEARLY["noise"][1](seed).surface, sha256()
-    for options in MeshOptions(RESOLUTION), MeshOptions(accuracy=Accuracy(tolerance=0.1)):
-        found.update(render(surface, options, BY_NAME["glb"]))
+    """The bytes of a surface of each family by resolution and by tolerance."""
+    found = sha256()
+    for make in (NEARLY[name][1] for name in ("noise", "mixed degrees", "crowded knots")):
+        surface = make(seed).surface
+        for options in MeshOptions(RESOLUTION), MeshOptions(accuracy=Accuracy(tolerance=0.1)):
+            found.update(render(surface, options, BY_NAME["glb"]))
     return found.hexdigest()
 
 
