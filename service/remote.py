@@ -83,8 +83,12 @@ def remote_curve(
     url: str, source: dict[str, Any], chosen: Mapping[str, str], fmt: FileFormat
 ) -> bytes:
     """The curve's file, computed by the service at `url`; raises as `remote_mesh` does."""
-    document = source | values_from_text(chosen.items())
-    return _posted(url, fmt.media_type, "/v1/curve", document, {"format": fmt.name})
+    return remote_file(url, "/v1/curve", source | values_from_text(chosen.items()), fmt)
+
+
+def remote_file(url: str, path: str, document: dict[str, Any], fmt: FileFormat) -> bytes:
+    """The file in this format that the service at `url` answers; raises as `remote_mesh` does."""
+    return _posted(url, fmt.media_type, path, document, {"format": fmt.name})
 
 
 def remote_answer(

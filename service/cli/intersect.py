@@ -19,6 +19,8 @@ from service.cli.source import (
     surface_source,
 )
 
+FIELDS = ("surface", "rays", "hits", "relative_thickness")
+
 
 def add(commands: Commands) -> None:
     """Adds the command and its flags; each overrides the file's field."""
@@ -46,7 +48,8 @@ def add(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
-    document = surface_document(surface_source(arguments))
+    given = surface_document(surface_source(arguments))
+    document = {key: value for key, value in given.items() if key in FIELDS}
     chosen: dict[str, Any] = {}
     rows: Any = None
     if arguments.ray is not None:

@@ -74,6 +74,10 @@ and all pairs of a point and a cell, at most."""
 HIT, HIT_CHARS = 1000, 360
 """Bytes of a hit of a ray in memory, and in JSON, at most."""
 
+PIECE, PIECE_POINT, CELLS_OF_SECTIONS = 700, 40, 64 << 20
+"""Bytes for each piece of a section, and each control point of its patch; and while planes are
+compared with patches."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cost:
@@ -147,6 +151,19 @@ def rays_cost(patches: int, degree: tuple[int, int], own: int, count: int, hits:
     file = 1000 + count * 16 + hits * HIT_CHARS
     base = project_cost(patches, degree, own, count, file, sign=False)
     return replace(base, memory=base.memory + HIT * hits)
+
+
+def piece_memory(net: int, file: int) -> int:
+    """Bytes for each piece of a section: its cell, of so many control points, and its file."""
+    return PIECE + PIECE_POINT * net + 2 * file // 1000
+
+
+def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cost:
+    """Of sections by some planes of at most so many pieces, each of so many bytes."""
+    net = CELL + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
+    memory = CELLS_OF_SECTIONS + lowering_memory(size) + 3 * size.patches * net
+    work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
+    return Cost(pieces, 0, pieces * each, memory + pieces * each, work)
 
 
 def measure_effort(degree: tuple[int, int]) -> int:

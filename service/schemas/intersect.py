@@ -1,16 +1,24 @@
-"""Rays that shall hit a surface, as a document says it."""
+"""Rays that shall hit a surface, or planes that shall cut it, as a document says it."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
 from service.engine.queries.intersect import RELATIVE_THICKNESS, RayQuery
+from service.engine.sections.planes import (
+    LEAST_TOLERANCE,
+    RELATIVE_TOLERANCE,
+    Planes,
+    SectionTolerance,
+)
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import RequestModel
+from service.schemas.fields import Omittable, RequestModel, conflict, optional
+from service.schemas.planes import PlaneSet
 from service.schemas.request import SurfaceRequest
+from service.schemas.validation import invalid
 from service.surface.checks import validate_points
 
 VECTORS = NumberGrid(
@@ -37,10 +45,15 @@ class Rays(RequestModel):
     )
 
 
-class IntersectRequest(SurfaceRequest):
-    """A surface, and rays whose hits are looked for."""
+OF_RAYS, OF_PLANES = ("hits", "relative_thickness"), ("tolerance", "relative_tolerance")
+"""Fields that belong to rays alone, and to planes alone."""
 
-    rays: Rays = Field(description="The rays.")
+
+class IntersectRequest(SurfaceRequest):
+    """A surface, and rays whose hits are looked for, or planes whose sections are."""
+
+    rays: Annotated[Rays | None, Omittable()] = optional("The rays.")
+    planes: Annotated[PlaneSet | None, Omittable()] = optional("Instead of rays: planes.")
     hits: Literal["first", "all"] = Field(
         default="first", description="Whether the first hit of each ray is answered, or all."
     )
@@ -50,6 +63,45 @@ class IntersectRequest(SurfaceRequest):
         "diagonal of the box of the control points: at borders, and where it touches.",
         examples=[1e-6],
     )
+    tolerance: Annotated[float | None, Omittable(), Field(gt=0)] = optional(
+        "Of planes: the distance, in model units, within which sections stay from the straight "
+        "lines between the points of their polylines.",
+        0.001,
+    )
+    relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
+        default=RELATIVE_TOLERANCE,
+        description="Instead of a tolerance: as a part of the diagonal of the box of the control "
+        "points.",
+        examples=[1e-4],
+    )
+
+    @model_validator(mode="after")
+    def _of_one(self) -> Self:
+        if (self.rays is None) == (self.planes is None):
+            message = "There must be rays that may hit the surface, or planes that may cut it."
+            raise invalid(conflict("rays", "planes", message, is_neither=self.rays is None))
+        others, those = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
+        for name in others:
+            if name in self.model_fields_set:
+                message, got = f"This field is one of {those}.", "another query"
+                raise invalid(Issue("conflicting_options", message, f"/{name}", got, f"{those}"))
+        if set(OF_PLANES) <= self.model_fields_set:
+            message = "There is one tolerance."
+            raise invalid(conflict(*OF_PLANES, message, is_neither=False))
+        return self
+
+    def to_sections(self) -> tuple[Planes, SectionTolerance]:
+        """The planes, with a row for each, and how near polylines shall be.
+
+        Raises
+        ------
+        InvalidRequest
+            As of `PlaneSet.to_planes`.
+        """
+        if self.planes is None:
+            raise ValueError("a request without planes has no sections")
+        tolerance = SectionTolerance(self.tolerance, self.relative_tolerance)
+        return self.planes.to_planes(), tolerance
 
     def to_query(self) -> RayQuery:
         """The rays, with a row for each.
@@ -59,6 +111,8 @@ class IntersectRequest(SurfaceRequest):
         InvalidRequest
             `conflicting_options`, of other counts of origins and directions; `zero_direction`.
         """
+        if self.rays is None:
+            raise ValueError("a request without rays has no hits")
         try:
             origins = validate_points(self.rays.origins, "origins", axes=2)
             directions = validate_points(self.rays.directions, "directions", axes=2)

@@ -271,12 +271,42 @@ def rays() -> Iterator[Hostile]:
     )
 
 
+def planes() -> Iterator[Hostile]:
+    """Planes of /v1/intersect that are none."""
+    normals = options('"planes":{"normals":?,"offsets":[0]}')
+    offsets = options('"planes":{"normals":[[0,0,1]],"offsets":?}')
+    places = options('"planes":{"normals":[[0,0,1]],"points":?}')
+    vectors = {
+        "null_value": "null [[0,0,0],null]@/1",
+        "empty_list": "[]",
+        "wrong_type": "[0,0,1]@/0 {}",
+        "wrong_dimension": "[[0,0]]@/0",
+        "coordinate_too_large": "[[0,0,1e300]]@/0/2",
+    }
+    yield from wrong("normals", normals, "/planes/normals", vectors)
+    faults = {"zero_direction": "[[0,0,0]]@/0 [[1,0,0],[0,0,1e-200]]@/1"}
+    yield from wrong("lengths", normals, "/planes/normals", faults)
+    yield from wrong("points", places, "/planes/points", vectors)
+    yield from wrong("offset", offsets.replace("?", "[0,?]"), "/planes/offsets/1", NOT_NUMBERS)
+    faults = {"empty_list": "[]", "wrong_type": "0 {}", "coordinate_too_large": "[0,1e300]@/1"}
+    yield from wrong("offsets", offsets, "/planes/offsets", faults)
+    two = '{"normals":[[0,0,1],[0,1,0]],"offsets":[0,1,2]}'
+    counts = {"conflicting_options": two}
+    yield from wrong("counts", options('"planes":?'), "/planes/normals", counts)
+    faults = {"out_of_range": "0 -1", "wrong_type": 'true "1"', "null_value": "null"}
+    tolerance = options('"planes":{"normals":[[0,0,1]],"offsets":[0]},"tolerance":?')
+    yield from wrong("tolerance", tolerance, "/tolerance", faults)
+    yield long(
+        "planes", lambda: offsets.replace("?", many("0", 100_000)), "too_many_planes", "/planes"
+    )
+
+
 CALLS: Mapping[str, tuple[Hostile, ...]] = {
     "/v1/mesh": HOSTILE,
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,
     "/v1/project": tuple(projections()),
-    "/v1/intersect": tuple(rays()),
+    "/v1/intersect": (*rays(), *planes()),
     "/v1/convert": CONVERSIONS,
     "/v1/curve": CURVES,
 }

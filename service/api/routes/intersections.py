@@ -1,18 +1,30 @@
-"""Where surfaces are intersected: hits of rays."""
+"""Where surfaces are intersected: hits of rays, sections by planes."""
 
 from fastapi import APIRouter, Response
 
-from service.api.answers import bytes_response
+from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
-from service.api.models.intersect import RayHits
+from service.api.models.sections import Intersections
+from service.api.negotiation import format_by_accept
 from service.api.openapi.examples import show_answers
-from service.api.openapi.parameters import Json, json_body
-from service.api.openapi.responses import POST_ERRORS, answer
+from service.api.openapi.parameters import Json, format_parameter, json_body
+from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
+from service.api.problems import InvalidQuery
 from service.api.services import ContextDep
+from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
+from service.errors import Issue
 from service.pipeline.intersect import plan_intersect
+from service.pipeline.section import plan_sections
 from service.schemas.intersect import IntersectRequest
 
-intersections = APIRouter(route_class=BodyRoute)
+
+class IntersectRoute(BodyRoute):
+    """A route that answers in a format for sections; hits of rays are JSON."""
+
+    formats = SECTION_FORMATS
+
+
+intersections = APIRouter(route_class=IntersectRoute)
 
 _SHEET = [
     [[0, 0, 0], [0, 1, 0]],
@@ -36,32 +48,63 @@ _HITS: Json = {
             "hits": "all",
         },
     },
+    "sections": {
+        "summary": "Sections of a sheet by two planes; where the second cuts it are three lines",
+        "value": {
+            "surface": {"control_net": _SHEET},
+            "planes": {"normals": [[0, 0, 1]], "offsets": [2, 0.5]},
+            "relative_tolerance": 0.01,
+        },
+    },
 }
-show_answers(
-    "intersectRays",
-    _HITS,
-    IntersectRequest,
-    lambda wanted: plan_intersect(wanted.to_surface(), wanted.to_query()).run(),
-)
+
+
+def _intersected(wanted: IntersectRequest) -> bytes:
+    if wanted.planes is None:
+        return plan_intersect(wanted.to_surface(), wanted.to_query()).run()
+    fmt = SECTIONS_BY_NAME["json"]
+    return plan_sections(wanted.to_surface(), wanted.to_sections(), fmt).run()
+
+
+show_answers("intersectSurface", _HITS, IntersectRequest, _intersected)
 
 
 @intersections.post(
     "/v1/intersect",
-    operation_id="intersectRays",
+    operation_id="intersectSurface",
     tags=["queries"],
-    summary="Where rays hit a surface",
-    response_model=RayHits,
-    response_description="The hits.",
-    responses={200: answer(), **POST_ERRORS},
-    openapi_extra=json_body(_HITS),
+    summary="Where rays hit a surface, or planes cut it",
+    response_model=Intersections,
+    response_description="The hits, or the sections.",
+    responses={
+        200: answer(FILE_HEADERS, SECTION_FORMATS),
+        406: error("NotAcceptable"),
+        **POST_ERRORS,
+    },
+    openapi_extra=json_body(_HITS, format_parameter(SECTION_FORMATS)),
 )
-async def intersect_rays(wanted: IntersectRequest, context: ContextDep) -> Response:
-    """Looks for the hits of rays with the whole surface, and proves that none is missed.
+async def intersect_surface(wanted: IntersectRequest, context: ContextDep) -> Response:
+    """Looks for the hits of rays, or for the sections by planes, of the whole surface.
 
-    Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a hit;
-    every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
-    share count once. Tubes and ribbons have no hits (`not_parametric`).
+    **Rays.** Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a
+    hit; every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
+    share count once.
+
+    **Planes.** A section is a set of polylines within a tolerance of it. No part of it is lost,
+    however small; polylines are closed where the surface is. The response is in the format that
+    `format` names or `Accept` prefers; JSON without either.
+
+    Tubes and ribbons have no hits and no sections (`not_parametric`).
     """
-    services, job, *_ = context
-    work = plan_intersect(wanted.to_surface(), wanted.to_query(), services.limits)
-    return bytes_response(await job.run(work, "intersect"), job)
+    services, job, request, fmt = context
+    if wanted.planes is not None:
+        work = plan_sections(wanted.to_surface(), wanted.to_sections(), fmt, services.limits)
+        content = await job.run(work, "intersect")
+        return file_response(content, fmt, wanted.to_surface().name, job)
+    if fmt.name != "json" and "format" not in request.query_params:
+        format_by_accept(request.headers.get("accept"), (SECTIONS_BY_NAME["json"],))
+    elif fmt.name != "json":
+        message, got = "Hits of rays are written as JSON.", "a format of sections"
+        raise InvalidQuery(Issue("unsupported_by_format", message, "/format", got, "json"))
+    hits = plan_intersect(wanted.to_surface(), wanted.to_query(), services.limits)
+    return bytes_response(await job.run(hits, "intersect"), job)

@@ -1,35 +1,31 @@
-"""Sections as glTF 2.0: a node and a mesh of lines for each plane, an unlit material.
+"""Sections as glTF 2.0: a node and a mesh for each plane, an unlit material.
 
-A mesh has one primitive of mode LINES with indices. A plane that cuts nothing has a node without a
-mesh. The report is in the asset's extras, the plane in those of its node.
+A mesh has a primitive of mode LINE_STRIP for each polyline; a closed one repeats its first point at
+the end. A plane that cuts nothing has a node without a mesh. The report is in the asset's extras,
+the plane in those of its node.
 
 References
 ----------
 Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 """
 
-import numpy as np
-
+from service.bases.arrays import FloatArray
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import Column, single
 from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, textual
 from service.encoders.gltf.glb import binary
 from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
-from service.encoders.sections.format import (
-    SectionSize,
-    numbers_of,
-    points_of,
-    report_object,
-    stored,
-)
+from service.encoders.sections.format import SectionSize, report_object, stored
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
-from service.engine.sections.section import Section, Sections
+from service.engine.sections.section import Sections
 
-LINES = 1
+LINE_STRIP = 3
 """Primitive mode (3.7.2.1)."""
 
-POINT_BYTES = 12 + 8
-"""A position, and the two indices of a segment."""
+POINT_BYTES = 12
+
+POLYLINE = 500 + 6 * FLOAT64_CHARS
+"""Characters of a primitive, its accessor and its view."""
 
 
 def encode_glb(sections: Sections) -> bytes:
@@ -44,9 +40,9 @@ def encode_gltf(sections: Sections) -> bytes:
 
 def glb_bound(size: SectionSize) -> int:
     """Most bytes of the binary form."""
-    plane = 1500 + 10 * FLOAT64_CHARS
+    plane = 300 + 4 * FLOAT64_CHARS
     text = 4096 + 2 * LONGEST_ESCAPE * size.name_bytes + plane * size.planes
-    return text + size.points * POINT_BYTES
+    return text + POLYLINE * size.polylines + size.points * POINT_BYTES
 
 
 def gltf_bound(size: SectionSize) -> int:
@@ -71,7 +67,8 @@ def _document(sections: Sections) -> File:
         node: JsonObject = {"name": f"section {k}", "extras": {"normal": normal, "offset": offset}}
         if section.polylines:
             node["mesh"] = len(meshes)
-            meshes.append({"name": f"section {k}", "primitives": [_lines(section, origin, buffer)]})
+            strips = [_strip(line.points - origin, buffer) for line in section.polylines]
+            meshes.append({"name": f"section {k}", "primitives": strips})
         nodes.append(node)
     packed = buffer.packed()
     document: JsonObject = {
@@ -95,14 +92,7 @@ def _document(sections: Sections) -> File:
     return document, packed
 
 
-def _lines(section: Section, origin: np.ndarray, buffer: BufferBuilder) -> JsonObject:
-    """The primitive of one section."""
-    points = points_of(section)
-    visits = numbers_of(section)
-    pairs = np.concatenate([np.stack([v[:-1], v[1:]], axis=1) for v in visits]).astype(np.uint32)
-    return {
-        "attributes": {"POSITION": buffer.add_positions(Column(single(points - origin)))},
-        "indices": buffer.add_indices(pairs, len(points)),
-        "mode": LINES,
-        "material": 0,
-    }
+def _strip(points: FloatArray, buffer: BufferBuilder) -> JsonObject:
+    """The primitive of one polyline."""
+    attributes = {"POSITION": buffer.add_positions(Column(single(points)))}
+    return {"attributes": attributes, "mode": LINE_STRIP, "material": 0}

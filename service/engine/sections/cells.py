@@ -136,14 +136,13 @@ class CellSearch:
         along = np.stack([is_open, is_open])
         for axis in (OVER_U, OVER_V):
             rows = np.flatnonzero(kind == axis)
-            rows = rows[can[axis, rows]]
             if not len(rows):
                 continue
             flat, wide = self._are_flat(cells.take(rows), axis, both[rows])
             along[axis, rows], along[1 - axis, rows] = ~flat, ~flat & wide
         for side in range(4):
             axis = 1 - side // 2
-            is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR) & can[axis]
+            is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
             # Within a patch that lies in the plane nothing is drawn.
             is_flat &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
             rows = np.flatnonzero(is_flat & ~along[axis])
@@ -186,26 +185,37 @@ class CellSearch:
         high[tight] = np.maximum(second[tight], last[tight])
         kinds = np.where(tight, 2, axis)
         pieces = Pieces(cells.plane[first], cells.net[first], second, last, low, high, kinds)
-        bounds = piece_bounds(self.group, self.planes, pieces)
+        bound, slack = piece_bounds(self.group, self.planes, pieces)
         worst = np.zeros(len(cells.pair))
-        np.maximum.at(worst, first, bounds)
+        # What rounding adds does not become smaller: half of the tolerance is left for the rest.
+        needed = np.minimum(slack, self.tolerance / 2) + bound
+        np.maximum.at(worst, first, needed)
         is_wide = np.zeros(len(worst), bool)
         is_wide[first] = (high - low)[:, across] * ONE >= cells.place[2 * across + 1, first] - (
             cells.place[2 * across, first]
         )
-        return self._note(worst), is_wide & ~both
+        long = cells.place[2 * axis + 1] - cells.place[2 * axis]
+        flat = self._are_small(worst, long)
+        self._note((bound + slack)[flat[first]])
+        return flat, is_wide & ~both
 
     def _have_flat_side(self, cells: "_Open", side: int, axis: int) -> Bools:
         low = np.stack([cells.place[0], cells.place[2]], axis=1) / ONE
         high = np.stack([cells.place[1], cells.place[3]], axis=1) / ONE
         low[:, 1 - axis] = high[:, 1 - axis] = cells.place[side] / ONE
-        return self._note(side_bounds(self.group, cells.net, low, high, axis))
-
-    def _note(self, bounds: FloatArray) -> Bools:
-        """Which bounds are small enough; the largest of these is kept."""
-        flat = bounds <= self.tolerance
-        self.deviation = max(self.deviation, float(bounds[flat].max(initial=0.0)))
+        long = cells.place[2 * axis + 1] - cells.place[2 * axis]
+        bounds = side_bounds(self.group, cells.net, low, high, axis)
+        flat = self._are_small(bounds, long)
+        self._note(bounds[flat])
         return flat
+
+    def _are_small(self, bounds: FloatArray, long: Ints) -> Bools:
+        """Which bounds are small enough, or of cells that cannot be halved."""
+        return np.asarray((bounds <= self.tolerance) | (long <= 1))
+
+    def _note(self, bounds: FloatArray) -> None:
+        """Keeps the largest bound."""
+        self.deviation = max(self.deviation, float(bounds.max(initial=0.0)))
 
     def _end(self, cells: "_Open", kind: Ints, sense: FloatArray) -> None:
         if len(kind):

@@ -26,6 +26,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
 from service.engine.bounds.chords import deviations
 from service.engine.queries.nets import NetGroup
 from service.engine.sections.heights import LocalPlanes, points_of, restricted
@@ -63,10 +64,15 @@ class Pieces:
 
 
 def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
-    """Bounds (m,) of the distances of pieces from their chords, all of nets of one group."""
-    found = np.empty(len(pieces.net))
-    for rows in row_slices(len(found), group.nets[0].size, ROOM):
-        found[rows] = _bounds(
+    """Bounds of the distances of pieces of nets of one group from their chords, (2, m).
+
+    First without rounding, which halving makes smaller, then what rounding adds. That is large
+    where the surface is almost parallel to the plane.
+    """
+    found = np.empty((2, len(pieces.net)))
+    for rows in row_slices(len(pieces.net), group.nets[0].size, ROOM):
+        checkpoint()
+        found[:, rows] = _bounds(
             group,
             planes,
             Pieces(*(getattr(pieces, name)[rows] for name in Pieces.__dataclass_fields__)),
@@ -106,7 +112,7 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     place = x - slide_x[:, np.newaxis, np.newaxis] * h
     beyond = np.maximum(place.max(axis=(1, 2)) - length, -place.min(axis=(1, 2)))
     slack = SLACK * (1 + np.abs(slide_x) + np.abs(slide_y))
-    return np.asarray(np.hypot(beside, np.maximum(beyond, 0.0)) + slack)
+    return np.stack([np.hypot(beside, np.maximum(beyond, 0.0)), slack])
 
 
 def side_bounds(

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.bernstein import bernstein
 from service.engine.queries.nets import NetGroup, QueryNets
 from service.engine.sections.planes import Planes
 
@@ -42,7 +41,8 @@ class LocalPlanes:
     def of(planes: Planes, nets: QueryNets) -> "LocalPlanes":
         """The planes n · x = (d − n · origin) / scale."""
         middle = np.einsum("mk,k->m", planes.normals, nets.origin)
-        return LocalPlanes(planes.normals, (planes.offsets - middle) / nets.scale)
+        with np.errstate(over="ignore"):  # planes at infinity
+            return LocalPlanes(planes.normals, (planes.offsets - middle) / nets.scale)
 
     def heights(self, plane: Ints, points: FloatArray) -> FloatArray:
         """Heights (m, …) of points (m, …, 3), each row over a plane of its own."""
@@ -106,8 +106,7 @@ def height_nets(
 def restricted(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Nets (m, p+1, q+1, D) over rectangles of their own, `low` and `high` (m, 2) their corners.
 
-    Control point j over [s, e] is the blossom with s taken n − j times and e taken j times:
-    R_ji = Σ_k B_{i−k}^{n−j}(s) B_k^j(e). Sums of products that are not negative.
+    By de Casteljau's construction: sums of products that are not negative.
     """
     m, rows, columns, width = nets.shape
     along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])
@@ -117,12 +116,21 @@ def restricted(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArra
 
 
 def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict to intervals of their own."""
-    found = np.zeros((len(low), degree + 1, degree + 1))
-    for j in range(degree + 1):
-        begin, end = bernstein(degree - j, low), bernstein(j, high)
-        for k in range(j + 1):
-            found[:, j, k : k + degree - j + 1] += end[:, k, np.newaxis] * begin
+    """Matrices (m, n+1, n+1) that restrict to intervals of their own: to [0, e], then to [s, e]."""
+    share = low / np.where(high > 0, high, 1.0)
+    begins = _beginnings(degree, high)
+    ends = _beginnings(degree, 1.0 - share)[:, ::-1, ::-1]
+    return np.asarray(np.matmul(ends, begins))
+
+
+def _beginnings(degree: int, end: FloatArray) -> FloatArray:
+    """Matrices (m, n+1, n+1) that restrict to [0, e]: row j has the polynomials B_k^j(e)."""
+    found = np.zeros((len(end), degree + 1, degree + 1))
+    found[:, 0, 0] = 1.0
+    t = end[:, np.newaxis]
+    for j in range(1, degree + 1):
+        found[:, j] = (1.0 - t) * found[:, j - 1]
+        found[:, j, 1:] += t * found[:, j - 1, :-1]
     return found
 
 

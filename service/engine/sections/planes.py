@@ -1,19 +1,23 @@
 """Planes, and what is asked of a section."""
 
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.engine.extent import local_origin
 from service.engine.vectors import cross
 from service.errors import InvalidRequest, Issue
+from service.surface.lowered import PatchModel
 
 RELATIVE_TOLERANCE = 1e-3
 """Of polylines, in diagonals of the box of control points, if nothing is said."""
 
 LEAST_TOLERANCE = 1e-9
 """In diagonals: nearer to the curve rounding is seen."""
+
+
+SINGLE = float(np.finfo(np.float32).eps)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,25 +69,28 @@ class SectionTolerance:
     distance: float | None = None
     relative: float = RELATIVE_TOLERANCE
 
-    def within(self, diagonal: float) -> float:
-        """The tolerance in model units.
+    def within(self, model: PatchModel, *, single: bool) -> float:
+        """The tolerance in model units, for points that are stored in float32 if `single`.
 
         Raises
         ------
         InvalidRequest
             `tolerance_too_small`.
         """
-        if self.distance is None:
-            return self.relative * diagonal
-        least = LEAST_TOLERANCE * diagonal
-        if not least <= self.distance < inf:
+        low, high = model.bounds
+        least = LEAST_TOLERANCE * model.diagonal
+        if single:
+            near = float(np.abs(np.stack([low, high]) - local_origin(low, high)).max())
+            least = max(least, 8 * SINGLE * near)
+        tolerance = self.relative * model.diagonal if self.distance is None else self.distance
+        if tolerance < least:
             raise InvalidRequest(
                 Issue(
                     "tolerance_too_small",
                     "The numbers of the answer are not so precise.",
-                    "/tolerance",
-                    f"{self.distance:.6g}",
-                    f"at least {least:.3g} for this surface",
+                    "/relative_tolerance" if self.distance is None else "/tolerance",
+                    f"{tolerance:.6g}",
+                    f"at least {least:.3g} for this surface in this format, in model units",
                 )
             )
-        return self.distance
+        return tolerance

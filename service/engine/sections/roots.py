@@ -17,6 +17,7 @@ Lane and Riesenfeld, Bounds on a polynomial, BIT 21 (1981).
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.cancellation import checkpoint
 
 DEEPEST = 50
 """Halvings of an interval."""
@@ -46,6 +47,7 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
     number, begin, nets, depth = np.arange(len(rows)), np.zeros(len(rows)), rows, 0
     found: list[tuple[Ints, FloatArray]] = []
     while len(number):
+        checkpoint()
         signs = nets < 0
         changes = np.count_nonzero(signs[:, 1:] != signs[:, :-1], axis=1)
         small = (np.abs(nets).max(axis=1) <= floor[number]) | (depth == DEEPEST)

@@ -28,11 +28,14 @@ from service.surface.lowered import PatchModel
 PAIRS = 1 << 18
 """Coefficients of f, at the beginning, of planes that are looked at together."""
 
+LEAST = 2.0**-38
+"""Of tolerances, in the coordinates of the nets: that of a surface that is one point would be 0."""
+
 NEAR = 2.0**-14
 """Distance, in the coordinates of the nets, within which places where a surface touches a plane are
 one: cells that cannot be told from touching lie about it."""
 
-ALL = 1 << 22
+ALL = 1 << 20
 """Pairs of a plane and a net whose boxes are compared at a time."""
 
 
@@ -102,7 +105,8 @@ def cut_surface(
     nets = surface_nets(model.batches)
     borders = find_borders(nets, seams, triangular_patches(model.batches))
     local = LocalPlanes.of(planes, nets)
-    search = _Search(nets, borders, local, planes, tolerance / nets.scale, allow)
+    near = max(tolerance / nets.scale, LEAST)
+    search = _Search(nets, borders, local, planes, near, allow)
     boxes = Boxes(nets)
     sections: list[Section] = []
     step = max(1, ALL // len(nets.patch))

@@ -1,0 +1,63 @@
+"""Answers about sections of surfaces as JSON."""
+
+from pydantic import RootModel
+
+from service.api.models.intersect import RayHits
+from service.api.models.meshes import Answer, Count, Length, Vector
+
+
+class SectionLine(Answer):
+    """A polyline of a section."""
+
+    closed: bool
+    """Whether it is closed; its last point is then its first."""
+    points: list[Vector]
+    """Points of the surface and of the plane, in model units. Seen from the tip of the plane's
+    normal, the side to which the normals of the surface point is to the right."""
+
+
+class Section(Answer):
+    """The section of a surface by one plane."""
+
+    normal: Vector
+    """Unit normal of the plane."""
+    offset: float
+    """Distance of the plane from zero, along the normal."""
+    x_axis: Vector
+    """Unit vector along x in the coordinates of the plane, as SVG has them."""
+    y_axis: Vector
+    """Unit vector along y there: x × y is the normal."""
+    polylines: list[SectionLine]
+    """The polylines; empty where the plane does not cut the surface."""
+    touching: list[Vector]
+    """Points where the surface touches the plane, or comes so near that it cannot be told."""
+    coplanar: list[Count]
+    """Numbers of patches that lie in the plane, in the order of the request; the polylines are
+    their border."""
+
+
+class SectionReport(Answer):
+    """Facts about all sections."""
+
+    planes: Count
+    """Number of planes."""
+    polylines: Count
+    """Number of polylines."""
+    points: Count
+    """Number of their points."""
+    deviation_bound: Length
+    """No point of a section is farther from its polylines: this is proved, in model units."""
+    engine: int
+    """Version of the numbers."""
+
+
+class Sections(Answer):
+    """Sections of a surface by planes, in their order."""
+
+    sections: list[Section]
+    """The section by each plane."""
+    report: SectionReport
+
+
+class Intersections(RootModel[RayHits | Sections]):
+    """Hits of rays, or sections by planes."""

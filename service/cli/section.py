@@ -1,0 +1,96 @@
+"""`surface section`: writes where planes cut a surface, as polylines."""
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.points import coordinates
+from service.cli.source import (
+    Commands,
+    add_command,
+    add_output,
+    add_source,
+    chosen_format,
+    perform,
+    surface_document,
+    surface_source,
+)
+
+if TYPE_CHECKING:
+    from service.encoders.sections.format import SectionFormat
+
+FIELDS = ("surface", "planes", "tolerance", "relative_tolerance")
+TOLERANCES = ("tolerance", "relative_tolerance")
+
+
+def add(commands: Commands) -> None:
+    """Adds the command and its flags; each overrides the file's field."""
+    text = "write where planes cut a surface: JSON, glTF, OBJ, OOGL, SVG"
+    section = add_command(commands, "section", text)
+    add_source(section, "planes")
+    add_output(section)
+    group = section.add_argument_group("planes")
+    group.add_argument("--normal", metavar="X,Y,Z", help="normal of all planes (0,0,1)")
+    group.add_argument(
+        "--offsets", metavar="D,D,…", help="their distances from zero, along the normal"
+    )
+    group.add_argument(
+        "--point", metavar="X,Y,Z", action="append", help="or a point of a plane; may be repeated"
+    )
+    group.add_argument("--tolerance", metavar="DISTANCE", help="largest deviation, in model units")
+    group.add_argument(
+        "--relative-tolerance", metavar="X", help="largest deviation, in diagonals (1e-3)"
+    )
+    add_fields(section)
+    section.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from service.encoders.sections.registry import SECTION_FORMATS
+
+    fmt = chosen_format(arguments, SECTION_FORMATS)
+    given = surface_document(surface_source(arguments))
+    document = {key: value for key, value in given.items() if key in FIELDS}
+    chosen: dict[str, Any] = {}
+    if arguments.offsets is not None or arguments.point is not None or arguments.normal is not None:
+        planes = dict(document.get("planes", {"normals": [[0, 0, 1]]}))
+        if arguments.normal is not None:
+            planes["normals"] = [coordinates(arguments.normal)]
+        if arguments.offsets is not None:
+            planes["offsets"] = coordinates(arguments.offsets)
+            planes.pop("points", None)
+        if arguments.point is not None:
+            planes["points"] = [coordinates(text) for text in arguments.point]
+            if arguments.offsets is None:
+                planes.pop("offsets", None)
+        chosen["planes"] = planes
+    for name in TOLERANCES:
+        text = getattr(arguments, name)
+        if text is not None:
+            # Either of the two replaces both in the file.
+            document = {key: value for key, value in document.items() if key not in TOLERANCES}
+            (chosen[name],) = coordinates(text)
+    flags = dict.fromkeys(chosen, "")
+    return perform(
+        arguments,
+        lambda: _local(document | chosen, fmt),
+        lambda remote: remote.remote_file(arguments.url, "/v1/intersect", document | chosen, fmt),
+        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
+    )
+
+
+def _local(document: Mapping[str, Any], fmt: "SectionFormat") -> bytes:
+    """Computes the sections in this process."""
+    from service.pipeline.section import plan_sections
+    from service.schemas.intersect import IntersectRequest
+    from service.schemas.validation import validate_document
+    from service.settings.environment import for_one_command
+    from service.settings.runtime import pin_blas
+    from service.settings.values import document_limits, result_limits
+
+    pin_blas()
+    settings = for_one_command()
+    wanted = validate_document(IntersectRequest, document, document_limits(settings))
+    limits = result_limits(settings)
+    return plan_sections(wanted.to_surface(), wanted.to_sections(), fmt, limits).run()

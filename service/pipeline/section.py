@@ -1,0 +1,136 @@
+"""A surface and planes in, the polylines of its sections out, in a format."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.cancellation import checkpoint
+from service.encoders.sections.format import SectionFormat, SectionSize
+from service.engine.joining.join import join
+from service.engine.options import MeshOptions
+from service.engine.sections.planes import Planes, SectionTolerance
+from service.engine.sections.section import Sections, cut_surface
+from service.errors import Issue, TooLarge
+from service.measuring import Measured
+from service.pipeline.checks import check_surface
+from service.pipeline.cost import Cost, piece_memory, sections_cost
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
+from service.pipeline.project import query_patches
+from service.surface.lowered import PatchModel
+from service.surface.sizes import SurfaceKind
+
+MOST_PLANES = 1_000
+
+PIECE_EFFORT, FEWEST = 1200, 500
+"""Multiplications that a piece of a section takes, times the control points of a patch; and pieces
+that are computed in any case."""
+
+COMPARED = 20
+"""Multiplications that tell whether a plane may cut a patch."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SectionWork:
+    """Sections that may be computed: of at most `most` pieces."""
+
+    surface: SurfaceKind
+    planes: Planes
+    tolerance: SectionTolerance
+    fmt: SectionFormat
+    limits: Limits
+    most: int
+    cost: Cost
+
+    def run(self) -> bytes:
+        """The file.
+
+        Raises
+        ------
+        InvalidRequest
+            `not_parametric`, of tubes and ribbons; `tolerance_too_small`.
+        TooLarge
+            `too_many_vertices`, `too_many_bytes`.
+        """
+        model = query_patches(self.surface)
+        with Measured("intersect"):
+            sections = self.cut(model)
+        message = f"The answer as {self.fmt.name} could become too large."
+        most = self.fmt.byte_bound(SectionSize.of(sections))
+        self.limits.check_bytes(most, message, "/tolerance")
+        checkpoint()
+        return self.fmt.encode(sections)
+
+    def cut(self, model: PatchModel) -> Sections:
+        """The sections of the model, its patches joined as those of a mesh are."""
+        tolerance = self.tolerance.within(model, single=self.fmt.single)
+        joined, seams = join(model, MeshOptions().weld_tolerance, self._check_patches)
+        sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
+        if not any(len(section.coplanar) for section in sections.sections):
+            return sections
+        named = (replace(s, coplanar=_requested(joined, s.coplanar)) for s in sections.sections)
+        return replace(sections, sections=tuple(named))
+
+    def _check_patches(self, model: PatchModel) -> None:
+        issue = Issue("too_many_patches", "The surface has too many Bézier patches.", "/surface")
+        check_count(model.patch_count, self.limits.max_patches, "patches", issue)
+
+    def _check_pieces(self, count: int) -> None:
+        if count > self.most:
+            raise TooLarge(
+                Issue(
+                    "too_many_vertices",
+                    "To be so near to the sections the polylines would need too many points.",
+                    "/planes" if self.tolerance.distance is None else "/tolerance",
+                    f"more than {self.most} pieces",
+                    f"at most {self.most}; fewer planes, or a larger tolerance",
+                )
+            )
+
+
+def plan_sections(
+    surface: SurfaceKind,
+    query: tuple[Planes, SectionTolerance],
+    fmt: SectionFormat,
+    limits: Limits = DEFAULT_LIMITS,
+) -> SectionWork:
+    """What is to be computed, found affordable from the shapes of the arrays.
+
+    Raises
+    ------
+    TooLarge
+    """
+    planes, tolerance = query
+    count, where = len(planes), "/planes"
+    message = "The query has more planes than this service computes at once."
+    check_count(count, MOST_PLANES, "planes", Issue("too_many_planes", message, where))
+    size = surface.size()
+    check_surface(size, limits)
+    instead = "fewer planes, or a smaller surface"
+    effort = COMPARED * count * 3 * size.patches
+    limits.check_effort(effort, "The sections could take too long.", where, instead)
+    p, q = size.degree
+    net = (p + 1) * (q + 1)
+    # Bytes of 1,000 pieces, for 2 points each at most.
+    file = fmt.byte_bound(_size_of(2001)) - fmt.byte_bound(_size_of(1))
+    each = piece_memory(net, file)
+    fixed = sections_cost(size, count, 0, each)
+    limits.check_memory(fixed.memory + FEWEST * each, "The sections", where, instead)
+    room = max(limits.max_memory // 3, fixed.memory + FEWEST * each) - fixed.memory
+    most = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net))
+    most = max(FEWEST, min(most, room // each))
+    cost = sections_cost(size, count, most, each)
+    return SectionWork(surface, planes, tolerance, fmt, limits, most, cost)
+
+
+def _size_of(points: int) -> SectionSize:
+    return SectionSize(1, points, points, points, points, 0)
+
+
+def _requested(model: PatchModel, patches: Ints) -> Ints:
+    """Numbers that the request has for patches of a model."""
+    if len(model.domains) > 1:
+        firsts = np.array([domain.first for domain in model.domains])
+        order = np.argsort(firsts)
+        return np.unique(order[np.searchsorted(firsts[order], patches, side="right") - 1])
+    return patches if model.order is None else np.sort(model.order[patches])

@@ -1,0 +1,87 @@
+"""Planes that shall cut a surface, as a document says it."""
+
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from service.bases.arrays import FloatArray
+from service.engine.sections.planes import Planes
+from service.errors import InvalidRequest, Issue
+from service.schemas.arrays import NumberGrid
+from service.schemas.fields import RequestModel, conflict, optional
+from service.schemas.validation import invalid
+from service.surface.checks import check_finite, check_stored, validate_points
+
+VECTORS = NumberGrid(
+    ("vectors", "coordinates"), width=3, width_rule="A plane is in space: three numbers [x, y, z]."
+)
+OFFSETS = NumberGrid(("offsets",))
+
+SHORTEST = 1e-100
+"""A vector of smaller numbers is no normal: their squares vanish."""
+
+
+class PlaneSet(RequestModel):
+    """Planes n · p = d, n a unit normal; row k of both fields belongs to plane k."""
+
+    normals: Annotated[FloatArray, VECTORS] = Field(
+        description="Normals of the planes, [x, y, z], of any length but 0; or one of all.",
+        examples=[[[0, 0, 1]]],
+    )
+    offsets: Annotated[FloatArray | None, OFFSETS] = optional(
+        "Distances d of the planes from zero, in the direction of their normals, at most 1,000; or "
+        "one of all.",
+        [0.5, 1, 1.5],
+    )
+    points: Annotated[FloatArray | None, VECTORS] = optional(
+        "Instead of offsets: a point [x, y, z] of each plane, or one of all.", [[0, 0, 0.5]]
+    )
+
+    @model_validator(mode="after")
+    def _of_one(self) -> Self:
+        if (self.offsets is None) == (self.points is None):
+            message = "A plane has a normal, and an offset or a point."
+            is_neither = self.offsets is None
+            raise invalid(conflict("offsets", "points", message, is_neither=is_neither))
+        return self
+
+    def to_planes(self) -> Planes:
+        """The planes, with a row for each.
+
+        Raises
+        ------
+        InvalidRequest
+            `conflicting_options`, of other counts of normals and offsets or points;
+            `zero_direction`.
+        """
+        try:
+            return self._planes()
+        except InvalidRequest as error:
+            raise error.within("/planes") from None
+
+    def _planes(self) -> Planes:
+        normals = validate_points(self.normals, "normals", axes=2)
+        zero = np.flatnonzero(np.abs(normals).max(axis=1) < SHORTEST)
+        if len(zero):
+            message = "A normal of length 0 has no direction."
+            where = f"/normals/{zero[0]}"
+            raise InvalidRequest(Issue("zero_direction", message, where, "about 0", "a vector"))
+        normals = normals / np.abs(normals).max(axis=1, keepdims=True)
+        normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+        if self.points is not None:
+            name, places = "points", validate_points(self.points, "points", axes=2)
+        else:
+            name, places = "offsets", np.asarray(self.offsets, np.float64) + 0.0
+            check_finite(places, "/offsets")
+            check_stored(places, "/offsets")
+        count = max(len(normals), len(places))
+        if not {len(normals), len(places)} <= {1, count}:
+            message = f"There must be a normal for each of the {name}, or one of all."
+            got = f"{len(normals)} normals, {len(places)} {name}"
+            needed = f"{len(places)} normals, or 1"
+            raise InvalidRequest(Issue("conflicting_options", message, "/normals", got, needed))
+        normals = np.broadcast_to(normals, (count, 3))
+        if places.ndim == 2:
+            places = (normals * places).sum(axis=1)
+        return Planes(normals, np.broadcast_to(places, (count,)))

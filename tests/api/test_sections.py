@@ -1,0 +1,127 @@
+"""POST /v1/intersect with planes: formats, groups, and refused requests."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.api.app import create_app
+from service.api.models.sections import Sections
+from service.encoders.sections.registry import SECTION_FORMATS
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+SQUARE = {"control_net": NET}
+MIDDLE = {"normals": [[2, 0, 0]], "offsets": [0.25, 0.5, 3]}
+
+
+def ask(client: Client, **fields: Any) -> Any:
+    answer = client.post("/v1/intersect", fields)
+    assert answer.status_code == 200, answer.text
+    Sections.model_validate_json(answer.content)
+    return answer.json()
+
+
+def test_a_square(client: Client) -> None:
+    found = ask(client, surface=SQUARE, planes=MIDDLE)
+    assert [len(section["polylines"]) for section in found["sections"]] == [1, 1, 0]
+    (line,) = found["sections"][0]["polylines"]
+    assert line == {"closed": False, "points": [[0.25, 1, 0], [0.25, 0, 0]]}
+    assert found["sections"][1]["normal"] == [1, 0, 0]
+    points = {"normals": [[2, 0, 0]], "points": [[0.25, 7, 0], [0.5, 0, 8], [3, 0, 0]]}
+    assert ask(client, surface=SQUARE, planes=points) == found
+
+
+def test_patches_in_the_plane_have_the_numbers_of_the_request(client: Client) -> None:
+    up = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
+    group = {"type": "group", "members": [{"surface": SQUARE}, {"surface": SQUARE, "matrix": up}]}
+    planes = {"normals": [[0, 0, 1]], "offsets": [0, 1, 2]}
+    found = ask(client, surface=group, planes=planes)["sections"]
+    assert [section["coplanar"] for section in found] == [[0], [1], []]
+    assert [len(section["polylines"]) for section in found] == [1, 1, 0]
+    assert found[1]["polylines"][0]["closed"]
+
+
+@pytest.mark.parametrize("fmt", SECTION_FORMATS, ids=lambda fmt: fmt.name)
+def test_formats_by_name_and_by_accept(client: Client, fmt: Any) -> None:
+    body = {"surface": {"control_net": NET, "name": "<script>"}, "planes": MIDDLE}
+    named = client.post(f"/v1/intersect?format={fmt.name}", body)
+    accepted = client.post("/v1/intersect", body, headers={"Accept": fmt.media_type})
+    assert named.status_code == 200
+    assert named.content == accepted.content
+    assert named.headers["content-type"].split(";")[0] == fmt.media_type
+    if fmt.name == "svg":
+        assert b"script" not in named.content
+
+
+def test_rays_are_json(client: Client) -> None:
+    body = {"surface": SQUARE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0, -1]]}}
+    answer = client.post("/v1/intersect?format=svg", body)
+    assert answer.json()["errors"][0]["code"] == "unsupported_by_format"
+    only = client.post("/v1/intersect", body, headers={"Accept": "image/svg+xml"})
+    assert only.status_code == 406
+    either = {"Accept": "image/svg+xml, application/json;q=0.1"}
+    assert client.post("/v1/intersect", body, headers=either).json()["counts"] == [1]
+
+
+def test_a_tolerance_is_kept(client: Client) -> None:
+    arc = {"control_net": [[[1, 0, 0], [1, 0, 2]], [[1, 1, 0], [1, 1, 2]], [[0, 1, 0], [0, 1, 2]]],
+           "weights": [[1, 1], [0.5**0.5] * 2, [1, 1]]}  # fmt: skip
+    for tolerance in (1e-2, 1e-6):
+        found = ask(
+            client,
+            surface=arc,
+            planes={"normals": [[0, 0.6, 0.8]], "points": [[0, 0, 1]]},
+            tolerance=tolerance,
+        )
+        assert found["report"]["deviation_bound"] <= tolerance
+        (line,) = found["sections"][0]["polylines"]
+        points = np.array(line["points"])
+        assert np.hypot(*points[:, :2].T) == pytest.approx(1, abs=1e-11)
+        middles = (points[1:] + points[:-1]) / 2
+        assert np.abs(np.hypot(*middles[:, :2].T) - 1).max() <= tolerance
+
+
+BOTH = {"planes": MIDDLE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0, 1]]}}
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "pointer"),
+    [
+        ({}, "missing_field", "/rays"),
+        (BOTH, "conflicting_options", "/planes"),
+        ({"planes": MIDDLE, "hits": "all"}, "conflicting_options", "/hits"),
+        ({"rays": BOTH["rays"], "tolerance": 1}, "conflicting_options", "/tolerance"),
+        ({"planes": MIDDLE, "tolerance": 1, "relative_tolerance": 0.1},
+         "conflicting_options", "/relative_tolerance"),
+        ({"planes": MIDDLE, "tolerance": 1e-12}, "tolerance_too_small", "/tolerance"),
+    ],
+)  # fmt: skip
+def test_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
+    answer = client.post("/v1/intersect", {"surface": SQUARE, **fields})
+    assert answer.status_code == 422
+    assert [(e["code"], e["pointer"]) for e in answer.json()["errors"]] == [(code, pointer)]
+
+
+def test_limits() -> None:
+    hills = {"surface": {"type": "bspline", "degree": 2, "control_net": _bumps()}}
+    with client_of(create_app(Settings(max_vertices=2000))) as client:
+        many = client.post("/v1/intersect", {**hills, "planes": _many(1001)})
+        fine = client.post("/v1/intersect", {**hills, "planes": _many(500)})
+        tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
+        swept = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
+    found = [answer.json()["errors"][0] for answer in (many, fine, swept)]
+    assert [error["code"] for error in found] == [
+        "too_many_planes", "too_many_vertices", "not_parametric",
+    ]  # fmt: skip
+    assert [error["pointer"] for error in found] == ["/planes", "/planes", "/surface"]
+
+
+def _many(count: int) -> Any:
+    return {"normals": [[0, 0, 1]], "offsets": np.linspace(-1, 1, count).tolist()}
+
+
+def _bumps() -> Any:
+    x, y = np.meshgrid(range(9), range(9), indexing="ij")
+    return np.stack([x, y, np.sin(2 * x) * np.cos(2 * y)], axis=-1).tolist()
