@@ -30,7 +30,7 @@ class Section(Answer):
     polylines: list[SectionLine]
     """The polylines; empty where the plane does not cut the surface."""
     touching: list[Vector]
-    """Points where the surface touches the plane, or comes so near that it cannot be told."""
+    """Points where the surface touches the plane, or comes so near that rounding hides which."""
     coplanar: list[Count]
     """Numbers of patches that lie in the plane, in the order of the request; the polylines are
     their border."""

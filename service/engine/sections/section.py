@@ -33,7 +33,7 @@ LEAST = 2.0**-38
 
 NEAR = 2.0**-14
 """Distance, in the coordinates of the nets, within which places where a surface touches a plane are
-one: cells that cannot be told from touching lie about it."""
+one: cells that may touch the plane lie about it."""
 
 ALL = 1 << 20
 """Pairs of a plane and a net whose boxes are compared at a time."""
@@ -57,7 +57,7 @@ class Section:
         Seen from the tip of the plane's normal, the side to which the normals of the surface point
         is to the right: around a body they run counter-clockwise.
     touching : ndarray of float64, shape (k, 3)
-        Where the surface touches the plane, or comes so near that it cannot be told.
+        Where the surface touches the plane, or comes so near that rounding hides which.
     coplanar : ndarray of int, shape (c,)
         Patches that lie in the plane, of which the polylines are the border.
     """
