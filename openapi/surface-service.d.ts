@@ -157,14 +157,20 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Where rays hit a surface
-         * @description Looks for the hits of rays with the whole surface, and proves that none is missed.
+         * Where rays hit a surface, or planes cut it
+         * @description Looks for the hits of rays, or for the sections by planes, of the whole surface.
          *
-         *     Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a hit;
-         *     every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
-         *     share count once. Tubes and ribbons have no hits (`not_parametric`).
+         *     **Rays.** Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a
+         *     hit; every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
+         *     share count once.
+         *
+         *     **Planes.** A section is a set of polylines within a tolerance of it. No part of it is lost,
+         *     however small; polylines are closed where the surface is. The response is in the format that
+         *     `format` names or `Accept` prefers; JSON without either.
+         *
+         *     Tubes and ribbons have no hits and no sections (`not_parametric`).
          */
-        post: operations["intersectRays"];
+        post: operations["intersectSurface"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1787,13 +1793,15 @@ export interface components {
         };
         /**
          * IntersectRequest
-         * @description A surface, and rays whose hits are looked for.
+         * @description A surface, and rays whose hits are looked for, or planes whose sections are.
          */
         IntersectRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /** @description The rays. */
-            rays: components["schemas"]["Rays"];
+            rays?: components["schemas"]["Rays"];
+            /** @description Instead of rays: planes. */
+            planes?: components["schemas"]["PlaneSet"];
             /**
              * Hits
              * @description Whether the first hit of each ray is answered, or all.
@@ -1808,7 +1816,25 @@ export interface components {
              * @example 0.000001
              */
             relative_thickness?: number;
+            /**
+             * Tolerance
+             * @description Of planes: the distance, in model units, within which sections stay from the straight lines between the points of their polylines.
+             * @example 0.001
+             */
+            tolerance?: number;
+            /**
+             * Relative Tolerance
+             * @description Instead of a tolerance: as a part of the diagonal of the box of the control points.
+             * @default 0.001
+             * @example 0.0001
+             */
+            relative_tolerance?: number;
         };
+        /**
+         * Intersections
+         * @description Hits of rays, or sections by planes.
+         */
+        Intersections: components["schemas"]["RayHits"] | components["schemas"]["Sections"];
         /**
          * Interval
          * @description A number, and an interval that provably holds the truth, rounding included.
@@ -2788,6 +2814,54 @@ export interface components {
             name?: string;
         };
         /**
+         * PlaneSet
+         * @description Planes n · p = d, n a unit normal; row k of both fields belongs to plane k.
+         */
+        PlaneSet: {
+            /**
+             * Normals
+             * @description Normals of the planes, [x, y, z], of any length but 0; or one of all.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             */
+            normals: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Offsets
+             * @description Distances d of the planes from zero, in the direction of their normals, at most 1,000; or one of all.
+             * @example [
+             *       0.5,
+             *       1,
+             *       1.5
+             *     ]
+             */
+            offsets?: number[];
+            /**
+             * Points
+             * @description Instead of offsets: a point [x, y, z] of each plane, or one of all.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         0.5
+             *       ]
+             *     ]
+             */
+            points?: [
+                number,
+                number,
+                number
+            ][];
+        };
+        /**
          * Points
          * @description Points of a surface in columns, float64, one row for each requested place.
          */
@@ -3304,6 +3378,128 @@ export interface components {
              * @example sail
              */
             name?: string;
+        };
+        /**
+         * Section
+         * @description The section of a surface by one plane.
+         */
+        Section: {
+            /**
+             * Normal
+             * @description Unit normal of the plane.
+             */
+            normal: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Offset
+             * @description Distance of the plane from zero, along the normal.
+             */
+            offset: number;
+            /**
+             * X Axis
+             * @description Unit vector along x in the coordinates of the plane, as SVG has them.
+             */
+            x_axis: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Y Axis
+             * @description Unit vector along y there: x × y is the normal.
+             */
+            y_axis: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Polylines
+             * @description The polylines; empty where the plane does not cut the surface.
+             */
+            polylines: components["schemas"]["SectionLine"][];
+            /**
+             * Touching
+             * @description Points where the surface touches the plane, or comes so near that rounding hides which.
+             */
+            touching: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Coplanar
+             * @description Numbers of patches that lie in the plane, in the order of the request; the polylines are
+             *     their border.
+             */
+            coplanar: number[];
+        };
+        /**
+         * SectionLine
+         * @description A polyline of a section.
+         */
+        SectionLine: {
+            /**
+             * Closed
+             * @description Whether it is closed; its last point is then its first.
+             */
+            closed: boolean;
+            /**
+             * Points
+             * @description Points of the surface and of the plane, in model units. Seen from the tip of the plane's
+             *     normal, the side to which the normals of the surface point is to the right.
+             */
+            points: [
+                number,
+                number,
+                number
+            ][];
+        };
+        /**
+         * SectionReport
+         * @description Facts about all sections.
+         */
+        SectionReport: {
+            /**
+             * Planes
+             * @description Number of planes.
+             */
+            planes: number;
+            /**
+             * Polylines
+             * @description Number of polylines.
+             */
+            polylines: number;
+            /**
+             * Points
+             * @description Number of their points.
+             */
+            points: number;
+            /**
+             * Deviation Bound
+             * @description No point of a section is farther from its polylines: this is proved, in model units.
+             */
+            deviation_bound: number;
+            /**
+             * Engine
+             * @description Version of the numbers.
+             */
+            engine: number;
+        };
+        /**
+         * Sections
+         * @description Sections of a surface by planes, in their order.
+         */
+        Sections: {
+            /**
+             * Sections
+             * @description The section by each plane.
+             */
+            sections: components["schemas"]["Section"][];
+            report: components["schemas"]["SectionReport"];
         };
         /**
          * SignRequest
@@ -4266,6 +4462,7 @@ export type FormatList = components['schemas']['FormatList'];
 export type GroupDefinition = components['schemas']['GroupDefinition'];
 export type Health = components['schemas']['Health'];
 export type IntersectRequest = components['schemas']['IntersectRequest'];
+export type Intersections = components['schemas']['Intersections'];
 export type Interval = components['schemas']['Interval'];
 export type MeasureRequest = components['schemas']['MeasureRequest'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
@@ -4280,6 +4477,7 @@ export type OperationDefinition = components['schemas']['OperationDefinition'];
 export type PartMeasures = components['schemas']['PartMeasures'];
 export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
+export type PlaneSet = components['schemas']['PlaneSet'];
 export type Points = components['schemas']['Points'];
 export type PointsRequest = components['schemas']['PointsRequest'];
 export type ProjectRequest = components['schemas']['ProjectRequest'];
@@ -4289,6 +4487,10 @@ export type Refusal = components['schemas']['Refusal'];
 export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
 export type RibbonDefinition = components['schemas']['RibbonDefinition'];
+export type Section = components['schemas']['Section'];
+export type SectionLine = components['schemas']['SectionLine'];
+export type SectionReport = components['schemas']['SectionReport'];
+export type Sections = components['schemas']['Sections'];
 export type SignRequest = components['schemas']['SignRequest'];
 export type SignedAddress = components['schemas']['SignedAddress'];
 export type SplitDefinition = components['schemas']['SplitDefinition'];
@@ -4778,9 +4980,15 @@ export interface operations {
             503: components["responses"]["OutOfTime"];
         };
     };
-    intersectRays: {
+    intersectSurface: {
         parameters: {
-            query?: never;
+            query?: {
+                /**
+                 * @description Format of the response; takes precedence over `Accept`.
+                 * @example glb
+                 */
+                format?: "glb" | "gltf" | "json" | "oogl" | "obj" | "svg";
+            };
             header?: never;
             path?: never;
             cookie?: never;
@@ -4791,7 +4999,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The hits. */
+            /** @description The hits, or the sections. */
             200: {
                 headers: {
                     /**
@@ -4799,17 +5007,30 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description A name to save the file under. Not sent with JSON.
+                     * @example attachment; filename="sail.glb"
+                     */
+                    "Content-Disposition"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["RayHits"];
+                    "application/json": components["schemas"]["Intersections"];
+                    "model/gltf-binary": Blob;
+                    "model/gltf+json": {
+                        [key: string]: unknown;
+                    };
+                    "model/x-oogl": string;
+                    "model/obj": string;
+                    "image/svg+xml": string;
                 };
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
