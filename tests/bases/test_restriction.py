@@ -25,7 +25,7 @@ def blossom(points: list[tuple[Fraction, ...]], places: list[Fraction]) -> tuple
     return points[0]
 
 
-@given(st.integers(0, 12), breaks_of)
+@given(st.integers(0, 7), breaks_of)
 def test_rows_are_blossoms(degree: int, breaks: np.ndarray) -> None:
     rows = restriction_matrices(degree, breaks)
     unit = [tuple(Fraction(int(i == k)) for k in range(degree + 1)) for i in range(degree + 1)]

@@ -22,8 +22,8 @@ from tests.test_readme import run_shell
 from tests.web.browser import FOLDER, Stage
 from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
 from tests.web.compiler import complaints, project_of
-from tests.web.test_types import TYPES
 
+TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 TEXT = PAGE.read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))
 EMPTY = "<!doctype html><html lang=en><title>Nothing yet</title><link rel=icon href='data:,'>"
@@ -139,7 +139,7 @@ def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> No
         run_shell(command.replace(SERVED_AT, server), tmp_path)
     made = (tmp_path / TYPES.name).read_text(encoding="utf-8")
     ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
-    assert made.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1]
+    assert made.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1], "run `make types`"
 
 
 def test_meshes_are_kept_as_the_table_says(server: str) -> None:

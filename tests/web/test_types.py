@@ -1,16 +1,13 @@
-"""Types that TypeScript checks: those in the comments of the editor's modules, and those of the
-service, made from the OpenAPI document."""
+"""Types that TypeScript checks: those in the comments of the editor's modules."""
 
 import json
-import subprocess
 from pathlib import Path
 
-from tests.programs import node_package, program
+from tests.programs import node_package
 from tests.web.compiler import complaints
 
 FOLDER = Path(__file__).parent
 PAGE = FOLDER.parents[1] / "service" / "api" / "page"
-TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 
 
 def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
@@ -29,10 +26,3 @@ def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path:
         ["wrong.js(2,11)", "error TS2345"],
         ["wrong.js(3,1)", "error TS2554"],
     ], found
-
-
-def test_committed_types_are_those_of_the_document() -> None:
-    node_package("openapi-typescript")
-    command = [program("node"), str(FOLDER / "types.js")]
-    made = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    assert made.stdout == TYPES.read_text(encoding="utf-8"), "run `make types`"

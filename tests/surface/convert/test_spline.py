@@ -133,7 +133,7 @@ def assert_same(
 spline = partial(converted, BsplineSurface)
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(splines(), st.integers(0, 2), st.integers(0, 2))
 def test_elevated(surface: BsplineSurface, more_u: int, more_v: int) -> None:
     degree = surface.degree[0] + more_u, surface.degree[1] + more_v
@@ -153,7 +153,7 @@ def test_elevated(surface: BsplineSurface, more_u: int, more_v: int) -> None:
         np.testing.assert_array_equal(new, old + more)
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(splines(), st.tuples(*[st.floats(0, 1)] * 4), st.sampled_from(["u", "v", "uv"]))
 def test_piece(
     surface: BsplineSurface, shares: tuple[float, float, float, float], which: str
@@ -179,7 +179,7 @@ def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
     return first < last and float(gaps.min()) > 1e-5
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(splines(parted=False))
 def test_transposed_and_reversed(surface: BsplineSurface) -> None:
     assert_same(spline(surface, Transpose()), surface, lambda u, v: (v, u))
@@ -194,7 +194,7 @@ def test_transposed_and_reversed(surface: BsplineSurface) -> None:
         assert_same(made, surface, ends)
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(splines())
 def test_bezier_patches(surface: BsplineSurface) -> None:
     made = convert(surface, [ToBezier()])
@@ -213,7 +213,7 @@ def test_bezier_patches(surface: BsplineSurface) -> None:
             np.testing.assert_allclose(there(s, t), wanted, rtol=0, atol=4e-12)
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(splines(), st.floats(0.1, 0.9), st.none() | st.floats(0.1, 0.9))
 def test_split(surface: BsplineSurface, share: float, other: float | None) -> None:
     """A group of splines over parts of the domain, which begin where another ends."""

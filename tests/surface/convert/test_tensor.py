@@ -59,7 +59,7 @@ def refusal(surface: Surface, *operations: Operation, points: int = 10**6) -> tu
     return issue.code, issue.pointer
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(degrees, st.integers(4, 6), seeds, st.booleans())
 def test_elevated_patches(degree: tuple[int, int], most: int, seed: int, rational: bool) -> None:
     surface = random_patches(degree, seed, rational)
@@ -71,7 +71,7 @@ def test_elevated_patches(degree: tuple[int, int], most: int, seed: int, rationa
         assert_same(patch_values(higher, patch), patch_values(surface, patch))
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), cuts)
 def test_split_patch(
     degree: tuple[int, int], seed: int, rational: bool, cuts: tuple[float | None, float | None]
@@ -103,7 +103,7 @@ def _within(
     return begins[0] + u * widths[0], begins[1] + v * widths[1]
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), ends, ends)
 def test_piece_of_a_patch(
     degree: tuple[int, int], seed: int, rational: bool, u: list[float], v: list[float]

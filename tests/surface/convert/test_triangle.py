@@ -117,7 +117,7 @@ triangle = partial(converted, TriangleSurface)
 patches = partial(converted, PatchSurface)
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(degrees, st.integers(0, 4), seeds, st.booleans())
 def test_elevated_triangle(degree: int, more: int, seed: int, rational: bool) -> None:
     surface = random_triangle(degree, seed, rational)
@@ -127,7 +127,7 @@ def test_elevated_triangle(degree: int, more: int, seed: int, rational: bool) ->
         assert_near(of_triangle(made, at), of_triangle(surface, at))
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), st.tuples(*[st.integers(1, 9)] * 3))
 def test_split_triangle(
     degree: int, seed: int, rational: bool, shares: tuple[int, int, int]
@@ -164,7 +164,7 @@ def test_transposed_and_reversed_triangle(operation: Operation, two: tuple[int, 
     np.testing.assert_array_equal(twice.weights, surface.weights)
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(st.tuples(degrees, degrees), seeds, st.booleans(), st.sampled_from(["lower", "upper"]))
 def test_half_of_a_patch(degree: tuple[int, int], seed: int, rational: bool, half: Half) -> None:
     surface = random_bezier(degree, seed, rational)
