@@ -1,10 +1,14 @@
 """Every kind of surface tells how large it becomes, and it is what comes out, or no less."""
 
 from abc import ABC
-from typing import get_args
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any, get_args
 
 import pytest
 
+from service.schemas.surfaces import KINDS
 from service.surface import Surface
 from service.surface.batches import TrianglePatches
 from service.surface.examples import EXAMPLES, find
@@ -12,6 +16,8 @@ from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
+
+SERVICE = Path(__file__).parents[2] / "service"
 
 
 def test_every_kind_has_its_size() -> None:
@@ -58,3 +64,17 @@ def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
         assert width <= surface.stored_size().width
     if not isinstance(surface, GroupSurface):
         assert surface.stored_size() == size
+
+
+def test_every_kind_is_listed_where_requests_look_for_it() -> None:
+    def classes(room: str) -> Iterator[Any]:
+        for file in (SERVICE / room).glob("[a-z]*.py"):
+            module = import_module(f"service.{room}.{file.stem}")
+            yield from (c for c in vars(module).values() if isinstance(c, type))
+
+    kinds = {c for c in classes("surface") if issubclass(c, SurfaceKind) and c is not SurfaceKind}
+    assert kinds == {*get_args(Surface)}, "list the kind in service/surface/__init__.py"
+    models = [c for c in classes("schemas") if hasattr(c, "to_surface")]
+    types = [c.model_fields["type"] for c in models if "type" in c.model_fields]
+    names = {name for field in types for name in get_args(field.annotation)}
+    assert names == {*KINDS}, "list the kind in service/schemas/surfaces.py"

@@ -244,6 +244,7 @@ def test_a_ramp_is_one_patch() -> None:
     ),
     tests=(
         "tests/surface/test_ramp.py",
+        "tests/surface/test_sizes.py",
         "tests/schemas",
         "tests/storage",
         "tests/api/test_mesh.py",
