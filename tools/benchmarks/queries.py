@@ -1,4 +1,6 @@
-"""Closest points a second, beside those of Open CASCADE where `make bench-occ` installed it.
+"""Rays a second; and closest points a second, beside those of Open CASCADE.
+
+The latter where `make bench-occ` installed it.
 
 Points are strewn in the box of the control points, made larger by a fifth. Both take turns; time is
 that of the processor. `wrong` are points for which the least distance that was found is not within
@@ -15,6 +17,7 @@ from statistics import median
 import numpy as np
 
 from service.engine.models import as_patches
+from service.engine.queries.intersect import RayQuery, intersect_rays
 from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
@@ -22,8 +25,8 @@ from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 from tools.certify.surfaces import FAMILIES
 
-ROUNDS, OURS, THEIRS = 5, 20_000, 400
-"""Rounds, and points in each."""
+ROUNDS, OURS, THEIRS, RAYS = 5, 20_000, 400, 50_000
+"""Rounds, points in each, and rays."""
 
 PYTHON = Path("build/occ/bin/python")
 WORKER = Path(__file__).with_name("open_cascade_closest.py")
@@ -46,6 +49,29 @@ def run() -> None:
         cells = [f"{OURS / ours:12,.0f}", f"{wrong[0]:8}"]
         cells += [f"{THEIRS / theirs:12,.0f}", f"{wrong[1]:8}"] if theirs else [f"{'-':>12}", ""]
         print(f"{title:24}" + "".join(cells), flush=True)
+    print(f"\n{'rays a second':24}{'first hits':>12}{'all hits':>12}{'hits a ray':>12}")
+    for title, surface in surfaces.items():
+        rates, each = ray_rates(as_patches(surface.lower()))
+        print(f"{title:24}" + "".join(f"{rate:12,.0f}" for rate in rates) + f"{each:12.2f}")
+
+
+def ray_rates(model: PatchModel) -> tuple[list[float], float]:
+    """Rays a second, first hits and all, and hits of a ray: from a sphere to points of the box."""
+    low, high = model.bounds
+    rng = np.random.default_rng(1)
+    away = rng.normal(size=(RAYS, 3))
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    origins = (low + high) / 2 + 0.75 * model.diagonal * away
+    directions = rng.uniform(low, high, (RAYS, 3)) - origins
+    seconds: list[list[float]] = [[], []]
+    hits = 0
+    for _ in range(ROUNDS):
+        for which, only_first in enumerate((True, False)):
+            start = time.process_time()
+            query = RayQuery(origins, directions, only_first)
+            hits = len(intersect_rays(model, query, 10**7)["t"])
+            seconds[which].append(time.process_time() - start)
+    return [RAYS / median(each) for each in seconds], hits / RAYS
 
 
 def compared(

@@ -26,8 +26,12 @@ lie between the points at y = −1 and y = 1 of the curve P = 0, if these are in
 so m_y is its larger component. ∎ A point of the cell with |P| ≤ τ instead of 0 moves this by at
 most 2 |m'| / |m_y| τ, with m' = M⁻¹ (0, 1); `spread` is 4 times this quotient.
 
+Where |x₁| = |m_x / m_y| ≥ ½, x goes in one direction along the curve as well, and it may end at a
+side x = ±1 instead.
+
 A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2: all of the curve
-P = 0 in it is then so near to the ray.
+P = 0 in it is then so near to the ray; but not if |h₁| > |h₀| + |h₂| + δ, or |h₁| > 2 (|h₂| + δ):
+then H changes its sign, or may in the next cell; smaller cells will be settled, or have no hit.
 
 **Rounding** is covered as in `ray_bounds`.
 """
@@ -124,6 +128,7 @@ def grazed_strips(
     wide = (np.abs(h1) + np.abs(h2) + delta) * SAFE
     empty |= np.abs(h0) > wide
     thin = np.abs(h0) + wide <= thickness / 2
+    thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
     # Theorem 2.
     size = np.abs(ta * pb - tb * pa)
     most = np.zeros(len(size))

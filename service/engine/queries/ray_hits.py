@@ -12,7 +12,8 @@ space. In a cluster
 - strips and points become one hit: along where their interval is long and as near to the ray
   everywhere, else touching; a crossing
   where all are points, as at a pole, of which the normals are on one side. It takes near places at
-  its ends, and proved ones within it that are almost tangent.
+  its ends; but beside proved crossings that are almost tangent, strips only make their intervals
+  longer.
 """
 
 from collections.abc import Sequence
@@ -167,18 +168,30 @@ def _merge(
         ends = t[origin >= Origin.STRIP]
         inner = (hits.low[near] > ends.min()) & (hits.high[near] < ends.max())
         near = near[inner & (np.abs(sines[near]) > TANGENT)]
-        proved = proved[np.abs(sines[proved]) > TANGENT]
+        flat = proved[np.abs(sines[proved]) <= TANGENT]
         sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
         residuals = hits.residual[rows[origin == Origin.STRIP]]
         long, even = limits
         if high - low > long and len(residuals) and np.ptp(residuals) <= even[rows[0]]:
             chosen, kind = strips[np.lexsort((hits.residual[strips], ends))[0]], Kind.ALONG
+            inner = (hits.low[flat] <= high) & (hits.high[flat] >= low)
+            proved = np.setdiff1d(proved, flat[inner])
+            high = max(high, hits.high[flat[inner]].max(initial=high))
+            low = min(low, hits.low[flat[inner]].min(initial=low))
+        elif len(flat):
+            # What else may be hit beside a crossing that is almost tangent is told with it.
+            for row in strips:
+                chosen = flat[np.argmin(np.abs(hits.t[flat] - hits.t[row]))]
+                hits.low[chosen] = min(hits.low[chosen], hits.low[row])
+                hits.high[chosen] = max(hits.high[chosen], hits.high[row])
+            chosen = None
         else:
             chosen = strips[np.argmin(hits.residual[strips])]
             one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
             kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
-        hits.low[chosen], hits.high[chosen] = low, high
-        found.append((int(chosen), kind))
+        if chosen is not None:
+            hits.low[chosen], hits.high[chosen] = low, high
+            found.append((int(chosen), kind))
     for sign in (-1, 1):
         if (sines[proved] * sign > 0).any():
             near = near[sines[near] * sign <= 0]

@@ -19,6 +19,9 @@ STEPS = 8
 STRIP_STEPS = 4
 """Of Newton's method across a strip."""
 
+OBLIQUE = 1 / 2
+"""|x₁| from which on a strip may end at a side x = ±1 (Theorem 2 of `grazing`)."""
+
 EXACT = 4
 """How far from a ray a place is that Newton's method need not move, in units of rounding."""
 
@@ -146,24 +149,29 @@ def find_strips(
 ) -> tuple[Hits, Bools]:
     """Both ends of the strips of thin pairs, and which pairs are done; the others are to be halved.
 
-    A pair is done if the points of the curve P = 0 at y = −1 and y = 1 are within the cell: the
-    nearest ones in it are within the thickness of the ray.
+    A pair is done if both ends of the curve P = 0, at y = −1 and y = 1, or at x = ±1 where it
+    leaves the cell there, are within the cell: the nearest points in it are within the thickness.
     """
     x0, x1 = strips.line
     rows = np.arange(len(ray))
     ends, fine = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
-        x = np.clip(x0 + x1 * y, -1.0, 1.0)
+        x = x0 + x1 * y
+        # The curve leaves the cell at x = ±1 where it runs as much along x as along y.
+        is_side = (np.abs(x) > 1) & (np.abs(x1) >= OBLIQUE)
+        side = np.sign(x)
+        fixed = np.where(is_side, side, y)
+        free = np.clip(np.where(is_side, (side - x0) / x1, x), -1.0, 1.0)
+        is_free_a = strips.is_along_b != is_side
         for left in range(STRIP_STEPS, -1, -1):
-            at = np.where(strips.is_along_b, np.stack([x, np.full_like(x, y)]), 0.0)
-            at += np.where(strips.is_along_b, 0.0, np.stack([np.full_like(x, y), x]))
+            at = np.where(is_free_a, np.stack([free, fixed]), np.stack([fixed, free]))
             seen = _look(cells, rays, ray, cell, at)
             if not left:
                 break
-            dx = np.where(strips.is_along_b, seen.half[0] * seen.du, seen.half[1] * seen.dv)
+            slope = np.where(is_free_a, seen.half[0] * seen.du, seen.half[1] * seen.dv)
             p = dot(strips.across, seen.position - rays.origin[:, ray])
-            x = np.clip(x - p / dot(strips.across, dx), -1.0, 1.0)
-            x = np.where(np.isfinite(x), x, 0.0)
+            free = np.clip(free - p / dot(strips.across, slope), -1.0, 1.0)
+            free = np.where(np.isfinite(free), free, 0.0)
         fine &= seen.residual <= rays.thickness[ray]
         ends.append(seen)
     rows = np.flatnonzero(fine)
