@@ -1,7 +1,7 @@
 """An example: the hull of a ship, of several B-splines that meet in edges; port mirrors starboard.
 
 Control points run from the transom to the stem and from the keel to the rail. Deck, keel and
-transom have the border points of the sides.
+transom have the border points of the sides. All normals point outwards, so that it has a volume.
 """
 
 from math import cos, pi, sin
@@ -39,7 +39,7 @@ def hull() -> MultipatchSurface:
             _spline(_across(right[:, -1], ARCH), (3, 2), f"deck {name}", OAK),
             _spline(_across(left[:, 0], 0.0), (3, 2), f"keel {name}", NAVY),
         ]
-    stern = np.stack([side[0] * (1, -1, 1), side[0] * (1, 0, 1), side[0]])
+    stern = np.stack([side[0], side[0] * (1, 0, 1), side[0] * (1, -1, 1)])
     stern[1, -1] = _across(side[:1, -1], ARCH)[0, 1]
     surfaces.append(_spline(stern, (2, 3), "transom", WHITE))
     return MultipatchSurface(tuple(surfaces), "z", "ship-hull")
