@@ -59,7 +59,8 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     begin, end = _pairs(cell[own])
     pairs = np.stack([node[own[begin]], node[own[end]]], axis=1)
     owner = cell[own[begin]]
-    keep = (pairs[:, 0] != pairs[:, 1]) & ~_along_sides(segments, owner, pairs)
+    loops = pairs[:, 0] == pairs[:, 1]
+    keep = ~loops & ~_along_sides(segments, owner, pairs)
 
     flat, flat_sense = _sides_in_plane(cells, segments)
     crossing = _crossings(cells, segments)
@@ -69,7 +70,9 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     spokes, touching = _spokes(crossing[cell[joined]] + nodes, node[joined], crossing, nodes)
     ends = np.concatenate([pairs[keep], flat, spokes])
     sense = np.concatenate([cells.sense[owner[keep]], flat_sense, np.zeros(len(spokes))])
-    touching = np.concatenate([_free_nodes(segments, ends, cells), touching])
+    # A patch that is folded to a curve passes through the plane at a node of both of its sides.
+    free = _free_nodes(segments, ends, cells, pairs[loops, 0])
+    touching = np.concatenate([free, touching])
     return Arcs(ends, sense, crossing, touching)
 
 
@@ -205,12 +208,13 @@ def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, In
     return np.concatenate([through, pairs[~twofold]]), touching
 
 
-def _free_nodes(segments: Segments, ends: Ints, cells: CellTable) -> Ints:
-    """Corners in the plane and double roots without arcs: there the surface touches the plane."""
+def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -> Ints:
+    """Nodes without arcs at which the surface meets the plane: corners, double roots, loops."""
     is_free = np.zeros(len(segments.node_net), bool)
     is_free[: len(segments.value)] = segments.value == 0
     again = np.diff(segments.root_node, prepend=-1) == 0
     is_free[segments.root_node[again]] = True
+    is_free[loops[loops >= len(segments.value)]] = True
     is_free[ends[ends < len(is_free)]] = False
     is_free[segments.corner[(cells.kind == SINGULAR) | (cells.kind == COPLANAR)]] = False
     return np.flatnonzero(is_free)
