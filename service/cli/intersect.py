@@ -40,7 +40,7 @@ def add(commands: Commands) -> None:
     group.add_argument(
         "--relative-thickness",
         metavar="X",
-        help="how near a ray may pass to be told to hit, in diagonals (1e-9)",
+        help="how near a ray may pass to count as a hit, in diagonals (1e-9)",
     )
     add_fields(intersect)
     intersect.set_defaults(run=_run)

@@ -1,4 +1,4 @@
-"""`surface measure`: flags, and what is refused."""
+"""`surface measure`: flags and refusals."""
 
 import json
 

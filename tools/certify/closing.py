@@ -91,7 +91,7 @@ def _judge(near: Near, case: Case, options: MeshOptions) -> None:
 
 
 def _in_other_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
-    """The same patches, or surfaces, in another order."""
+    """Patches, or surfaces, in the reverse order."""
     if isinstance(surface, MultipatchSurface):
         return replace(surface, surfaces=surface.surfaces[::-1])
     if not isinstance(surface, PatchSurface):

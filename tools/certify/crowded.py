@@ -115,7 +115,7 @@ def crowded(seed: int) -> Case:
 
 
 def _crowd(rng: Random, count: int, degree: int, gap: float, far: int) -> Array:
-    """Knots of which some are `gap` of the range apart, as many as the degree at most.
+    """Knots of which at most `degree` are `gap` of the range apart.
 
     Less than 10^far ranges from zero.
     """

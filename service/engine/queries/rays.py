@@ -16,7 +16,7 @@ an interval that holds all of its hits by Theorem 2 of `grazing`, a small cell o
 whole cell. Merging only joins intervals. ∎
 
 A hit that is proved is a crossing: there is such a point. A ray that comes nearer than τ to a
-border, an edge or a pole of the surface, or touches it so nearly, may be told to hit it.
+border, an edge or a pole of the surface, or touches it so nearly, may count as a hit.
 
 The work on a ray has a budget: if more cells are open, it ends, and `reached` is false.
 """
