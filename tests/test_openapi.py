@@ -323,7 +323,8 @@ def test_what_stands_beside_a_file_is_listed_with_examples_that_are_taken() -> N
 
 def test_request_examples_show_every_kind_of_surface_every_option_and_every_operation() -> None:
     meshes, conversions = (examples_of(path).values() for path in ("/v1/mesh", "/v1/convert"))
-    assert {mesh["surface"].get("type", KINDS[0]) for mesh in meshes} == set(KINDS)
+    shown = {mesh["surface"].get("type", KINDS[0]) for mesh in meshes}
+    assert shown == set(KINDS), "show the kind in service/api/openapi/requests.json"
     options = SCHEMAS["MeshRequest"]["properties"]
     by_themselves = {name for name, schema in options.items() if "examples" in schema}
     assert set().union(*meshes) | by_themselves == set(options)
