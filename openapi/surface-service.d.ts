@@ -3068,7 +3068,7 @@ export interface components {
         RayHits: {
             /**
              * Reached
-             * @description Of each ray: whether all of its hits, or its first one, are told. False where the budget of
+             * @description Of each ray: whether all of its hits, or its first one, are listed. False where the budget of
              *     work ended, as where a surface is a line along the ray, or where the ray comes from so far away
              *     that rounding is larger than the thickness.
              */
