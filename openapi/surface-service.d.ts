@@ -2398,7 +2398,7 @@ export interface components {
             oogl?: "cquad" | "mesh" | "off" | "bez";
             /**
              * Quantize
-             * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+             * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
              * @default false
              * @example true
              */
@@ -2960,7 +2960,7 @@ export interface components {
         };
         /**
          * PointsRequest
-         * @description Parameters at which a surface is evaluated, and what shall be told of each point.
+         * @description Parameters at which a surface is evaluated, and the derivatives to return.
          */
         PointsRequest: {
             /** @description The surface, by its control points. */
@@ -4601,7 +4601,7 @@ export interface operations {
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
+                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
                 /** @description With a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Default: "none". */
                 compression?: "none" | "meshopt";
@@ -4743,7 +4743,7 @@ export interface operations {
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
+                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
                 /** @description With a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Default: "none". */
                 compression?: "none" | "meshopt";
@@ -5409,7 +5409,7 @@ export interface operations {
                  */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
                 /**
-                 * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+                 * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
                  * @example true
                  */
                 quantize?: boolean;

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.surface.examples import find
 
@@ -28,7 +28,7 @@ PAPER = np.array([252.0, 250, 246])
 
 def distance_map() -> NDArray[np.uint8]:
     """The picture, (HEIGHT, WIDTH, 3)."""
-    model = as_patches(find(EXAMPLE).surface().lower())
+    model = to_patches(find(EXAMPLE).surface().lower())
     low, high = model.bounds
     middle, size = (low + high) / 2, 1.25 * (high - low).max()
     x, z = np.meshgrid(

@@ -103,7 +103,7 @@ def variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, En
     lines: tuple[OverlayName, ...] = ("control_net", "boundary")
     yield "lines", MeshOptions(resolution, overlays=lines, isocurves=(2, 3)), plain
     yield "tubes", MeshOptions(resolution, isocurves=(1, 1), wires="tubes", wire_sides=4), plain
-    ribbons = MeshOptions(resolution, isocurves=(2, 1), wires="ribbons", surface=False)
+    ribbons = MeshOptions(resolution, isocurves=(2, 1), wires="ribbons", has_faces=False)
     yield "ribbons", ribbons, plain
     yield "quantized", base, EncodeOptions(quantize=True)
     yield "compressed", base, EncodeOptions(quantize=True, compression="meshopt")

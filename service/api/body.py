@@ -26,9 +26,9 @@ from service.api.workers import Job
 from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue
-from service.schemas.document import Budget
+from service.schemas.document import DocumentBudget
 from service.schemas.fields import RequestModel
-from service.schemas.surface_query import document_from_query, with_fields
+from service.schemas.surface_query import add_fields, document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.settings.runtime import pause_collection
 from service.settings.values import Settings
@@ -100,7 +100,7 @@ class BodyRoute(APIRoute):
 
         def decode(body: bytes) -> Tree:
             net = decoder.decode(body, fields.get("type"), most)
-            return {**beside, "surface": with_fields(net, fields)}
+            return {**beside, "surface": add_fields(net, fields)}
 
         return decode
 
@@ -163,7 +163,7 @@ async def _read_body(
     # The server has checked that it is a number; 20 digits show whether it is too large.
     if declared.isdigit() and int(declared[:20]) > largest:
         raise body_too_large(settings, is_json=decoder is None)
-    count = Budget(services.documents)
+    count = DocumentBudget(services.documents)
     chunks: list[bytes] = []
     received, is_complete = 0, False
     try:

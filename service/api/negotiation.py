@@ -16,7 +16,7 @@ from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
-from service.schemas.scan import shortened
+from service.schemas.scan import shorten
 
 USUAL = 200
 """Longest Accept header or query, in characters, whose parsed form is cached."""
@@ -131,7 +131,7 @@ def refuse_parameters(names: Iterable[str]) -> None:
 
 def _refuse_unknown(names: Iterable[str], needed: str) -> None:
     message, got = "This call has no parameter of this name.", "an unknown parameter"
-    places = [pointer([shortened(name)]) for name in sorted(names)]
+    places = [pointer([shorten(name)]) for name in sorted(names)]
     if places:
         raise InvalidQuery(*(Issue("unknown_field", message, at, got, needed) for at in places))
 

@@ -26,12 +26,12 @@ class NetFile:
 
     def document(self) -> dict[str, Any]:
         """The request without options; raises the errors of the file."""
-        from service.schemas.surface_query import surface_fields, with_fields
+        from service.schemas.surface_query import add_fields, surface_fields
         from service.settings.environment import from_environment
 
         most = from_environment().max_control_points
         net = self.decoder.decode(self.content, self.fields.get("type"), most)
-        return {"surface": with_fields(net, surface_fields(self.fields))}
+        return {"surface": add_fields(net, surface_fields(self.fields))}
 
 
 def add_fields(command: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.bases.cache import Result, derive_once
 from service.encoders.text import FLOAT64_CHARS, rows
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.errors import Issue, UnsupportedByFormat
@@ -53,7 +53,7 @@ def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexAr
     if mesh.colors is None or mesh.welds is None:
         positions, row = shared_positions(mesh)
         return positions, mesh.colors, row
-    leader = leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
+    leader = find_leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
     first = _leads(leader)
     return absolute(mesh.positions[first], mesh), mesh.colors[first], _rows_of_leaders(leader)
 

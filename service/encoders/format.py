@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 
 from service.encoders.pieces import Content
 from service.engine.mesh.mesh_value import Mesh, Overlay
-from service.engine.scenes.scene import Scene, flattened
+from service.engine.scenes.scene import Scene, flatten
 from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel
 
@@ -118,5 +118,5 @@ class Format(FileFormat):
     def write_scene(self, scene: Scene, options: EncodeOptions) -> Content:
         """The file of a scene; formats without nodes get one flattened mesh."""
         if self.encode_scene is None:
-            return self.encode(flattened(scene), options)
+            return self.encode(flatten(scene), options)
         return self.encode_scene(scene, options)

@@ -7,19 +7,19 @@ from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
 from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.options import MeshOptions
-from service.engine.quantize import gridded
-from service.engine.scenes.apart import told_apart
-from service.engine.scenes.scene import Scene, arranged, flattened, in_single
+from service.engine.quantize import quantize
+from service.engine.scenes.apart import separate_members
+from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
 from service.engine.sweeps.sweep import sweep
-from service.engine.tessellate import overlays_of, tessellate
-from service.engine.wires.draw import line_overlay, with_wires, without_faces
-from service.engine.wires.isocurves import isocurves
+from service.engine.tessellate import draw_overlays_alone, tessellate
+from service.engine.wires.draw import add_wires, draw_without_faces, line_overlay
+from service.engine.wires.isocurves import sample_isocurves
 from service.measuring import Measured
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
 MOST = 1 << 31
-"""Triangles of a mesh by tolerance where nobody limits them."""
+"""Triangles of a mesh by tolerance without a limit by the request."""
 
 
 def build(
@@ -29,37 +29,37 @@ def build(
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
         made = meshing(model, options, storage, nodes=False).made(goal, MOST)
-        return flattened(made) if isinstance(made, Scene) else made
+        return flatten(made) if isinstance(made, Scene) else made
     if isinstance(model, GroupModel):
-        mesh = flattened(build_scene(model, options, allow=allow))
-        return in_single(mesh) if single else mesh
-    return _alone(model, options, single, allow)
+        mesh = flatten(build_scene(model, options, allow=allow))
+        return round_to_single(mesh) if single else mesh
+    return _build_single(model, options, single, allow)
 
 
-def _alone(
+def _build_single(
     model: PatchModel | SweepModel, options: MeshOptions, single: bool, allow: Allow
 ) -> Mesh:
     """The mesh of a model that is no group."""
     if isinstance(model, SweepModel):
         with Measured("sweep"):
             return sweep(model, options, single=single)
-    if options.wired or not options.surface:
+    if options.has_wires or not options.has_faces:
         model, _ = join(model, options.weld_tolerance, allow)
-    if options.surface:
+    if options.has_faces:
         mesh = tessellate(model, options, single=single, allow=allow)
     else:
-        mesh = without_faces(model, options, single=single)
-    if options.wired:
-        curves = isocurves(model, options.resolution, options.isocurves)
-        mesh = with_wires(mesh, model, options, curves)
+        mesh = draw_without_faces(model, options, single=single)
+    if options.has_wires:
+        curves = sample_isocurves(model, options.resolution, options.isocurves)
+        mesh = add_wires(mesh, model, options, curves)
     return mesh
 
 
-def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
+def draw_lines(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
     """The lines that are asked for, in float64 and model coordinates, where there is no mesh."""
-    overlays = overlays_of(model, options)
-    if options.wired:
-        curves = isocurves(model, options.resolution, options.isocurves)
+    overlays = draw_overlays_alone(model, options)
+    if options.has_wires:
+        curves = sample_isocurves(model, options.resolution, options.isocurves)
         overlays = (*overlays, line_overlay(curves))
     return overlays
 
@@ -82,8 +82,8 @@ def build_scene(
         if isinstance(made, Scene):
             return made
     joined = join_group(model, options, allow)
-    meshes = tuple(_alone(m, options, single, allow) for m in joined.group.models)
-    scene = arranged(joined.group, meshes)
-    on = gridded(scene, joined.group, options) if quantized else scene
+    meshes = tuple(_build_single(m, options, single, allow) for m in joined.group.models)
+    scene = arrange(joined.group, meshes)
+    on = quantize(scene, joined.group, options) if quantized else scene
     assert isinstance(on, Scene)
-    return told_apart(on, joined, is_welded=options.weld)
+    return separate_members(on, joined, is_welded=options.weld)

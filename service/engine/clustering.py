@@ -6,10 +6,10 @@ from service.bases.arrays import Ints, RealArray
 
 MAX_ROUNDS = 64
 """Groups told apart at one place before what is left there stays single. Only the apex of a finely
-divided cone has so many; too many groups are no error."""
+divided cone has this many; too many groups are no error."""
 
 
-def leaders(place: Ints, values: RealArray, reach: float) -> Ints:
+def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
     """For each row the first one that it is near: at the same place, at most `reach` away.
 
     The first row at a place leads the first group; the first that is not near it leads the next.

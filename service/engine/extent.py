@@ -24,7 +24,7 @@ def is_moved(origin: FloatArray) -> bool:
     return origin is not AT_ZERO and bool(origin.any())
 
 
-def extent(points: RealArray) -> tuple[RealArray, RealArray]:
+def find_extent(points: RealArray) -> tuple[RealArray, RealArray]:
     """Least and greatest coordinates of points (N, d), N ≥ 1, in their own precision.
 
     A reduction over rows of three numbers runs row by row. Over the columns of a transposed copy,
@@ -43,16 +43,16 @@ def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     return low, high
 
 
-def stored_bounds(
+def find_stored_bounds(
     positions: RealArray, origin: FloatArray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Least and greatest coordinates of the vertices, in the model's own system."""
     x, y, z = origin.tolist()
-    (a, b, c), (d, e, f) = (bound.tolist() for bound in extent(positions))
+    (a, b, c), (d, e, f) = (bound.tolist() for bound in find_extent(positions))
     return (a + x, b + y, c + z), (d + x, e + y, f + z)
 
 
-def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
+def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     """Origin of float32 positions within these bounds: zero, unless that would lose the shape."""
     lows, highs = low.tolist(), high.tolist()
     sizes = [above - below for below, above in zip(lows, highs, strict=True)]

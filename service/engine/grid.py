@@ -31,15 +31,15 @@ CORNER = sqrt(3) / 2
 FLOAT32_MAX = float(np.finfo(np.float32).max)
 
 
-def step_of(low: FloatArray, high: FloatArray) -> float:
-    """The least step of a grid for what is between these bounds."""
+def find_step(low: FloatArray, high: FloatArray) -> float:
+    """The least step of a grid that covers these bounds."""
     furthest = max(-float(low.min()), float(high.max()))
     least = max(float((high - low).max()) / LONGEST, furthest * FINEST, SMALLEST)
     mantissa, exponent = frexp(least)
     return ldexp(1.0, exponent - (mantissa == 0.5))
 
 
-def on_grid(positions: FloatArray, step: float) -> FloatArray:
+def round_to_grid(positions: FloatArray, step: float) -> FloatArray:
     """The multiples of a step that are next to some coordinates."""
     # The next one beyond the largest float32 would be none.
     most = FLOAT32_MAX // step

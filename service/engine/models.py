@@ -1,13 +1,13 @@
-"""What is asked of models of any form, and what is made of them before they are meshed."""
+"""Questions about models of any form, and changes to them before they are meshed."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from service.engine.options import MeshOptions
-from service.engine.scenes.colors import tinted
-from service.engine.scenes.scene import placed_points
-from service.engine.wires.draw import width_of
+from service.engine.scenes.colors import tint
+from service.engine.scenes.scene import place_points
+from service.engine.wires.draw import find_width
 from service.errors import InvalidRequest, Issue
 from service.surface.batches import (
     Channel,
@@ -30,7 +30,7 @@ NOT_PATCHES = Issue(
 )
 
 
-def reach(model: Model, options: MeshOptions) -> float:
+def find_reach(model: Model, options: MeshOptions) -> float:
     """The largest coordinate, in absolute value, that wires with faces can come to."""
     if isinstance(model, GroupModel):
         models = [(model.models[member.model], member.matrix) for member in model.members]
@@ -40,44 +40,44 @@ def reach(model: Model, options: MeshOptions) -> float:
     for own, matrix in models:
         if isinstance(own, PatchModel):
             # A mitre reaches √2 times as far as a wire is thick.
-            around = width_of(own, options)
+            around = find_width(own, options)
             low, high = place_bounds((own.bounds[0] - around, own.bounds[1] + around), matrix)
             furthest = max(furthest, -float(low.min()), float(high.max()))
     return furthest
 
 
-def carrying(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
+def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
     """The model with channels of these kinds alone, and base colours only where colours are.
 
     Unless meshes are kept `apart`, a group keeps of the attributes those that all members have.
     """
     if not isinstance(model, GroupModel):
-        return _only(model, kinds)
-    models = [_only(own, kinds) for own in model.models]
+        return _keep_kinds(model, kinds)
+    models = [_keep_kinds(own, kinds) for own in model.models]
     if not apart:
-        common = set.intersection(*({*_attributes_of(own)} for own in models))
-        models = [_with_attributes(own, common) for own in models]
+        common = set.intersection(*({*_find_attributes(own)} for own in models))
+        models = [_keep_attributes(own, common) for own in models]
     members = model.members
     if "colors" not in kinds:
         members = tuple(replace(member, color=None) for member in members)
     return replace(model, models=tuple(models), members=members)
 
 
-def colored(model: GroupModel) -> bool:
+def has_colors(model: GroupModel) -> bool:
     """Whether any member has a base colour."""
     return any(member.color is not None for member in model.members)
 
 
-def highest_degree(model: Model) -> int:
+def find_highest_degree(model: Model) -> int:
     """The highest degree of any patch in either direction, or of a curve that is swept along."""
     if isinstance(model, GroupModel):
-        return max(map(highest_degree, model.models))
+        return max(map(find_highest_degree, model.models))
     if isinstance(model, SweepModel):
         return model.pieces.degree
     return max(max(batch.side_degrees) for batch in model.batches)
 
 
-def as_patches(model: Model) -> PatchModel:
+def to_patches(model: Model) -> PatchModel:
     """The model as Bézier patches in the coordinates of the whole.
 
     A placed patch is the patch of the placed control points: Bézier patches are affinely
@@ -100,22 +100,22 @@ def as_patches(model: Model) -> PatchModel:
         own = model.models[member.model]
         if isinstance(own, SweepModel):
             raise InvalidRequest(NOT_PATCHES)
-        batches += [_placed(batch, member) for batch in own.batches]
+        batches += [_place(batch, member) for batch in own.batches]
         parts.append(Part(member.name, first, first + own.patch_count))
         first += own.patch_count
     return PatchModel(model.name, tuple(batches), tuple(parts), model.up)
 
 
-def _placed(batch: Patches, member: PlacedModel) -> Patches:
+def _place(batch: Patches, member: PlacedModel) -> Patches:
     """The patches with their control points placed, in the colour of the member."""
     matrix = member.matrix
     if matrix is not None and np.linalg.det(matrix[:3, :3]) < 0:
-        batch = _turned_round(batch)
-    points = placed_points(batch.points.reshape(-1, 3), matrix).reshape(batch.points.shape)
-    return replace(batch, points=points, channels=_painted(batch, member.color))
+        batch = _exchange_parameters(batch)
+    points = place_points(batch.points.reshape(-1, 3), matrix).reshape(batch.points.shape)
+    return replace(batch, points=points, channels=_paint(batch, member.color))
 
 
-def _turned_round(batch: Patches) -> TensorPatches:
+def _exchange_parameters(batch: Patches) -> TensorPatches:
     """The patches with u and v exchanged; triangles as patches of which a side is one point."""
     patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
     weights = None if patches.weights is None else patches.weights.swapaxes(1, 2)
@@ -123,7 +123,7 @@ def _turned_round(batch: Patches) -> TensorPatches:
     return TensorPatches(patches.points.swapaxes(1, 2), weights, channels)
 
 
-def _painted(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
+def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     """The channels of a batch, its colours under a base colour; constant where it has none."""
     if color is None:
         return batch.channels
@@ -132,17 +132,19 @@ def _painted(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     for channel in batch.channels:
         if channel.kind == "colors":
             nets = channel.nets
-    rows = tinted(nets.reshape(-1, nets.shape[-1]), np.array(color), nets[..., 0].size)
+    rows = tint(nets.reshape(-1, nets.shape[-1]), np.array(color), nets[..., 0].size)
     painted = rows.astype(np.float64).reshape(*nets.shape[:-1], -1)
     return (*others, Channel("colors", "colors", painted))
 
 
-def _only(model: PatchModel | SweepModel, kinds: frozenset[ChannelKind]) -> PatchModel | SweepModel:
+def _keep_kinds(
+    model: PatchModel | SweepModel, kinds: frozenset[ChannelKind]
+) -> PatchModel | SweepModel:
     """The model without its channels of other kinds; a sweep has none."""
     return model if isinstance(model, SweepModel) else keep_channels(model, kinds)
 
 
-def _attributes_of(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
+def _find_attributes(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
     """Names and dimensions of the attributes of a model, which all its batches have."""
     if isinstance(model, SweepModel):
         return []
@@ -150,7 +152,7 @@ def _attributes_of(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
     return [(c.name, c.dimension) for c in channels if c.kind == "attribute"]
 
 
-def _with_attributes(
+def _keep_attributes(
     model: PatchModel | SweepModel, kept: set[tuple[str, int]]
 ) -> PatchModel | SweepModel:
     """The model without its other attributes."""

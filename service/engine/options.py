@@ -1,4 +1,4 @@
-"""What may be asked of the engine, checked at birth."""
+"""The options of the engine, checked when they are created."""
 
 from dataclasses import dataclass, field
 from math import pi, radians
@@ -30,7 +30,7 @@ MIN_SIDES, MAX_SIDES = 3, 256
 
 @dataclass(frozen=True, slots=True)
 class MeshOptions:
-    """How a surface shall be divided into a mesh.
+    """How a surface is divided into a mesh.
 
     Attributes
     ----------
@@ -66,9 +66,8 @@ class MeshOptions:
     accuracy : Accuracy or None
         How near the mesh must be to the surface; if there is one, `resolution` is not read.
     curvatures : bool
-        Whether vertices carry Gaussian and mean curvature, as attributes. What placements in a
-        group do to them must have been told to the models
-        (`service.engine.curvatures.placement_scale`).
+        Whether vertices carry Gaussian and mean curvature, as attributes. The models of a group
+        must have the stretches of their placements (`service.engine.curvatures.placement_scale`).
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -83,19 +82,19 @@ class MeshOptions:
     wires: WireForm = "lines"
     wire_width: float | None = None
     wire_sides: int = 8
-    surface: bool = True
+    has_faces: bool = True
     method: Method = "matrix"
     accuracy: Accuracy | None = None
     curvatures: bool = False
 
-    wired: bool = field(init=False)
+    has_wires: bool = field(init=False)
     """Whether there are isoparametric curves."""
-    solid_wires: bool = field(init=False)
+    has_solid_wires: bool = field(init=False)
     """Whether these have faces."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "wired", any(self.isocurves))
-        object.__setattr__(self, "solid_wires", self.wired and self.wires != "lines")
+        object.__setattr__(self, "has_wires", any(self.isocurves))
+        object.__setattr__(self, "has_solid_wires", self.has_wires and self.wires != "lines")
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):
             raise InvalidRequest(
                 Issue(
@@ -129,12 +128,12 @@ class MeshOptions:
         self._check_wires()
 
     def _check_wires(self) -> None:
-        """Refuses isoparametric curves that cannot be, and a picture of nothing."""
+        """Refuse invalid options of isoparametric curves, and options that draw nothing."""
         if not all(0 <= n <= MAX_ISOCURVES for n in self.isocurves):
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "Isoparametric curves cut every patch into so many pieces.",
+                    "The number of pieces between isoparametric curves is limited.",
                     "/isocurves",
                     f"{self.isocurves[0]} × {self.isocurves[1]}",
                     f"0 to {MAX_ISOCURVES} each",
@@ -154,13 +153,13 @@ class MeshOptions:
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "A tube has so many sides.",
+                    "The number of sides of a tube is limited.",
                     "/wire_sides",
                     str(self.wire_sides),
                     f"{MIN_SIDES} to {MAX_SIDES}",
                 )
             )
-        if not (self.surface or self.wired or self.overlays):
+        if not (self.has_faces or self.has_wires or self.overlays):
             raise InvalidRequest(
                 Issue(
                     "nothing_to_draw",

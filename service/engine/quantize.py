@@ -19,22 +19,22 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.unique_rows import unique_rows
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.bounds.mesh_deviation import largest
-from service.engine.extent import extent
-from service.engine.grid import CORNER, on_grid, step_of
+from service.engine.extent import find_extent
+from service.engine.grid import CORNER, find_step, round_to_grid
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
-from service.engine.scenes.scene import Scene, arranged, shown, within
-from service.engine.wires.draw import width_of
+from service.engine.scenes.scene import Scene, arrange, replace_bounds, shown_points
+from service.engine.wires.draw import find_width
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
 
-def grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
+def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
     """The step of every different model of a group, or of the one that there is."""
     if not isinstance(model, GroupModel):
-        return (step_of(*_box(model, options)),)
-    steps = [step_of(*_box(own, options)) for own in model.models]
+        return (find_step(*_box(model, options)),)
+    steps = [find_step(*_box(own, options)) for own in model.models]
     family = list(range(len(steps)))
 
     def eldest(number: int) -> int:
@@ -50,33 +50,33 @@ def grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
     return tuple(steps[eldest(number)] for number in range(len(steps)))
 
 
-def grid_error(model: Model, options: MeshOptions) -> float:
+def find_grid_error(model: Model, options: MeshOptions) -> float:
     """How far from its place a vertex of any copy may be, in the coordinates of the whole."""
-    steps = grid_steps(model, options)
+    steps = find_grid_steps(model, options)
     if not isinstance(model, GroupModel):
         return CORNER * steps[0]
     return max(CORNER * steps[m.model] * scalings(m.matrix)[1] for m in model.members)
 
 
-def gridded(made: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | Scene:
+def quantize(made: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | Scene:
     """A mesh, or all meshes of a scene, with positions on the grids of their models."""
-    steps = grid_steps(model, options)
+    steps = find_grid_steps(model, options)
     if isinstance(made, Mesh):
-        return snapped(made, steps[0])
+        return quantize_mesh(made, steps[0])
     if not isinstance(model, GroupModel):
         raise TypeError("A scene is made of a group.")
-    return arranged(model, tuple(map(snapped, made.meshes, steps)))
+    return arrange(model, tuple(map(quantize_mesh, made.meshes, steps)))
 
 
-def snapped(mesh: Mesh, step: float) -> Mesh:
+def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     """A mesh of float32 with every position at the next multiple of a step, its lines with it.
 
     No triangle is left out, be its corners one place now: all edges are as they were, and a mesh
     that was closed is closed. Its bounds grow by as much as any vertex was moved.
     """
-    step = _wide_enough(mesh, step)
+    step = _widen(mesh, step)
     storage = Storage(single=True, local=True, step=step)
-    origin = on_grid(mesh.origin, step)
+    origin = round_to_grid(mesh.origin, step)
 
     def moved(positions: RealArray) -> RealArray:
         return storage.written(positions.astype(np.float64) + mesh.origin, origin)
@@ -89,7 +89,7 @@ def snapped(mesh: Mesh, step: float) -> Mesh:
         origin=origin,
         step=step,
     )
-    low, high = (bound.astype(np.float64) + origin for bound in extent(shown(on)))
+    low, high = (bound.astype(np.float64) + origin for bound in find_extent(shown_points(on)))
     # Both differences are exact, but for the rounding of coordinates far from zero.
     apart = positions.astype(np.float64) - mesh.positions.astype(np.float64)
     apart += origin - mesh.origin
@@ -100,7 +100,7 @@ def snapped(mesh: Mesh, step: float) -> Mesh:
     def grown(bound: float | None) -> float | None:
         return None if bound is None else largest(np.array([bound + further]))
 
-    report = within(mesh.report, low, high)
+    report = replace_bounds(mesh.report, low, high)
     return replace(
         on,
         parts=tuple(
@@ -114,14 +114,14 @@ def snapped(mesh: Mesh, step: float) -> Mesh:
     )
 
 
-def _wide_enough(mesh: Mesh, step: float) -> float:
+def _widen(mesh: Mesh, step: float) -> float:
     """The step, or one of which few enough are as long as the mesh with its lines."""
     every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
-    ends = [np.concatenate(extent(rows)) for rows in every if len(rows)]
+    ends = [np.concatenate(find_extent(rows)) for rows in every if len(rows)]
     if not ends:
         return step
     ends_of = np.array(ends).reshape(-1, 3).astype(np.float64) + mesh.origin
-    return max(step, step_of(ends_of.min(axis=0), ends_of.max(axis=0)))
+    return max(step, find_step(ends_of.min(axis=0), ends_of.max(axis=0)))
 
 
 def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArray, FloatArray]:
@@ -132,7 +132,7 @@ def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArr
         return np.minimum(low, polygon.min(axis=0)), np.maximum(high, polygon.max(axis=0))
     lows, highs = zip((low, high), *(net.bounds for net in model.nets), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-    around = width_of(model, options) if options.solid_wires else 0.0
+    around = find_width(model, options) if options.has_solid_wires else 0.0
     return low - around, high + around
 
 

@@ -23,7 +23,7 @@ Work = TypeVar("Work")
 
 
 class _Arena(local):
-    """What each thread holds: memory by name, and the last view of it in each precision."""
+    """The work memory of one thread by name, and its last view in each precision."""
 
     def __init__(self) -> None:
         self.memory: dict[str, NDArray[np.uint8]] = {}

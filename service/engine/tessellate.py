@@ -16,7 +16,7 @@ from service.cancellation import checkpoint
 from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, largest
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.curvatures.rows import layout_curvatures
-from service.engine.extent import AT_ZERO, local_origin, stored_bounds
+from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
 from service.engine.mesh.closure import OPEN, find_closure
@@ -56,7 +56,7 @@ def tessellate(
         model, seams = join_further(model, seams, options.weld_tolerance, allow)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
-    origin = local_origin(*model.bounds) if single else AT_ZERO
+    origin = choose_origin(*model.bounds) if single else AT_ZERO
     rows = sample_model(model, seams, layout, options, dtype=dtype, origin=origin)
     if options.curvatures:
         bent = layout_curvatures(model, layout, dtype)
@@ -64,12 +64,12 @@ def tessellate(
     checkpoint()
     bounds = deviations(model, seams, layout, options, rows, origin=origin) + model.moved
     checkpoint()
-    plan = plan_faces(layout, options, _sharing(layout, rows, options), model.sequence)
+    plan = plan_faces(layout, options, _find_sharing(layout, rows, options), model.sequence)
     rows = fill_vertices(rows, plan)
     checkpoint()
     bound = largest(bounds)
     may_close = seams.connectivity.is_joined or model.domain is None
-    low, high = stored_bounds(rows.positions, origin)
+    low, high = find_stored_bounds(rows.positions, origin)
     uvs, colors, attributes = split_by_kind(rows.channels) if rows.channels else (None, None, ())
     return Mesh(
         name=model.name,
@@ -78,7 +78,7 @@ def tessellate(
         uvs=uvs,
         triangles=plan.triangles,
         quads=plan.quads,
-        parts=_parts(model, plan, bounds, bound),
+        parts=_build_parts(model, plan, bounds, bound),
         grids=plan.grids,
         welds=plan.welds,
         overlays=draw_overlays(model, options, origin, dtype) if options.overlays else (),
@@ -105,12 +105,12 @@ def tessellate(
     )
 
 
-def overlays_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
+def draw_overlays_alone(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
     """The overlays alone, in float64 and model coordinates, for a form that has no mesh."""
     return draw_overlays(model, options, AT_ZERO, np.float64)
 
 
-def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
+def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
     """Vertices, triangles and quads at most, from shapes and seams; nothing is evaluated.
 
     Exact for patches that meet nowhere; welding and collapsed sides only take away.
@@ -136,7 +136,7 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     return size, (2 * size if framed else 2 * cells + small), 0
 
 
-def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:
+def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:
     """Which samples at one place share a vertex; None where all of them do, or nothing is welded.
 
     A place may have several colours or texture coordinates, as it may have several normals. Where
@@ -154,7 +154,7 @@ def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing 
     return find_creases(rows.normals, layout.averages, options.crease_angle)
 
 
-def _parts(
+def _build_parts(
     model: PatchModel, plan: FacePlan, bounds: FloatArray, bound: float | None
 ) -> tuple[MeshPart, ...]:
     """The parts of a mesh: runs of its faces, each with the bound of its patches (P,).

@@ -23,7 +23,7 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return product
 
 
-def largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
+def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
     """Largest angle between the unit normals at two vertices that an edge joins, None without any.
 
     By the tangent of its half: the cosine tells nothing of small angles.

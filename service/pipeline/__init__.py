@@ -1,4 +1,4 @@
-"""What is asked for in, bytes out: each product as a list of steps, one file a product.
+"""From requests to bytes: each product as a list of steps, one file for each product.
 
 HTTP, the command line and whatever else comes call these functions and nothing below them.
 """

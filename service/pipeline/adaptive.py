@@ -166,7 +166,7 @@ def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
     where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
     vertices = sum(len(own.positions) for own in copies)
-    size = counted(mesh, work.stored)
+    size = count_once(mesh, work.stored)
     check_vertices(vertices + size.overlay_points, work.limits, where)
     check_bytes(work.fmt.byte_bound(size, work.encode), work.fmt, work.limits, where)
 
@@ -178,7 +178,7 @@ def check_content(content: Content, accuracy: Accuracy | None) -> None:
         raise TooLarge(_too_many_bytes(f"{len(content)} bytes", most))
 
 
-def counted(mesh: AnyMesh, size: MeshSize) -> MeshSize:
+def count_once(mesh: AnyMesh, size: MeshSize) -> MeshSize:
     """The size of a mesh, or of the meshes of a scene: names and the like from its bound."""
     meshes = [mesh] if isinstance(mesh, Mesh) else mesh.meshes
     overlays = [overlay for own in meshes for overlay in own.overlays]
@@ -194,7 +194,7 @@ def counted(mesh: AnyMesh, size: MeshSize) -> MeshSize:
 
 
 def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: int | None) -> Issue:
-    """What was too large, where the limit was set; of a group, the limit of the whole.
+    """The issue of a mesh that is too large; for a group, with the limit of the whole.
 
     `memory` are the bytes that a mesh may take, where these allow no more than `most` triangles.
     """

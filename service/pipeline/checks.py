@@ -1,4 +1,4 @@
-"""What a mesh must be before it is computed: possible, in this format, and affordable.
+"""Checks before a mesh is computed: valid options, a format that can hold it, limits of size.
 
 Some checks need the shapes of the surface alone; others its patches.
 """
@@ -13,11 +13,11 @@ from service.encoders.format import EncodeOptions, Format
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.mesh.counts import Counts
-from service.engine.models import NOT_PATCHES, as_patches, reach
+from service.engine.models import NOT_PATCHES, find_reach, to_patches
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
-from service.engine.sweeps.sweep import predicted_sweep
-from service.engine.tessellate import predicted_size
+from service.engine.sweeps.sweep import predict_sweep
+from service.engine.tessellate import predict_size
 from service.errors import InvalidRequest, Issue, UnsupportedByFormat
 from service.pipeline.cost import lowering_memory
 from service.pipeline.limits import Limits, check_count
@@ -68,9 +68,9 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
         where = "/surface"
     elif options.accuracy is not None:
         where = options.accuracy.pointer
-    elif options.wired or not options.surface:
+    elif options.has_wires or not options.has_faces:
         message = "Tubes and ribbons have no isoparametric curves; they are made of their faces."
-        where = "/isocurves" if options.wired else "/faces"
+        where = "/isocurves" if options.has_wires else "/faces"
         got, needed = "a tube or a ribbon", "no isoparametric curves, and faces"
         raise InvalidRequest(Issue("not_parametric", message, where, got, needed))
     elif options.curvatures and "attribute" in fmt.carries:
@@ -85,15 +85,17 @@ def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: Encod
     """Refuses a tolerance or a budget where nothing is divided by it."""
     if options.faces == "quads":
         what = "The bound is one of triangles: a quad has four corners that are in no plane."
-        raise _conflict(what, "/faces", where)
+        raise _conflict_issue(what, "/faces", where)
     if options.method != "matrix":
-        raise _conflict("The methods sample grids, which a resolution makes.", "/method", where)
+        raise _conflict_issue(
+            "The methods sample grids, which a resolution makes.", "/method", where
+        )
     if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
         what = "The exact form needs no mesh." if encode.exact else "This form is made of grids."
-        raise _conflict(what, "/oogl", where)
+        raise _conflict_issue(what, "/oogl", where)
 
 
-def _conflict(message: str, pointer: str, stated_by: str) -> InvalidRequest:
+def _conflict_issue(message: str, pointer: str, stated_by: str) -> InvalidRequest:
     name = stated_by[1:]
     got, needed = f"this beside {name}", f"one of the two, or nothing here beside {name}"
     return InvalidRequest(Issue("conflicting_options", message, pointer, got, needed))
@@ -107,7 +109,7 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
         raise _unsupported(message, "/faces", "quads", "triangles, or another format")
     if options.overlays and not fmt.overlays:
         raise _unsupported(no_lines, "/overlays", "overlays", "none, or another format")
-    if options.wired and not options.solid_wires and not fmt.overlays:
+    if options.has_wires and not options.has_solid_wires and not fmt.overlays:
         got, needed = "isoparametric curves as lines", "tubes or ribbons, or another format"
         raise _unsupported(no_lines, "/wires", got, needed)
     if not fmt.compact and (encode.quantize or encode.compression != "none"):
@@ -120,7 +122,7 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
         got, needed = encode.compression, "none, or a service with the extra named meshopt"
         issue = Issue("compression_unavailable", message, "/compression", got, needed)
         raise UnsupportedByFormat(issue)
-    if encode.exact and (options.solid_wires or not options.surface):
+    if encode.exact and (options.has_solid_wires or not options.has_faces):
         got = "wires that have faces, or no surface"
         needed = "the surface, its curves as lines, or another form"
         raise _unsupported("The exact form holds patches, and lines.", "/oogl", got, needed)
@@ -131,19 +133,19 @@ def _unsupported(message: str, where: str, got: str, needed: str) -> Unsupported
 
 
 def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") -> None:
-    """Refuses a mesh of so many vertices, points of lines included; `where` asked for it."""
+    """Refuse too many vertices, points of lines included; `where` points to the option."""
     issue = Issue("too_many_vertices", "The mesh would have too many vertices.", where)
     check_count(vertices, limits.max_vertices, "vertices", issue)
 
 
 def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
-    """Refuses a file of so many bytes at most; `where` asked for it."""
+    """Refuse a file that may have too many bytes; `where` points to the option."""
     limits.check_bytes(most, f"The answer as {fmt.name} could become too large.", where)
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     """Refuses what only the patches tell: places, names and multiplications."""
-    if options.solid_wires and (furthest := reach(model, options)) > MAX_COORDINATE:
+    if options.has_solid_wires and (furthest := find_reach(model, options)) > MAX_COORDINATE:
         message = "Coordinates are stored in single precision."
         got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
         raise InvalidRequest(Issue("coordinate_too_large", message, "/wire_width", got, needed))
@@ -151,7 +153,7 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     for own in models:
         if isinstance(own, SweepModel):
             message = "Curves of so high a degree take long to be measured: with the square of it."
-            count = sweep.effort(own, options)
+            count = sweep.estimate_effort(own, options)
             limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
         elif options.curvatures:
             _check_names(own)
@@ -184,8 +186,8 @@ def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
 
 def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
     if isinstance(model, SweepModel):
-        return Counts(*predicted_sweep(model, options)[:3])
-    return Counts(*predicted_size(model, options)) if options.surface else Counts(0, 0, 0)
+        return Counts(*predict_sweep(model, options)[:3])
+    return Counts(*predict_size(model, options)) if options.has_faces else Counts(0, 0, 0)
 
 
 def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
@@ -199,16 +201,16 @@ def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
     return once, all_copies
 
 
-def parametric(model: Model) -> PatchModel:
+def require_patches(model: Model) -> PatchModel:
     """A model that has points at parameters; raises `InvalidRequest`: `not_parametric`."""
     if isinstance(model, GroupModel):
         raise InvalidRequest(NOT_PARAMETRIC)
-    return patches_of(model)
+    return to_patches(model)
 
 
-def patches_of(model: Model) -> PatchModel:
+def require_all_patches(model: Model) -> PatchModel:
     """All patches, in the coordinates of the whole; raises `InvalidRequest`: `not_parametric`."""
     try:
-        return as_patches(model)
+        return to_patches(model)
     except InvalidRequest as error:
         raise error.within("/surface") from None

@@ -1,7 +1,7 @@
-"""What a request costs, known from the shapes of its surface before anything is allocated.
+"""The cost of a request, from the shapes of its surface, before anything is allocated.
 
-Bounds are coarse and safe. They count vertices, faces and bytes of the file, and give memory as so
-many bytes for each of these: of the steps of the work, the one that takes most.
+Bounds are coarse and safe. They count vertices, faces and bytes of the file, and give memory as a
+number of bytes for each of these, in the step of the work that takes most.
 """
 
 import sys
@@ -17,15 +17,15 @@ from service.engine.measures.integrals import NODES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME as WIRES
-from service.engine.wires.draw import most_solids
-from service.engine.wires.isocurves import most_isocurves
+from service.engine.wires.draw import count_most_solids
+from service.engine.wires.isocurves import count_most_isocurves
 from service.pipeline.limits import Limits
 from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
 from service.surface.sizes import SurfaceSize
 
 SCRATCH, LEAST = 16 << 20, 1 << 19
-"""Bytes of work arrays: from some size on they do not grow with what is computed, below they take
-at most 4 times as much as the rest, and `LEAST` in any case."""
+"""Bytes of work arrays: they stop growing at some size; below it they take at most 4 times as much
+as the results, and at least `LEAST`."""
 
 SEAMS = 1000
 """Bytes for each patch while shared edges are found."""
@@ -81,7 +81,7 @@ compared with patches."""
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a piece of work takes at most.
+    """The most that a piece of work takes.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
 
 def compression_cost(length: int) -> Cost:
     """Of an answer of `length` bytes in another coding."""
-    return Cost(0, 0, length, _with_scratch(2 * length), 1e-3 + length * 5e-8)
+    return Cost(0, 0, length, _add_scratch(2 * length), 1e-3 + length * 5e-8)
 
 
 def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
@@ -122,7 +122,7 @@ def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
 def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     """Of the answer to a query of `count` places."""
     file = json_points.byte_bound(count, order)
-    memory = _with_scratch(lowering_memory(size) + PLACE * count + 2 * file)
+    memory = _add_scratch(lowering_memory(size) + PLACE * count + 2 * file)
     degree = max(size.degree)
     work = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
     work += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
@@ -154,12 +154,12 @@ def rays_cost(patches: int, degree: tuple[int, int], own: int, count: int, hits:
 
 
 def piece_memory(net: int, file: int) -> int:
-    """Bytes for each piece of a section: its cell, of so many control points, and its file."""
+    """Bytes for each piece of a section: its cell, of `net` control points, and its file."""
     return PIECE + PIECE_POINT * net + 2 * file // 1000
 
 
 def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cost:
-    """Of sections by some planes of at most so many pieces, each of so many bytes."""
+    """The cost of sections by `planes` planes: at most `pieces` pieces of `each` bytes each."""
     net = CELL + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
     memory = CELLS_OF_SECTIONS + lowering_memory(size) + 3 * size.patches * net
     work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
@@ -184,7 +184,7 @@ def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
     """Of a polyline of `points` points, from Bézier pieces of `numbers` numbers."""
-    memory = _with_scratch(8 * numbers + POINT * points + 2 * file)
+    memory = _add_scratch(8 * numbers + POINT * points + 2 * file)
     return Cost(points, 0, file, memory, 5e-4 + points * degree * 2e-6)
 
 
@@ -204,13 +204,13 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 
 
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
-    """Of a conversion that leads to at most so many control points."""
+    """The cost of a conversion that leads to at most `points` control points."""
     numbers = (4 + size.width) * points
-    memory = _with_scratch(size.peak + CONVERTED * numbers)
+    memory = _add_scratch(size.peak + CONVERTED * numbers)
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
 
 
-def convertible(size: SurfaceSize, limits: Limits) -> int:
+def is_convertible(size: SurfaceSize, limits: Limits) -> int:
     """Control points that the memory allows a surface to have after a conversion."""
     return max(0, limits.max_memory - SCRATCH - size.peak) // (CONVERTED * (4 + size.width))
 
@@ -219,7 +219,7 @@ def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits:
     """Of an estimate: what is counted where patches fold takes most."""
     most = mesh_counts(size, options)
     counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
-    memory = _with_scratch(lowering_memory(size) + VERTEX // 2 * counted)
+    memory = _add_scratch(lowering_memory(size) + VERTEX // 2 * counted)
     work = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         work += 1e-4 * size.patches + 5e-3
@@ -239,7 +239,7 @@ def mesh_cost(
     degree = max(size.degree)
     # More than small meshes take that have no plan yet; large ones take a thread in any case.
     work = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
-    if size.curves or size.members > 1 or options.solid_wires:
+    if size.curves or size.members > 1 or options.has_solid_wires:
         work += 2e-3 * size.members
     work *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
     if options.method != "matrix":
@@ -263,9 +263,9 @@ def mesh_cost(
     built = (2 + 2 * flat) * own + max(beside, limits)
     if options.method == "de_casteljau":  # nets of 64 samples at least, in some levels
         built += max(4 << 20, 10_000 * (degree + 1) ** 2)
-    if size.curves or options.solid_wires:
+    if size.curves or options.has_solid_wires:
         built += STATION * (mesh.vertices + mesh.patches)
-    memory = max(built, own + _written(mesh, file, fmt, encode))
+    memory = max(built, own + _add_writing(mesh, file, fmt, encode))
     return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
 
 
@@ -309,8 +309,8 @@ def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> 
 
 
 def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
-    """Counts of a mesh by tolerance of so many triangles; each has at most one vertex more."""
-    lines = triangles if "boundary" in options.overlays or options.wired else 0
+    """Counts of a mesh by tolerance of `triangles` triangles; each adds at most one vertex."""
+    lines = triangles if "boundary" in options.overlays or options.has_wires else 0
     return replace(
         mesh,
         vertices=triangles + 2 * mesh.patches,
@@ -325,7 +325,7 @@ def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
     """Samples that a mesh has in any case, before any are welded."""
     ru, rv = options.resolution
     swept = size.stations * ru
-    if not options.surface:
+    if not options.has_faces:
         return swept
     return (
         swept
@@ -342,7 +342,7 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
     """
     (ru, rv), quads = options.resolution, options.faces == "quads"
     vertices, faces, cells, most = least_vertices(size, options), 0, 0, max(ru, rv)
-    if options.surface:
+    if options.has_faces:
         cells, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
         faces = size.triangles * most**2 + (border if quads else 2 * cells)
         if ru != rv:
@@ -357,7 +357,7 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
 def mesh_size(
     size: SurfaceSize, options: MeshOptions, fmt: Format, counts: Counts | None = None
 ) -> MeshSize:
-    """Counts of a mesh and of what is beside it; `counts` of the surface may be known better."""
+    """Counts of a mesh and its overlays; `counts` of the surface replace the upper bounds."""
     counts = counts or mesh_counts(size, options)
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0
@@ -368,13 +368,13 @@ def mesh_size(
     if "boundary" in options.overlays:
         segments += 4 * size.patches * most
         points += 4 * size.patches * (most + 1)
-    if options.wired:
+    if options.has_wires:
         names.append(WIRES)
-        curves, samples = most_isocurves(
+        curves, samples = count_most_isocurves(
             size.grids, size.triangles, options.resolution, options.isocurves
         )
-        if options.solid_wires:
-            more = most_solids(curves, samples, options)
+        if options.has_solid_wires:
+            more = count_most_solids(curves, samples, options)
             vertices, triangles, quads = vertices + more[0], triangles + more[1], quads + more[2]
             # A tube is a grid between two bends, and one at each end.
             patches += 3 * curves
@@ -400,7 +400,7 @@ def mesh_size(
     )
 
 
-def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
+def _add_writing(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
     """Bytes of a file, and of what leads to it."""
     faces = 12 * (mesh.triangles + 2 * mesh.quads)
     memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
@@ -412,6 +412,6 @@ def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> i
     return memory
 
 
-def _with_scratch(other: int) -> int:
+def _add_scratch(other: int) -> int:
     """Bytes of something together with the work arrays in which it is computed."""
     return other + min(SCRATCH, LEAST + 4 * other)

@@ -15,8 +15,7 @@ EASY_DEGREE = 8
 """Beyond, what certifies a curve costs a sample as the third power of the degree."""
 
 POINT_EFFORT, SQUARE = 3_000, 50
-"""Multiplications that measure a curve between two samples: so many, and times the square of the
-degree."""
+"""Multiplications that measure a curve between two samples, times the square of the degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,7 +26,7 @@ class CurveWork:
     options: CurveOptions
     fmt: CurveFormat
     limits: Limits
-    most: int
+    max_points: int
     cost: Cost
 
     def run(self) -> bytes:
@@ -36,11 +35,11 @@ class CurveWork:
         Raises
         ------
         InvalidRequest, TooLarge
-            If the tolerance cannot be met, or not with so many points.
+            If the tolerance cannot be met, or not with the allowed points.
         """
         pieces, single = self.curve.lower(), self.fmt.single
         with Measured("curve"):
-            at = choose_samples(pieces, self.options, self.most, single=single)
+            at = choose_samples(pieces, self.options, self.max_points, single=single)
         _check_curve(self, len(at))
         with Measured("curve"):
             polyline = trace(pieces, at, self.options, single=single)
@@ -50,7 +49,7 @@ class CurveWork:
 def plan_curve(
     curve: Curve, options: CurveOptions, fmt: CurveFormat, limits: Limits = DEFAULT_LIMITS
 ) -> CurveWork:
-    """What is to be computed of a curve, after it was found affordable from the shapes alone.
+    """Plan a file of a curve, which is checked against the limits by its shapes alone.
 
     Raises
     ------
@@ -63,7 +62,7 @@ def plan_curve(
     most = max(2, min(int(limits.max_vertices / hard), limits.max_multiplications // effort))
     points = pieces.count * options.resolution + 1
     if options.tolerance is not None:
-        # How many there will be is not known: as many as a part of the memory holds.
+        # Their number is not known: take the most that a part of the memory holds.
         each = POINT + 2 * (_file(curve, fmt, 1001) - _file(curve, fmt, 1)) // 1000
         room = limits.max_memory // SHARE - 8 * numbers - SCRATCH
         points = most = max(2, min(most, room // each))
@@ -81,12 +80,12 @@ def _check_curve(work: CurveWork, points: int) -> None:
     """Refuses more points than are allowed, or more bytes."""
     where = "/resolution" if work.options.tolerance is None else "/tolerance"
     issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
-    check_count(points, work.most, "points", issue)
+    check_count(points, work.max_points, "points", issue)
     most = _file(work.curve, work.fmt, points)
     message = f"The answer as {work.fmt.name} could become too large."
     work.limits.check_bytes(most, message, where)
 
 
 def _file(curve: Curve, fmt: CurveFormat, points: int) -> int:
-    """Bytes at most of the file of a polyline of so many points."""
+    """Most bytes of the file of a polyline of `points` points."""
     return fmt.byte_bound(CurveSize(points, len(curve.name.encode())))

@@ -11,8 +11,8 @@ from service.pipeline.cost import (
     Cost,
     conversion_cost,
     conversion_points,
-    convertible,
     definition_cost,
+    is_convertible,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
@@ -42,7 +42,7 @@ class ConversionWork:
             With pointers into the request for it, `/operations/…`.
         """
         converted = convert(self.surface, self.operations, self.allowed)
-        return _write(converted, self.limits, "/operations")
+        return _write_document(converted, self.limits, "/operations")
 
 
 def plan_conversion(
@@ -51,7 +51,7 @@ def plan_conversion(
     allowed: SizeLimits,
     limits: Limits = DEFAULT_LIMITS,
 ) -> ConversionWork:
-    """What is to be made of a surface, after it was found affordable from its shapes.
+    """Plan a conversion, which is checked against the limits by the shapes alone.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def plan_conversion(
     if size.curves:
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     # A step that leads to more than the memory holds is refused as too large.
-    most = min(allowed.control_points, convertible(size, limits))
+    most = min(allowed.control_points, is_convertible(size, limits))
     cost = conversion_cost(size, min(most, conversion_points(size, operations)), limits)
     allowed = replace(allowed, control_points=most)
     return ConversionWork(surface, operations, allowed, limits, cost)
@@ -85,15 +85,15 @@ class DefinitionWork:
         ------
         TooLarge
         """
-        return _write(self.surface, self.limits, "/id")
+        return _write_document(self.surface, self.limits, "/id")
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
-    """What writing a surface down costs."""
+    """Plan the JSON document of a surface."""
     return DefinitionWork(surface, limits, definition_cost(surface.stored_size(), limits))
 
 
-def _write(surface: Surface, limits: Limits, where: str) -> bytes:
+def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:
     """The surface as a JSON document; raises `TooLarge`, pointing at `where`."""
     document = {"surface": definition(surface)}
     message = "The surface could become too large as JSON."

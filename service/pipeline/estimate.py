@@ -22,12 +22,18 @@ from service.engine.joining.join import join
 from service.engine.joining.members import join_group
 from service.engine.mesh.counts import Counts, count_mesh
 from service.engine.options import MeshOptions
-from service.engine.quantize import grid_error
+from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
 from service.pipeline.cost import EFFORT, Cost, adaptive_triangles, estimate_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh import PLAIN, carried, plan_mesh, shares, stored_size
+from service.pipeline.mesh import (
+    PLAIN,
+    carried_channels,
+    estimate_stored_size,
+    member_shares,
+    plan_mesh,
+)
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
@@ -36,7 +42,7 @@ SURE = 2.0**-16
 """A tolerance above this part of the largest coordinate is above whatever is rounded."""
 
 GRID_SHARE = 4
-"""A tolerance is above what putting vertices on a grid leaves if it is so many times that."""
+"""A tolerance leaves room for quantizing if it is at least this many times the largest error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +61,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What a mesh would be.
+    """The estimate of a mesh.
 
     Attributes
     ----------
@@ -131,7 +137,7 @@ class EstimateWork:
     cost: Cost
 
     def run(self) -> Estimate:
-        """What `service.pipeline.mesh` would give in each format, or refuse.
+        """The sizes of the files of each format, and the refusals.
 
         At a small part of its cost: shared edges are found, and nothing is evaluated.
         """
@@ -156,7 +162,7 @@ class EstimateWork:
         refused: dict[Issue, list[str]] = {}
         accepted, certain = False, expected.certain
         for fmt in self.formats:
-            own, own_options = carried(model, options, fmt)
+            own, own_options = carried_channels(model, options, fmt)
             try:
                 work = plan_mesh(surface, options, fmt, encode, limits)
                 work.check(own, own_options, bounds)
@@ -169,8 +175,8 @@ class EstimateWork:
                     refused.setdefault(issue, []).append(fmt.name)
                 if not isinstance(error, TooLarge):
                     continue
-            shared = shares(fmt, encode)
-            stored = stored_size(surface, options, fmt, encode)
+            shared = member_shares(fmt, encode)
+            stored = estimate_stored_size(surface, options, fmt, encode)
             size = mesh_size(stored, own_options, fmt, bounds[0] if shared else bounds[1])
             most = fmt.byte_bound(expected.within(size, shared=shared), encode)
             if options.accuracy is not None:
@@ -182,10 +188,10 @@ class EstimateWork:
         return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
 
     def _predict(self, model: Model, size: MeshSize) -> _Prediction:
-        """What will come of a model that has at most this size.
+        """Bounds of the mesh of a model that has at most this size.
 
-        Exact at a resolution, but for what is swept along curves and for wires with faces, since
-        how often these bend is seen only when they are made, and for what is too large anyway.
+        Exact at a resolution, except for sweeps and for wires with faces, whose bends are counted
+        only when they are built, and for meshes that are too large anyway.
 
         Raises
         ------
@@ -199,10 +205,10 @@ class EstimateWork:
             return _Prediction(most, most, exact=False)
         if options.accuracy is not None:
             return self._by_tolerance(model, patches, options.accuracy)
-        if options.solid_wires or size.vertices > self.limits.max_vertices:
+        if options.has_solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(most, most, exact=False)
         found = [
-            count_mesh(own, options) if options.surface else Counts(0, 0, 0) for own in patches
+            count_mesh(own, options) if options.has_faces else Counts(0, 0, 0) for own in patches
         ]
         certain = not options.curvatures or is_affordable(patches, size.vertices)
         return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
@@ -212,13 +218,13 @@ class EstimateWork:
     ) -> _Prediction:
         """Upper bounds of a mesh by tolerance; none is answered that is larger than is allowed."""
         options, limits = self.options, self.limits
-        moved = grid_error(model, options) if self.encode.quantize else 0.0
+        moved = find_grid_error(model, options) if self.encode.quantize else 0.0
         try:
-            once, copies = _most_of(model, options, accuracy, moved)
+            once, copies = _take_largest(model, options, accuracy, moved)
         except InvalidRequest as error:
             issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*issues) from None
-        if not (options.surface or options.wired):
+        if not (options.has_faces or options.has_wires):
             return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)
         allowed = adaptive_triangles(accuracy, limits)
         # What a budget or an angle leads to has no other bound.
@@ -250,7 +256,7 @@ def plan_estimate(
     limits: Limits = DEFAULT_LIMITS,
     formats: Sequence[Format] = FORMATS,
 ) -> EstimateWork:
-    """What is to be estimated, after the surface was found affordable from its shapes.
+    """Plan an estimate, after the surface is checked against the limits by its shapes.
 
     Raises
     ------
@@ -262,10 +268,10 @@ def plan_estimate(
     return EstimateWork(surface, options, encode, limits, formats, cost)
 
 
-def _most_of(
+def _take_largest(
     model: PatchModel | GroupModel, options: MeshOptions, accuracy: Accuracy, moved: float
 ) -> tuple[MostTriangles, MostTriangles]:
-    """Bounds for what is stored once, and for all copies; vertices are moved when they are stored.
+    """Bounds for the stored meshes, and for all copies; storing moves vertices by `moved`.
 
     Raises
     ------
@@ -291,7 +297,7 @@ def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
 
 
 def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
-    """Whether no format rounds so much that the tolerance could be too small."""
+    """Whether the tolerance leaves room for the rounding of every format."""
     goal = goal_of(accuracy, model)
     seen = inf if goal.view is None else goal.view.rate * goal.view.near
     least = min(goal.tolerance, seen)

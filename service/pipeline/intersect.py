@@ -15,8 +15,8 @@ from service.surface.sizes import SurfaceKind
 MOST_RAYS = 100_000
 
 HITS_PER_RAY, FEWEST_HITS = 8, 10_000
-"""Hits that an answer may have, where all are asked for: so many of each ray; of few rays so many
-together."""
+"""Most hits of an answer with all hits: the first number for each ray, but at least the second
+number for all rays together."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,7 +46,7 @@ class IntersectWork:
 def plan_intersect(
     surface: SurfaceKind, query: RayQuery, limits: Limits = DEFAULT_LIMITS
 ) -> IntersectWork:
-    """What is to be looked for, found affordable from the shapes of the arrays.
+    """Plan the hits of rays, which are checked against the limits by the shapes of the arrays.
 
     Raises
     ------

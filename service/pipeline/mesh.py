@@ -9,17 +9,17 @@ from service.cancellation import checkpoint
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.pieces import Content
 from service.engine.bounds.mesh_deviation import largest
-from service.engine.build import build, build_scene, lines_of
+from service.engine.build import build, build_scene, draw_lines
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import Allow, allow_any
 from service.engine.mesh.counts import Counts
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.report import MeshReport
-from service.engine.models import carrying
+from service.engine.models import keep_model_channels
 from service.engine.options import MeshOptions
-from service.engine.quantize import gridded
-from service.engine.scenes.scene import Scene, about_zero
-from service.engine.tessellate import predicted_size
+from service.engine.quantize import quantize
+from service.engine.scenes.scene import Scene, move_to_zero
+from service.engine.tessellate import predict_size
 from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check_content
 from service.pipeline.checks import (
     check_bytes,
@@ -28,7 +28,7 @@ from service.pipeline.checks import (
     check_surface,
     check_vertices,
     count_models,
-    patches_of,
+    require_all_patches,
 )
 from service.pipeline.cost import Cost, adaptive_cost, least_vertices, mesh_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
@@ -40,8 +40,8 @@ PLAIN = EncodeOptions()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Answer:
-    """A file, the name of what is in it, and the report on the mesh: exact patches have none."""
+class MeshFile:
+    """A file, the name of its surface, and the report on its mesh, None for exact patches."""
 
     content: Content
     report: MeshReport | None
@@ -76,7 +76,7 @@ class MeshWork:
     alone: int
     cost: Cost
 
-    def run(self) -> Answer:
+    def run(self) -> MeshFile:
         """The file.
 
         Raises
@@ -95,7 +95,7 @@ class MeshWork:
             content = self.encode_mesh(mesh)
             if options.accuracy is not None:
                 check_content(content, options.accuracy)
-        return Answer(content, self.report(mesh), self.surface.name)
+        return MeshFile(content, self.report(mesh), self.surface.name)
 
     @property
     def is_exact(self) -> bool:
@@ -104,7 +104,7 @@ class MeshWork:
 
     def lower(self) -> tuple[Model, MeshOptions]:
         """The patches, and the options, without what the format has no place for."""
-        return carried(self.surface.lower(), self.options, self.fmt)
+        return carried_channels(self.surface.lower(), self.options, self.fmt)
 
     def check(
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
@@ -118,13 +118,15 @@ class MeshWork:
         fmt, encode = self.fmt, self.encode
         size = mesh_size(self.surface.size(), options, fmt, copies)
         check_vertices(size.vertices + size.overlay_points, self.limits)
-        if shares(fmt, encode):
-            size = mesh_size(stored_size(self.surface, options, fmt, encode), options, fmt, once)
+        if member_shares(fmt, encode):
+            size = mesh_size(
+                estimate_stored_size(self.surface, options, fmt, encode), options, fmt, once
+            )
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
     def check_cut(self, *models: PatchModel) -> None:
         """Refuses a mesh whose surfaces, cut to meet others or joined, are too many patches."""
-        vertices = sum(predicted_size(model, self.options)[0] for model in models)
+        vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
         more = max(1.0, vertices / max(self.stored.vertices, 1))
         if self.is_certain:
@@ -142,7 +144,7 @@ class MeshWork:
                 model, options, single=single, quantized=quantized, allow=self.check_cut
             )
         mesh = build_mesh(model, options, self.fmt, self.check_cut)
-        return gridded(mesh, model, options) if self.encode.quantize else mesh
+        return quantize(mesh, model, options) if self.encode.quantize else mesh
 
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:
         """The mesh as a file."""
@@ -151,12 +153,12 @@ class MeshWork:
             return self.fmt.encode(mesh, self.encode)
         return self.fmt.write_scene(mesh, self.encode)
 
-    def encode_patches(self, model: Model, options: MeshOptions) -> Answer:
+    def encode_patches(self, model: Model, options: MeshOptions) -> MeshFile:
         """The patches as a file."""
         assert self.fmt.encode_exact is not None
-        patches = patches_of(model)
-        content = self.fmt.encode_exact(patches, lines_of(patches, options))
-        return Answer(content, None, self.surface.name)
+        patches = require_all_patches(model)
+        content = self.fmt.encode_exact(patches, draw_lines(patches, options))
+        return MeshFile(content, None, self.surface.name)
 
     def report(self, mesh: Mesh | Scene) -> MeshReport:
         """The report on the file: its bound is that of the vertices as they are written."""
@@ -176,7 +178,7 @@ def plan_mesh(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
 ) -> MeshWork:
-    """What is to be computed, found possible and within the limits as far as shapes tell.
+    """Plan a mesh: its options, format and limits are checked by the shapes of the surface.
 
     Takes microseconds, and allocates nothing large.
 
@@ -198,17 +200,17 @@ def plan_sizes(
     form: tuple[Format, EncodeOptions],
     limits: Limits,
 ) -> tuple[MeshSize, MeshSize, bool, bool, int, Cost]:
-    """What a `MeshWork` says of a surface of these sizes; raises what `plan_mesh` does.
+    """The fields of a `MeshWork` for a surface of these sizes; raises like `plan_mesh`.
 
     Requests for surfaces of one shape in one format, which are most, find it here.
     """
     fmt, encode = form
-    once = different if shares(fmt, encode) and not options.curvatures else whole
+    once = different if member_shares(fmt, encode) and not options.curvatures else whole
     check_surface(different, limits)
     check_options(whole, options, fmt, encode)
     size = mesh_size(whole, options, fmt)
     stored = size if once is whole else mesh_size(once, options, fmt)
-    asks_patches = whole.curves or options.solid_wires or options.curvatures
+    asks_patches = whole.curves or options.has_solid_wires or options.curvatures
     is_possible = not asks_patches and options.method != "de_casteljau"
     if options.accuracy is not None:
         cost = adaptive_cost(once, options, stored, form, limits)
@@ -261,24 +263,24 @@ def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
 def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = allow_any) -> Mesh:
     """The mesh of a model as the format stores it; `allow` looks at models that were cut."""
     mesh = build(model, options, single=fmt.single, allow=allow)
-    return mesh if fmt.local else about_zero(mesh)
+    return mesh if fmt.local else move_to_zero(mesh)
 
 
-def shares(fmt: Format, encode: EncodeOptions) -> bool:
+def member_shares(fmt: Format, encode: EncodeOptions) -> bool:
     """Whether equal surfaces of a group are stored once."""
     return fmt.encode_scene is not None and not encode.exact
 
 
-def stored_size(
+def estimate_stored_size(
     surface: SurfaceKind, options: MeshOptions, fmt: Format, encode: EncodeOptions
 ) -> SurfaceSize:
     """The size of what the format stores: copies apart where curvatures may tell them apart."""
-    if shares(fmt, encode) and not options.curvatures:
+    if member_shares(fmt, encode) and not options.curvatures:
         return surface.stored_size()
     return surface.size()
 
 
-def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:
+def carried_channels(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:
     """The model and the options without what the format has no place for beside positions.
 
     A surface keeps its colors and attributes whatever becomes of it, so they are left out and not
@@ -287,7 +289,7 @@ def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, Mes
     uvs = options.uvs and "uvs" in fmt.carries
     curvatures = options.curvatures and "attribute" in fmt.carries
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
-        model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
+        model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
         # Whatever the format holds: one request has one mesh in all of them.
         model = add_stretches(model)

@@ -7,7 +7,7 @@ from service.engine.points.answer import estimate_effort, evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import Issue
 from service.measuring import Measured
-from service.pipeline.checks import check_surface, parametric
+from service.pipeline.checks import check_surface, require_patches
 from service.pipeline.cost import Cost, points_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.sizes import SurfaceKind
@@ -32,7 +32,7 @@ class PointsWork:
         TooLarge
             From the degrees of the patches on which the places lie.
         """
-        model = parametric(self.surface.lower())
+        model = require_patches(self.surface.lower())
         places = locate(model, self.query)
         self.limits.check_effort(
             estimate_effort(model, places, self.query.order),
@@ -48,7 +48,7 @@ class PointsWork:
 def plan_points(
     surface: SurfaceKind, query: PointsQuery, limits: Limits = DEFAULT_LIMITS
 ) -> PointsWork:
-    """What is to be computed at places of a surface, found affordable from its shapes.
+    """Plan the points of a surface, which is checked against the limits by its shapes.
 
     Raises
     ------

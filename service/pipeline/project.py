@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import Ints
 from service.encoders.text import FLOAT64_CHARS, json_document
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries.project import ProjectQuery, project_on_curve, project_on_surface
 from service.errors import InvalidRequest, Issue
 from service.measuring import Measured
@@ -57,7 +57,7 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
     """
     try:
         lowered = surface.lower()
-        model = as_patches(lowered)
+        model = to_patches(lowered)
     except InvalidRequest as error:
         raise error.within("/surface") from None
     if isinstance(lowered, GroupModel):
@@ -80,7 +80,7 @@ def _listed_order(group: GroupModel) -> Ints:
 def plan_project(
     shape: SurfaceKind | Curve, query: ProjectQuery, limits: Limits = DEFAULT_LIMITS
 ) -> ProjectWork:
-    """What is to be looked for, found affordable from the shapes of the arrays.
+    """Plan the closest points, which are checked against the limits by the shapes of the arrays.
 
     Raises
     ------

@@ -94,7 +94,7 @@ def plan_sections(
     fmt: SectionFormat,
     limits: Limits = DEFAULT_LIMITS,
 ) -> SectionWork:
-    """What is to be computed, found affordable from the shapes of the arrays.
+    """Plan the sections, which are checked against the limits by the shapes of the arrays.
 
     Raises
     ------

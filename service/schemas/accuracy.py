@@ -11,7 +11,7 @@ from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
 from service.schemas.fields import StrictModel
-from service.schemas.validation import invalid
+from service.schemas.validation import to_invalid
 
 MAX_COUNT = 2**53 - 1
 """The largest budget: what every reader of JSON holds exactly."""
@@ -49,21 +49,21 @@ class CameraDefinition(StrictModel):
 
 
 NAMES = tuple(field.name for field in fields(Accuracy))
-"""What can be stated, by name; the fields of the models are called the same."""
+"""Names of the options of accuracy, which are also names of the models' fields."""
 
 ACCURACY = frozenset(NAMES)
 """Names of all options that ask for an accuracy, as a set."""
 
 SEEN = ("camera", "pixel_tolerance")
-"""What only a body can state."""
+"""Options that only a body can have."""
 
 
-def stated(options: BaseModel) -> dict[str, Any]:
-    """What the options state of accuracy, by name: neither what is left out nor `false`."""
+def given_fields(options: BaseModel) -> dict[str, Any]:
+    """The given options of accuracy, by name; without those left out or `false`."""
     return {name: value for name in NAMES if (value := getattr(options, name, None))}
 
 
-def accuracy_of(options: BaseModel) -> Accuracy | None:
+def build_accuracy(options: BaseModel) -> Accuracy | None:
     """The accuracy that the options state, None where they state none.
 
     Raises
@@ -71,7 +71,7 @@ def accuracy_of(options: BaseModel) -> Accuracy | None:
     InvalidRequest
         With pointers `/name of the option`.
     """
-    values = stated(options)
+    values = given_fields(options)
     if not values:
         return None
     if "camera" in values:
@@ -81,8 +81,8 @@ def accuracy_of(options: BaseModel) -> Accuracy | None:
 
 def refuse_conflict(options: BaseModel) -> None:
     """Refuses a resolution that is written out beside an accuracy: only one of them can hold."""
-    others = list(stated(options))
+    others = list(given_fields(options))
     if "resolution" in options.model_fields_set and others:
         message = "A mesh is divided as finely as its resolution says, or as its accuracy needs."
         got, needed = f"a resolution and {' and '.join(others)}", "one of the two"
-        raise invalid(Issue("conflicting_options", message, "/resolution", got, needed))
+        raise to_invalid(Issue("conflicting_options", message, "/resolution", got, needed))

@@ -19,7 +19,7 @@ from service.bases.arrays import FloatArray
 from service.bases.cache import build_by_text
 from service.errors import Issue
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
-from service.schemas.ndarrays import checked_array
+from service.schemas.ndarrays import validate_array
 from service.schemas.validation import (
     MAX_INDEX,
     Path,
@@ -27,7 +27,7 @@ from service.schemas.validation import (
     index_too_large,
     limits_of,
     ragged_triangle,
-    refusal,
+    to_refusal,
     wrong_type,
 )
 
@@ -47,7 +47,7 @@ def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class NumberGrid:
-    """A field that holds numbers in lists nested so many levels deep, all of equal lengths.
+    """A field that holds numbers in nested lists, those of one level of equal lengths.
 
     Attributes
     ----------
@@ -97,13 +97,13 @@ class NumberGrid:
             With one detail for each of the first faults.
         """
         if isinstance(value, np.ndarray):
-            return checked_array(self, value, limits)
+            return validate_array(self, value, limits)
         scalars: list[Any] = [value]
         shape: list[int] = []
         last = len(self.levels) - 1
         for level in range(last + 1):
             if set(map(type, scalars)) != {list}:
-                raise refusal(self.faults(value))
+                raise to_refusal(self.find_faults(value))
             lengths = set(map(len, scalars))
             if level + 1 == self.point_levels or level in self.degree_levels:
                 self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
@@ -117,18 +117,18 @@ class NumberGrid:
                 is_wide = level < last or self.width in (None, length)
                 is_right = not lengths and length > 0 and is_wide
             if not is_right:
-                raise refusal(self.faults(value))
+                raise to_refusal(self.find_faults(value))
             shape.append(length)
             scalars = list(chain.from_iterable(scalars))
         if not self._all_numbers(scalars):
-            raise refusal(self.faults(value))
+            raise to_refusal(self.find_faults(value))
         if self.whole:
             return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
         return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
 
     @property
     def scalar(self) -> str:
-        """What each number must be, in words."""
+        """The kind of number that is needed, in words."""
         return "a whole number" if self.whole else "a number"
 
     def _all_numbers(self, scalars: list[Any]) -> bool:
@@ -146,14 +146,14 @@ class NumberGrid:
             most = limits.max_control_points
             message = "The surface has more control points than this service takes."
             got, needed = f"{total} control points", f"at most {most}"
-            raise refusal([((), Issue("too_many_control_points", message, "", got, needed))])
+            raise to_refusal([((), Issue("too_many_control_points", message, "", got, needed))])
         if level in self.degree_levels and longest - 1 > limits.max_degree:
             needed = f"degrees up to {limits.max_degree}; several pieces instead of one"
             issue = Issue("degree_too_high", self.degree_rule, "", f"degree {longest - 1}", needed)
-            raise refusal([((), issue)])
+            raise to_refusal([((), issue)])
 
-    def faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
-        """Every fault in the order of the document; the caller takes as many as it wants."""
+    def find_faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
+        """Every fault in the order of the document, found one at a time."""
         lengths: list[int | None] = [None] * len(self.levels)
         lengths[-1] = self.width
         return self._walk(value, (), lengths)
@@ -179,7 +179,7 @@ class NumberGrid:
             # The first list at a level sets the length for all others.
             lengths[level] = len(value)
         elif len(value) != expected:
-            yield path, self.wrong_length(level, len(value), expected)
+            yield path, self.length_issue(level, len(value), expected)
             return
         if self._is_last(level) and self._all_numbers(value):
             return
@@ -196,7 +196,7 @@ class NumberGrid:
         elif self.whole and isinstance(value, int) and abs(value) > MAX_INDEX:
             yield path, index_too_large()
 
-    def wrong_length(self, level: int, got: int, needed: int) -> Issue:
+    def length_issue(self, level: int, got: int, needed: int) -> Issue:
         """The issue of a list at a level that is longer or shorter than it must be."""
         found, wanted = (f"{length} {self.levels[level]}" for length in (got, needed))
         if self._is_last(level) and self.width is not None:

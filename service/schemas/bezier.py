@@ -6,7 +6,13 @@ from pydantic import Field
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import CONTROL_NET, NetWeights
-from service.schemas.channels import NetAttributes, NetColors, NetUvs, channels, define_surface
+from service.schemas.channels import (
+    NetAttributes,
+    NetColors,
+    NetUvs,
+    build_channels,
+    define_surface,
+)
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.surface.bezier import BezierSurface
 
@@ -38,10 +44,10 @@ class BezierDefinition(StrictModel):
 
     def to_surface(self) -> BezierSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
-        carried = channels(self.colors, self.uvs, self.attributes)
+        carried = build_channels(self.colors, self.uvs, self.attributes)
         return BezierSurface(self.control_net, self.weights, self.up, self.name, carried)
 
 
-def define(surface: BezierSurface) -> dict[str, Any]:
+def define_bezier(surface: BezierSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
     return define_surface("bezier", surface, "control_net", "weights")

@@ -20,7 +20,7 @@ from service.schemas.channels import (
     SplineAttributes,
     SplineColors,
     SplineUvs,
-    channels,
+    build_channels,
     define_surface,
 )
 from service.schemas.fields import (
@@ -31,7 +31,7 @@ from service.schemas.fields import (
     one_or_two,
     whole_numbers,
 )
-from service.schemas.validation import invalid, limits_of, wrong_type
+from service.schemas.validation import limits_of, to_invalid, wrong_type
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
@@ -44,11 +44,11 @@ def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
         if degree > limits.max_degree:
             # Equal degrees may have been given as one number.
             where = "/degree" if min(degrees) == max(degrees) else f"/degree/{axis}"
-            issue = _no_degree(degree, 1, limits.max_degree)
-            raise invalid(replace(issue, pointer=where))
+            issue = _degree_error(degree, 1, limits.max_degree)
+            raise to_invalid(replace(issue, pointer=where))
 
 
-def _no_degree(degree: int, least: int, most: int) -> Issue:
+def _degree_error(degree: int, least: int, most: int) -> Issue:
     code = "degree_too_high" if degree > most else "out_of_range"
     needed = f"{least} to {most}"
     return Issue(code, "No B-spline has such a degree.", "", f"degree {degree}", needed)
@@ -57,24 +57,24 @@ def _no_degree(degree: int, least: int, most: int) -> Issue:
 def _knot_vectors(value: object) -> object:
     """A name stands for both directions."""
     if isinstance(value, str):
-        return [_known(value)] * 2
+        return [_is_known(value)] * 2
     return list_of_two(value, "a name or a list of two")
 
 
 def _knots(value: object, info: ValidationInfo) -> Knots:
     """One knot vector, by its name or its numbers."""
     if isinstance(value, str):
-        return _known(value)
+        return _is_known(value)
     if not isinstance(value, list | np.ndarray):
-        raise invalid(wrong_type(value, "a list of knots or a name"))
+        raise to_invalid(wrong_type(value, "a list of knots or a name"))
     return KNOTS.array(value, limits_of(info)).astype(np.float64, copy=False)
 
 
-def _known(name: str) -> KnotName:
+def _is_known(name: str) -> KnotName:
     if name not in NAMED:
         needed = "one of " + ", ".join(NAMED)
         issue = Issue("wrong_value", "No knots are known by this name.", "", "a string", needed)
-        raise invalid(issue)
+        raise to_invalid(issue)
     return cast(KnotName, name)
 
 
@@ -85,7 +85,7 @@ _VECTOR_SCHEMA = {
 
 
 Degrees: TypeAlias = Annotated[
-    tuple[int, int], Field(strict=False), *whole_numbers(1, MAX_DEGREE, _no_degree)
+    tuple[int, int], Field(strict=False), *whole_numbers(1, MAX_DEGREE, _degree_error)
 ]
 KnotVector: TypeAlias = Annotated[Any, PlainValidator(_knots), WithJsonSchema(_VECTOR_SCHEMA)]
 """Knots of one direction, by their name or their numbers."""
@@ -152,12 +152,12 @@ class BsplineDefinition(StrictModel):
 
     def to_surface(self) -> BsplineSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
-        carried = channels(self.colors, self.uvs, self.attributes)
+        carried = build_channels(self.colors, self.uvs, self.attributes)
         return BsplineSurface(
             self.control_net, self.degree, self.knots, self.weights, self.up, self.name, carried
         )
 
 
-def define(surface: BsplineSurface) -> dict[str, Any]:
+def define_bspline(surface: BsplineSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
     return define_surface("bspline", surface, "control_net", "degree", "knots", "weights")

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.validation import invalid, refusal, wrong_type
+from service.schemas.validation import to_invalid, to_refusal, wrong_type
 from service.surface.channels import (
     ATTRIBUTE_NAME,
     MAX_ATTRIBUTE_NAME,
@@ -19,20 +19,20 @@ from service.surface.channels import (
 )
 
 
-def _named(value: object) -> object:
+def _describe(value: object) -> object:
     """Refuses names that cannot stand in files, before anything else is looked at."""
     if not isinstance(value, dict):
-        raise invalid(wrong_type(value, "an object"))
+        raise to_invalid(wrong_type(value, "an object"))
     needed = f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all"
     message = "The name of an attribute becomes a word in files."
     issue = Issue("wrong_value", message, "", "another name", needed)
     wrong = [key for key in value if not ATTRIBUTE_NAME.fullmatch(key)]
     if wrong:
-        raise refusal(((key,), issue) for key in wrong)
+        raise to_refusal(((key,), issue) for key in wrong)
     if len(value) > MAX_ATTRIBUTES:
         message = "The surface has more attributes than formats have room for."
         got, needed = f"{len(value)} attributes", f"at most {MAX_ATTRIBUTES}"
-        raise invalid(Issue("wrong_length", message, "", got, needed))
+        raise to_invalid(Issue("wrong_length", message, "", got, needed))
     return value
 
 
@@ -45,7 +45,7 @@ _ATTRIBUTES = (
             "maxProperties": MAX_ATTRIBUTES,
         },
     ),
-    BeforeValidator(_named),
+    BeforeValidator(_describe),
 )
 
 _COLORS_TEXT = (
@@ -84,25 +84,25 @@ _VERTEX: dict[str, Any] = {"levels": ("values", "numbers"), "point_levels": 1}
 
 
 def _colors(grid: dict[str, Any], text: str, example: list[Any]) -> tuple[NumberGrid, Any]:
-    """What makes a field one of colours."""
+    """The annotations of a field of colours."""
     described = Field(description="Colours. " + _COLORS_TEXT + text, examples=[example])
     return NumberGrid(**grid, documented={"minItems": 3, "maxItems": 4}), described
 
 
 def _uvs(grid: dict[str, Any], text: str, example: list[Any]) -> tuple[NumberGrid, Any]:
-    """What makes a field one of texture coordinates."""
+    """The annotations of a field of texture coordinates."""
     rule = "Texture coordinates are two numbers."
     described = Field(description=_UVS_TEXT + text, examples=[example])
     return NumberGrid(**grid, width=2, width_rule=rule), described
 
 
 def _values(grid: dict[str, Any]) -> NumberGrid:
-    """What makes a field the values of one attribute."""
+    """The annotation of the values of one attribute."""
     return NumberGrid(**grid, documented={"maxItems": MAX_DIMENSION})
 
 
 def _attributes(text: str, example: list[Any]) -> tuple[Any, ...]:
-    """What makes a field one of named attributes."""
+    """The annotations of a field of named attributes."""
     described = Field(description=_ATTRIBUTES_TEXT + text, examples=[{"temperature": example}])
     return *_ATTRIBUTES, described
 
@@ -140,10 +140,10 @@ VertexAttributes: TypeAlias = Annotated[
 ]
 
 
-def channels(
+def build_channels(
     colors: FloatArray | None, uvs: FloatArray | None, attributes: Mapping[str, FloatArray]
 ) -> Channels:
-    """What a document says, as a value; raises `InvalidRequest`."""
+    """The channels of a document as a value; raises `InvalidRequest`."""
     if colors is None and uvs is None and not attributes:
         return NO_CHANNELS
     return Channels(colors, uvs, tuple(attributes.items()))

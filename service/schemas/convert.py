@@ -14,13 +14,13 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.fields import (
     Omittable,
     StrictModel,
+    length_issue,
     one_of_kinds,
     optional,
     whole_numbers,
-    wrong_length,
 )
 from service.schemas.request import SurfaceRequest
-from service.schemas.validation import invalid
+from service.schemas.validation import to_invalid
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert import operations as values
 
@@ -28,13 +28,13 @@ Degree: TypeAlias = Annotated[int, Field(ge=1, le=MAX_DEGREE)]
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 
 
-def _of_length(least: int, most: int, what: str) -> BeforeValidator:
+def _limit_length(least: int, most: int, what: str) -> BeforeValidator:
     """Refuses a list of another length before any of its members is looked at."""
     needed = f"{least} {what}" if least == most else f"{least} to {most} {what}"
 
     def check(value: object) -> object:
         if isinstance(value, list) and not least <= len(value) <= most:
-            raise invalid(wrong_length(f"{len(value)} {what}", needed))
+            raise to_invalid(length_issue(f"{len(value)} {what}", needed))
         return value
 
     return BeforeValidator(check)
@@ -44,10 +44,10 @@ Degrees: TypeAlias = Annotated[
     tuple[Degree, Degree], Field(strict=False), *whole_numbers(1, MAX_DEGREE)
 ]
 Interval: TypeAlias = Annotated[
-    tuple[Number, Number], Field(strict=False), _of_length(2, 2, "numbers")
+    tuple[Number, Number], Field(strict=False), _limit_length(2, 2, "numbers")
 ]
 Barycentric: TypeAlias = Annotated[
-    tuple[Number, Number, Number], Field(strict=False), _of_length(3, 3, "numbers")
+    tuple[Number, Number, Number], Field(strict=False), _limit_length(3, 3, "numbers")
 ]
 
 
@@ -189,7 +189,7 @@ class ConvertRequest(SurfaceRequest):
     operations: Annotated[
         tuple[OperationDefinition, ...],
         Field(strict=False),
-        _of_length(1, values.MAX_OPERATIONS, "operations"),
+        _limit_length(1, values.MAX_OPERATIONS, "operations"),
     ] = Field(
         description="What to do, each with the surface that the one before has made.",
         examples=[[{"op": "elevate", "degree": [3, 3]}, {"op": "split", "u": 0.5}]],

@@ -18,11 +18,11 @@ from service.schemas.fields import (
     RequestModel,
     StrictModel,
     UpField,
-    conflict,
+    conflict_error,
     one_of_kinds,
     optional,
 )
-from service.schemas.validation import invalid
+from service.schemas.validation import to_invalid
 from service.surface.checks import MAX_DEGREE
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
@@ -137,12 +137,12 @@ class CurveOptionFields(StrictModel):
     def _one_of_two(self) -> "CurveOptionFields":
         if {"resolution", "tolerance"} <= self.model_fields_set:
             message = "The points follow from the resolution or from the tolerance."
-            issue = conflict("resolution", "tolerance", message, is_neither=False)
-            raise invalid(replace(issue, needed="one of resolution and tolerance"))
+            issue = conflict_error("resolution", "tolerance", message, is_neither=False)
+            raise to_invalid(replace(issue, needed="one of resolution and tolerance"))
         return self
 
     def curve_options(self) -> CurveOptions:
-        """What the engine reads."""
+        """The options of the engine."""
         return CurveOptions(self.resolution, self.tolerance, self.tangents, self.arc_lengths)
 
 
@@ -159,11 +159,11 @@ class CurveRequest(RequestModel, CurveOptionFields):
         """The curve itself, built once; `InvalidRequest` points into the whole request."""
         built: Curve | None = self.__dict__.get("_built")
         if built is None:
-            built = self.__dict__["_built"] = curve_of(self.curve)
+            built = self.__dict__["_built"] = build_curve(self.curve)
         return built
 
 
-def curve_of(definition: CurveDefinition, *, plain: bool = False) -> Curve:
+def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
     """The curve that stands at `/curve`; a plain one without the name and the `up` it was given.
 
     Raises

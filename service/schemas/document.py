@@ -2,7 +2,7 @@
 
 `orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. It keeps the last
 of two equal keys without a word; here that is an error. And because a short text can become many
-objects in memory, a `Budget` counts values while the text is still arriving.
+objects in memory, a `DocumentBudget` counts values while the text is still arriving.
 """
 
 import re
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
-from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key, shortened
+from service.schemas.scan import MAX_PREFIX, find_pointer, find_repeated_key, is_deeper, shorten
 from service.surface.checks import MAX_DEGREE
 
 MAX_BYTES = 16 << 20
@@ -51,8 +51,8 @@ _FOUND = (
     ("empty", "an empty text"),
     ("end of data", "the end of the text"),
 )
-"""What a refusal of the parser means, by a part of its message. Clients get these words, which
-stay the same when the parser finds others."""
+"""Texts for the parser's errors, by a part of its message. Clients get these texts, which stay
+the same if the parser changes its own."""
 
 _INDENTED = re.compile(rb"\A([ \t\r\n]*[\[{])([ \t\r\n]+)")
 
@@ -61,7 +61,7 @@ _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True)
 class DocumentLimits:
-    """What one document may ask for, whatever the memory of the machine.
+    """The limits of one document, independent of the memory of the machine.
 
     `max_values` bounds JSON that arrives over HTTP; stored surfaces and files have no such bound.
     """
@@ -76,7 +76,7 @@ DEFAULT_LIMITS = DocumentLimits()
 
 
 @dataclass(slots=True)
-class Budget:
+class DocumentBudget:
     """Counts what a JSON text will become, so that a bomb is refused before all of it is there."""
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
@@ -140,8 +140,8 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
         raise _refusal(error, body) from None
     if body.count(b"[") + body.count(b"{") > max_depth and is_deeper(body, max_depth):
         raise _too_deep(max_depth)
-    # Colons are as many as keys, unless a key is repeated, a string holds one, or an object
-    # hides in a list of other things, where nothing is valid: only then is the text scanned.
+    # There is one colon for each key, unless a key is repeated, a string holds a colon, or an
+    # object stands in a list of other values, which is invalid: only then is the text scanned.
     if body.count(b":") != _count_keys(value):
         _refuse_repeated_key(body)
     return value
@@ -185,23 +185,23 @@ def _too_deep(most: int) -> InvalidRequest:
 
 
 def _refuse_repeated_key(body: bytes) -> None:
-    found = repeated_key(body)
+    found = find_repeated_key(body)
     if found is None:
         return
     offset, key = found
-    where = pointer_at(body, offset) + pointer([shortened(key)]) if offset <= MAX_PREFIX else ""
+    where = find_pointer(body, offset) + pointer([shorten(key)]) if offset <= MAX_PREFIX else ""
     message = "An object has this key more than once."
     raise InvalidRequest(Issue("repeated_key", message, where, "the key again", "each key once"))
 
 
 def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
-    """What to raise for text that the parser refused."""
+    """The error for a text that the parser refused."""
     if issue := _not_utf8(body):
         return MalformedJson(issue)
     # The position counts characters.
     where = ""
     if error.pos <= MAX_PREFIX:
-        where = pointer_at(body, len(error.doc[: error.pos].encode()))
+        where = find_pointer(body, len(error.doc[: error.pos].encode()))
     start = error.pos - (error.doc[error.pos - 1 : error.pos] in ("-", "+"))
     if "infinity" in error.msg or _NOT_FINITE.match(error.doc, start):
         message = f"Every number must be finite (line {error.lineno}, column {error.colno})."

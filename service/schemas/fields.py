@@ -1,4 +1,4 @@
-"""What the models of requests share: strictness, names, pairs for u and v, unions of kinds."""
+"""Common parts of the models of requests: strictness, names, pairs for u and v, unions of kinds."""
 
 import operator
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ from pydantic_core import core_schema
 from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
 from service.schemas.arrays import Array, NumberGrid, tuple_schema
-from service.schemas.validation import invalid, wrong_type
+from service.schemas.validation import to_invalid, wrong_type
 from service.surface.checks import Up
 
 MAX_NAME = 100
@@ -54,12 +54,12 @@ class Omittable:
         return handler.generate_schema(reduce(operator.or_, types))
 
 
-def wrong_length(got: str, needed: str, message: str = "The list has another length.") -> Issue:
+def length_issue(got: str, needed: str, message: str = "The list has another length.") -> Issue:
     """The issue of a list that is too long or too short."""
     return Issue("wrong_length", message, "", got, needed)
 
 
-def conflict(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
+def conflict_error(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
     """The issue of two fields of which there are both or neither, and one is needed."""
     code, got = ("missing_field", "neither") if is_neither else ("conflicting_options", "both")
     return Issue(code, message, f"/{one if is_neither else other}", got, "one of the two")
@@ -71,23 +71,23 @@ def conflict(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
 def list_of_two(value: object, needed: str) -> list[Any]:
     """The value, which must be a list of two; `needed` says what else would have done."""
     if not isinstance(value, list):
-        raise invalid(wrong_type(value, needed))
+        raise to_invalid(wrong_type(value, needed))
     if len(value) != 2:
         message = "A list has something for u and something for v."
-        raise invalid(wrong_length(f"a list of {len(value)}", "a list of two", message))
+        raise to_invalid(length_issue(f"a list of {len(value)}", "a list of two", message))
     return value
 
 
-def out_of_range(number: int, least: int, most: int) -> Issue:
-    """The issue of a number that is none of `least` to `most`."""
+def range_issue(number: int, least: int, most: int) -> Issue:
+    """The issue of a number outside `least` to `most`."""
     needed = f"{least} to {most}"
     return Issue("out_of_range", "The number is out of range.", "", str(number), needed)
 
 
 def whole_numbers(
-    least: int, most: int, refused: Callable[[int, int, int], Issue] = out_of_range
+    least: int, most: int, refused: Callable[[int, int, int], Issue] = range_issue
 ) -> tuple[BeforeValidator, WithJsonSchema]:
-    """What makes a field of a pair of whole numbers take one number for both.
+    """The annotations of a pair of whole numbers that may be written as one number.
 
     `refused` makes the issue of a single number outside of `least` to `most`; those in lists are
     left to the type of the field.
@@ -97,7 +97,7 @@ def whole_numbers(
         if type(value) is not int:
             return list_of_two(value, "a whole number or a list of two")
         if not least <= value <= most:
-            raise invalid(refused(value, least, most))
+            raise to_invalid(refused(value, least, most))
         return [value, value]
 
     return BeforeValidator(pair), one_or_two({"type": "integer", "minimum": least, "maximum": most})
@@ -114,7 +114,7 @@ def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJ
 def one_of_kinds(
     kinds: Sequence[str], unknown: Issue, description: str, key: str = "type"
 ) -> tuple[Discriminator, BeforeValidator, Any]:
-    """What makes a union of models one whose member is told by the value of a key.
+    """The annotation of a union of models whose member is chosen by the value of a key.
 
     The first kind is meant where none is said, unless the key is `op`: then it must be there. A
     value that names no known kind is refused before the union is asked; `unknown` is the issue.
@@ -126,15 +126,15 @@ def one_of_kinds(
 
     def check(value: object) -> object:
         if not isinstance(value, dict):
-            raise invalid(wrong_type(value, "an object"))
+            raise to_invalid(wrong_type(value, "an object"))
         if key == "op" and key not in value:
             message = "A required field is missing."
-            raise invalid(Issue("missing_field", message, where, "nothing", needed))
+            raise to_invalid(Issue("missing_field", message, where, "nothing", needed))
         name = value.get(key, kinds[0])
         if not isinstance(name, str):
-            raise invalid(replace(wrong_type(name, needed), pointer=where))
+            raise to_invalid(replace(wrong_type(name, needed), pointer=where))
         if name not in kinds:
-            raise invalid(replace(unknown, pointer=where, got="an unknown name", needed=needed))
+            raise to_invalid(replace(unknown, pointer=where, got="an unknown name", needed=needed))
         return value
 
     return Discriminator(tell), BeforeValidator(check), Field(description=description)
@@ -166,17 +166,17 @@ IsoCurves: TypeAlias = Annotated[
 ]
 
 
-def _distinct(values: tuple[str, ...]) -> tuple[str, ...]:
+def _check_distinct(values: tuple[str, ...]) -> tuple[str, ...]:
     if len(set(values)) < len(values):
         message = "The list has a name twice."
-        raise invalid(Issue("repeated_value", message, "", "a repeated name", "each once"))
+        raise to_invalid(Issue("repeated_value", message, "", "a repeated name", "each once"))
     return values
 
 
 Overlays: TypeAlias = Annotated[
     tuple[OverlayName, ...],
     Field(strict=False, max_length=len(get_args(OverlayName)), fail_fast=True),
-    AfterValidator(_distinct),
+    AfterValidator(_check_distinct),
 ]
 
 Parts: TypeAlias = Annotated[

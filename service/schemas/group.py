@@ -11,7 +11,7 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
 from service.schemas.fields import Name, Omittable, StrictModel, UpField, optional
-from service.schemas.validation import invalid, limits_of
+from service.schemas.validation import limits_of, to_invalid
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested_issue
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def refuse_group(value: object) -> object:
     """Refuses a group within a group before its members are read."""
     if isinstance(value, dict) and value.get("type") == "group":
-        raise invalid(nested_issue("/type"))
+        raise to_invalid(nested_issue("/type"))
     return value
 
 
@@ -116,7 +116,9 @@ class GroupDefinition(StrictModel):
         return GroupSurface(tuple(members), self.up, self.name)
 
 
-def define(surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]) -> dict[str, Any]:
+def define_group(
+    surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]
+) -> dict[str, Any]:
     """The group in the language of requests; `inner` writes the surfaces of its members."""
     members: list[dict[str, Any]] = []
     for member in surface.members:
@@ -132,7 +134,7 @@ def check_total(definitions: Iterable[StrictModel], where: str, info: Validation
     if total > most:
         message = "All surfaces together have more control points than this service takes."
         got, needed = f"{total} control points", f"at most {most}"
-        raise invalid(Issue("too_many_control_points", message, where, got, needed))
+        raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
 
 
 def _control_points(definition: StrictModel) -> int:

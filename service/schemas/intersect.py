@@ -15,10 +15,10 @@ from service.engine.sections.planes import (
 )
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import Omittable, RequestModel, conflict, optional
+from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
 from service.schemas.planes import PlaneSet
 from service.schemas.request import SurfaceRequest
-from service.schemas.validation import invalid
+from service.schemas.validation import to_invalid
 from service.surface.checks import validate_points
 
 VECTORS = NumberGrid(
@@ -79,15 +79,17 @@ class IntersectRequest(SurfaceRequest):
     def _of_one(self) -> Self:
         if (self.rays is None) == (self.planes is None):
             message = "There must be rays that may hit the surface, or planes that may cut it."
-            raise invalid(conflict("rays", "planes", message, is_neither=self.rays is None))
+            raise to_invalid(
+                conflict_error("rays", "planes", message, is_neither=self.rays is None)
+            )
         others, those = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
         for name in others:
             if name in self.model_fields_set:
                 message, got = f"This field is one of {those}.", "another query"
-                raise invalid(Issue("conflicting_options", message, f"/{name}", got, f"{those}"))
+                raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, f"{those}"))
         if set(OF_PLANES) <= self.model_fields_set:
             message = "There is one tolerance."
-            raise invalid(conflict(*OF_PLANES, message, is_neither=False))
+            raise to_invalid(conflict_error(*OF_PLANES, message, is_neither=False))
         return self
 
     def to_sections(self) -> tuple[Planes, SectionTolerance]:

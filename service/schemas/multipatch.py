@@ -68,7 +68,9 @@ class MultipatchDefinition(StrictModel):
         return MultipatchSurface(tuple(surfaces), self.up, self.name)
 
 
-def define(surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]) -> dict[str, Any]:
+def define_multipatch(
+    surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]
+) -> dict[str, Any]:
     """The surface in the language of requests; `inner` writes its parts."""
     surfaces = [inner(single) for single in surface.surfaces]
     return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

@@ -19,7 +19,7 @@ from service.schemas.validation import (
     empty_list,
     index_too_large,
     ragged_triangle,
-    refusal,
+    to_refusal,
     wrong_type,
 )
 
@@ -30,7 +30,7 @@ _SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
 """A JSON value of the same kind as the numbers of an array."""
 
 
-def checked_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
+def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
     """`values` as `grid.array` answers them; not copied where they are so already.
 
     Parameters
@@ -50,7 +50,7 @@ def checked_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimi
     one = _SCALARS.get(values.dtype.kind, {})
     _check_shape(grid, values.shape, one, limits)
     if values.dtype.kind not in ("iu" if grid.whole else "iuf") or values.dtype.itemsize > 8:
-        raise refusal([((0,) * len(grid.levels), wrong_type(one, grid.scalar))])
+        raise to_refusal([((0,) * len(grid.levels), wrong_type(one, grid.scalar))])
     if grid.whole:
         outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
         _refuse(grid, outside, index_too_large())
@@ -70,31 +70,31 @@ def _check_shape(
     for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
         first, needed = (0,) * level, f"a list of {grid.levels[level]}"
         if axis == len(shape):
-            raise refusal([(first, wrong_type(one, needed))])
+            raise to_refusal([(first, wrong_type(one, needed))])
         length, total = shape[axis], prod(shape[: axis + 1])
         if not length:
-            raise refusal([(first, empty_list(needed))])
+            raise to_refusal([(first, empty_list(needed))])
         if level + 1 == grid.triangle_level:
             degree = degree_or_none(length)
             if degree is None:
                 issue = ragged_triangle(f"{length} entries", "3, 6, 10, 15, … entries")
-                raise refusal([(first, issue)])
+                raise to_refusal([(first, issue)])
             grid.check_size(level, prod(shape[:axis]) * (degree + 1), degree + 1, limits)
             level += 1
             length = degree + 1
         grid.check_size(level, total, length, limits)
         level += 1
         if level == len(grid.levels) and grid.width not in (None, length):
-            raise refusal([(first, grid.wrong_length(level - 1, length, grid.width or 0))])
+            raise to_refusal([(first, grid.length_issue(level - 1, length, grid.width or 0))])
     if len(shape) > axis + 1:
-        raise refusal([((0,) * level, wrong_type([], grid.scalar))])
+        raise to_refusal([((0,) * level, wrong_type([], grid.scalar))])
 
 
 def _refuse(grid: "NumberGrid", wrong: NDArray[np.bool_], issue: Issue) -> None:
     """Raises the issue at each of the first places where `wrong` holds."""
     if wrong.any():
         places = np.argwhere(wrong)[:MAX_ISSUES].tolist()
-        raise refusal((_path(grid, tuple(place), wrong.shape), issue) for place in places)
+        raise to_refusal((_path(grid, tuple(place), wrong.shape), issue) for place in places)
 
 
 def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:

@@ -17,8 +17,15 @@ from service.engine.options import (
     Method,
     WireForm,
 )
-from service.schemas.accuracy import ACCURACY, MAX_COUNT, accuracy_of, refuse_conflict
-from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel, optional
+from service.schemas.accuracy import ACCURACY, MAX_COUNT, build_accuracy, refuse_conflict
+from service.schemas.fields import (
+    IsoCurves,
+    Omittable,
+    Overlays,
+    Resolution,
+    StrictModel,
+    optional,
+)
 from service.surface.checks import MAX_COORDINATE
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
@@ -182,9 +189,10 @@ class MeshOptionFields(StrictModel):
         "(`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a "
         "32 766th of the longest side of the box about the control points; normals within 0.002°; "
         "texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 "
-        "steps at most, which the certified deviation counts, and a tolerance holds for what is "
-        "written. All parts of a surface have one grid, and so have members of a group that meet "
-        "in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).",
+        "steps at most, which the certified deviation counts, and a tolerance holds for the "
+        "written file. All parts of a surface have one grid, and so have members of a group that "
+        "meet in the same place: seams stay closed. Other formats refuse it "
+        "(`unsupported_by_format`).",
         examples=[True],
     )
     compression: Compression = Field(
@@ -213,7 +221,7 @@ class MeshOptionFields(StrictModel):
             Where options that are right by themselves do not go together; pointers `/name`.
         """
         is_stated = not self.model_fields_set.isdisjoint(ACCURACY)
-        return _mesh_options(_of_engine(self), accuracy_of(self) if is_stated else None)
+        return _mesh_options(_of_engine(self), build_accuracy(self) if is_stated else None)
 
 
 _OF_ENGINE = [
@@ -229,5 +237,5 @@ def _mesh_options(of_engine: tuple[object, ...], accuracy: Accuracy | None) -> M
     """The options of the engine, made and checked once: clients repeat them."""
     values: dict[str, Any] = dict(zip(_OF_ENGINE, of_engine, strict=True))
     if values["faces"] == "none":
-        values |= {"faces": "triangles", "surface": False}
+        values |= {"faces": "triangles", "has_faces": False}
     return MeshOptions(**values, accuracy=accuracy)

@@ -15,12 +15,12 @@ from service.schemas.channels import (
     VertexAttributes,
     VertexColors,
     VertexUvs,
-    channels,
+    build_channels,
     define_surface,
 )
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
-from service.schemas.triangle import in_rows, rows_of
-from service.schemas.validation import limits_of, refusal
+from service.schemas.triangle import split_rows, to_rows
+from service.schemas.validation import limits_of, to_refusal
 from service.surface.grids import NO_GRIDS, Grids
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 
@@ -40,12 +40,12 @@ def _of_several_degrees(
     try:
         return tuple(PATCH.array(grid, limits).astype(np.int64, copy=False) for grid in value)
     except ValidationError:
-        faults = ((k, fault) for k, grid in enumerate(value) for fault in PATCH.faults(grid))
-        raise refusal(((k, *path), issue) for k, (path, issue) in faults) from None
+        faults = ((k, fault) for k, grid in enumerate(value) for fault in PATCH.find_faults(grid))
+        raise to_refusal(((k, *path), issue) for k, (path, issue) in faults) from None
 
 
 def _shape(grid: object) -> tuple[int, ...]:
-    """Rows and columns of a grid by its first row; () of what is no grid."""
+    """Rows and columns of a grid by its first row; () of other values."""
     if isinstance(grid, np.ndarray):
         return tuple(grid.shape)
     if not (isinstance(grid, list) and grid and isinstance(grid[0], list)):
@@ -99,7 +99,7 @@ class PatchesDefinition(StrictModel):
     def to_surface(self) -> PatchSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
-        carried = channels(self.colors, self.uvs, self.attributes)
+        carried = build_channels(self.colors, self.uvs, self.attributes)
         if not len(self.patches) + len(self.triangles):
             needed = "grids of vertex numbers; or `triangles`, or both"
             message = "A required field is missing."
@@ -116,10 +116,10 @@ class PatchesDefinition(StrictModel):
                 self.triangles,
             )
         except InvalidRequest as error:
-            raise in_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
+            raise to_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
 
 
-def define(surface: PatchSurface) -> dict[str, Any]:
+def define_patches(surface: PatchSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
     lists = ("patches", "triangles", "parts")
     content = define_surface("patches", surface, "vertices", *lists, "weights")
@@ -127,8 +127,8 @@ def define(surface: PatchSurface) -> dict[str, Any]:
     return {name: value for name, value in content.items() if name not in lists or len(value)}
 
 
-def with_rows(content: dict[str, Any]) -> dict[str, Any]:
-    """The same with rows for every triangle, as documents write it."""
+def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
+    """The content with rows for every triangle, as documents have them."""
     if "triangles" not in content:
         return content
-    return content | {"triangles": [rows_of(indices) for indices in content["triangles"]]}
+    return content | {"triangles": [split_rows(indices) for indices in content["triangles"]]}

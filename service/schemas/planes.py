@@ -9,8 +9,8 @@ from service.bases.arrays import FloatArray
 from service.engine.sections.planes import Planes
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import RequestModel, conflict, optional
-from service.schemas.validation import invalid
+from service.schemas.fields import RequestModel, conflict_error, optional
+from service.schemas.validation import to_invalid
 from service.surface.checks import check_finite, check_stored, validate_points
 
 VECTORS = NumberGrid(
@@ -43,7 +43,7 @@ class PlaneSet(RequestModel):
         if (self.offsets is None) == (self.points is None):
             message = "A plane has a normal, and an offset or a point."
             is_neither = self.offsets is None
-            raise invalid(conflict("offsets", "points", message, is_neither=is_neither))
+            raise to_invalid(conflict_error("offsets", "points", message, is_neither=is_neither))
         return self
 
     def to_planes(self) -> Planes:

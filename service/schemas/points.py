@@ -9,9 +9,9 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import PointsQuery
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import conflict, optional
+from service.schemas.fields import conflict_error, optional
 from service.schemas.request import SurfaceRequest
-from service.schemas.validation import MAX_INDEX, index_too_large, invalid, wrong_type
+from service.schemas.validation import MAX_INDEX, index_too_large, to_invalid, wrong_type
 
 UV = NumberGrid(
     ("points", "parameters"), width=2, width_rule="A point of a surface has two parameters [u, v]."
@@ -28,10 +28,10 @@ def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
     """A whole number stands for all points."""
     if type(value) is int:
         if abs(value) > MAX_INDEX:
-            raise invalid(index_too_large())
+            raise to_invalid(index_too_large())
         return np.array(value, dtype=np.int64)
     if not isinstance(value, list | np.ndarray):
-        raise invalid(wrong_type(value, "a whole number or a list of them"))
+        raise to_invalid(wrong_type(value, "a whole number or a list of them"))
     return handler(value)
 
 
@@ -46,7 +46,7 @@ PatchChoice = Annotated[
 
 
 class PointsRequest(SurfaceRequest):
-    """Parameters at which a surface is evaluated, and what shall be told of each point."""
+    """Parameters at which a surface is evaluated, and the derivatives to return."""
 
     uv: Annotated[FloatArray | None, UV] = optional(
         "Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
@@ -76,11 +76,11 @@ class PointsRequest(SurfaceRequest):
         if (self.uv is None) == (self.barycentric is None):
             message = "There must be one list of places: `uv`, or on triangles `barycentric`."
             is_neither = self.uv is None
-            raise invalid(conflict("uv", "barycentric", message, is_neither=is_neither))
+            raise to_invalid(conflict_error("uv", "barycentric", message, is_neither=is_neither))
         return self
 
     def to_query(self) -> PointsQuery:
-        """The places, and what is asked about them."""
+        """The query: the parameters and the order of derivatives."""
         places = self.barycentric if self.uv is None else self.uv
         if places is None:
             raise ValueError("a request without places was not validated")

@@ -8,10 +8,10 @@ from service.bases.arrays import FloatArray
 from service.engine.queries.project import RELATIVE_TOLERANCE, ProjectQuery
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.curves import CurveDefinition, curve_of
-from service.schemas.fields import Omittable, RequestModel, conflict, optional
+from service.schemas.curves import CurveDefinition, build_curve
+from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
 from service.schemas.surfaces import SurfaceDefinition
-from service.schemas.validation import invalid
+from service.schemas.validation import to_invalid
 from service.surface import Surface
 from service.surface.checks import validate_points
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
@@ -52,10 +52,10 @@ class ProjectRequest(RequestModel):
         if (self.surface is None) == (self.curve is None):
             message = "There must be one shape to look at: a surface, or a curve."
             is_neither = self.surface is None
-            raise invalid(conflict("surface", "curve", message, is_neither=is_neither))
+            raise to_invalid(conflict_error("surface", "curve", message, is_neither=is_neither))
         if self.curve is not None and self.sign:
-            message = "A curve has no inside: signs are told of surfaces."
-            raise invalid(conflict("curve", "sign", message, is_neither=False))
+            message = "A curve has no inside: only surfaces have signs."
+            raise to_invalid(conflict_error("curve", "sign", message, is_neither=False))
         return self
 
     def build(self) -> None:
@@ -67,7 +67,7 @@ class ProjectRequest(RequestModel):
         built: Surface | Curve | None = self.__dict__.get("_built")
         if built is None:
             if self.curve is not None:
-                built = curve_of(self.curve)
+                built = build_curve(self.curve)
             elif self.surface is not None:
                 try:
                     built = self.surface.to_surface()

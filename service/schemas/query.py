@@ -20,7 +20,7 @@ from service.schemas.accuracy import MAX_COUNT, SEEN
 from service.schemas.curves import CurveOptionFields
 from service.schemas.fields import Omittable
 from service.schemas.options import MeshOptionFields
-from service.schemas.scan import shortened
+from service.schemas.scan import shorten
 from service.schemas.validation import validate_document
 
 _WHOLE = re.compile(r"-?\d{1,16}", re.ASCII)
@@ -73,7 +73,7 @@ def _names(text: str) -> list[str]:
 
 
 def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
-    """What reads the text of each field, by name; fields that are texts have no reader."""
+    """The functions that read the text of each field, by name; texts have none."""
     simple: dict[Any, Callable[[str], object]] = {bool: _flag, int: _whole, float: _float}
     readers: dict[str, Callable[[str], object]] = {}
     for name, field in model.model_fields.items():
@@ -93,8 +93,8 @@ LIST_NAMES = frozenset(name for name, read in _READERS.items() if read in (_name
 """Options that may be lists."""
 
 
-def mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
-    """What a query of a mesh says.
+def parse_mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
+    """The options of a mesh in the query of a URL.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
 
 
 def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
-    """The options that a command line gives; raises `InvalidRequest` as `mesh_query` does."""
+    """The options that a command line gives; raises `InvalidRequest` as `parse_mesh_query` does."""
     return validate_document(MeshOptionFields, option_values(pairs))
 
 
@@ -131,12 +131,12 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
     values: dict[str, object] = {}
     for name, text in pairs:
         if name in values:
-            where = pointer([shortened(name)])
+            where = pointer([shorten(name)])
             message = "A parameter is given more than once."
             got, needed = "the parameter again", "each parameter once"
             raise InvalidRequest(Issue("repeated_key", message, where, got, needed))
         if len(values) == MAX_PARAMETERS:
-            where = pointer([shortened(name)])
+            where = pointer([shorten(name)])
             message = "There are more parameters than any request needs."
             got, needed = f"more than {MAX_PARAMETERS} parameters", f"at most {MAX_PARAMETERS}"
             raise InvalidRequest(Issue("too_many_parameters", message, where, got, needed))

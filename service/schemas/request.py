@@ -6,10 +6,10 @@ from pydantic import Field, model_validator
 
 from service.errors import InvalidRequest
 from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
-from service.schemas.fields import Omittable, RequestModel, conflict, optional
+from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
-from service.schemas.validation import invalid
+from service.schemas.validation import to_invalid
 from service.surface import Surface
 
 MAX_SECONDS = 7 * 24 * 3600
@@ -74,9 +74,9 @@ class SignRequest(RequestModel):
     )
 
     @model_validator(mode="after")
-    def _ends_once(self) -> Self:
+    def _check_end(self) -> Self:
         if (self.expires is None) == (self.seconds is None):
             message = "There must be one end: `expires`, or `seconds`."
-            issue = conflict("expires", "expires", message, is_neither=self.expires is None)
-            raise invalid(issue)
+            issue = conflict_error("expires", "expires", message, is_neither=self.expires is None)
+            raise to_invalid(issue)
         return self

@@ -1,4 +1,4 @@
-"""What the parser forgets of a JSON text: where something is, keys that are said twice, how deep.
+"""Scans of a JSON text for facts that the parser drops: positions, repeated keys, depth.
 
 These scanners look at strings and brackets only, and most of them only where something is wrong, or
 may be.
@@ -11,7 +11,7 @@ import orjson
 from service.errors import pointer
 
 MAX_PREFIX = 1 << 19
-"""Bytes that `pointer_at` is willing to read: a tenth of a second at worst."""
+"""Bytes that `find_pointer` is willing to read: a tenth of a second at worst."""
 
 MAX_KEY = 64
 """Characters of a key that a pointer repeats; keys of ours are shorter."""
@@ -38,7 +38,7 @@ class _Level:
         self.expects_key = is_object
         self.label: int | bytes = b"" if is_object else 0
 
-    def pass_commas(self, count: int) -> None:
+    def count_commas(self, count: int) -> None:
         """Moves on by `count` commas."""
         if isinstance(self.label, int):
             self.label += count
@@ -46,7 +46,7 @@ class _Level:
             self.expects_key = True
 
 
-def pointer_at(body: bytes, end: int) -> str:
+def find_pointer(body: bytes, end: int) -> str:
     """JSON pointer of the value that begins at or contains byte `end` of `body`.
 
     An empty pointer where that would mean reading more than `MAX_PREFIX` bytes.
@@ -58,7 +58,7 @@ def pointer_at(body: bytes, end: int) -> str:
     seen = 0
     for token in _BRACKET_OR_STRING.finditer(prefix):
         if levels:
-            levels[-1].pass_commas(prefix.count(b",", seen, token.start()))
+            levels[-1].count_commas(prefix.count(b",", seen, token.start()))
         seen = token.end()
         first = prefix[token.start()]
         if first in b"[{":
@@ -69,15 +69,15 @@ def pointer_at(body: bytes, end: int) -> str:
             levels[-1].label = token.group()
             levels[-1].expects_key = False
     if levels:
-        levels[-1].pass_commas(prefix.count(b",", seen))
+        levels[-1].count_commas(prefix.count(b",", seen))
     return pointer(
-        level.label if isinstance(level.label, int) else shortened(key_text(level.label))
+        level.label if isinstance(level.label, int) else shorten(decode_key(level.label))
         for level in levels[:MAX_LEVELS]
         if not level.expects_key
     )
 
 
-def repeated_key(body: bytes) -> tuple[int, str] | None:
+def find_repeated_key(body: bytes) -> tuple[int, str] | None:
     """Offset and text of the first key that its object has already, or None.
 
     RFC 8259, section 4, leaves the meaning of such an object open; parsers silently keep one.
@@ -91,14 +91,14 @@ def repeated_key(body: bytes) -> tuple[int, str] | None:
             else:
                 del objects[-1:]
         elif colon is not None and objects:
-            key = key_text(string)
+            key = decode_key(string)
             if key in objects[-1]:
                 return token.start(), key
             objects[-1].add(key)
     return None
 
 
-def key_text(string: bytes) -> str:
+def decode_key(string: bytes) -> str:
     """The text that a JSON string, quotes included, stands for."""
     try:
         return str(orjson.loads(string))
@@ -106,7 +106,7 @@ def key_text(string: bytes) -> str:
         return string.decode(errors="replace").strip('"')
 
 
-def shortened(key: str) -> str:
+def shorten(key: str) -> str:
     """A key as a pointer may repeat it."""
     return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"
 

@@ -21,7 +21,7 @@ FIELDS: Mapping[str, str] = MappingProxyType(
         "name": "Name of the surface.",
     }
 )
-"""What each is, by name, as the documentation says it."""
+"""Descriptions of the fields by name, for the documentation."""
 
 
 def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
@@ -48,7 +48,7 @@ def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
     return {name: _value(name, text) for name, text in texts.items()}
 
 
-def with_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
+def add_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
     """The surface that a file holds, with these fields; a group's axis is that of its members."""
     if net["type"] == "group" and "up" in fields:
         members = [

@@ -1,8 +1,8 @@
 """The kinds of surface as a document says them: one model a kind, one union of them all.
 
-To add a kind: a module with its model (a `type` of its own and a `to_surface`) and its `define`;
-here its line in `DEFINE` (and in `WITH_ROWS`, if it has nets over triangles), its name in `KINDS`
-and its line in `_Single`.
+To add a kind: a module with its model (a `type` of its own and a `to_surface`) and a function
+that writes it; here its line in `DEFINE` (and in `WITH_ROWS`, if it has nets over triangles), its
+name in `KINDS` and its line in `_Single`.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,20 +27,20 @@ from service.surface.triangle import TriangleSurface
 
 DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType(
     {
-        BezierSurface: bezier.define,
-        BsplineSurface: bspline.define,
-        PatchSurface: patches.define,
-        TriangleSurface: triangle.define,
+        BezierSurface: bezier.define_bezier,
+        BsplineSurface: bspline.define_bspline,
+        PatchSurface: patches.define_patches,
+        TriangleSurface: triangle.define_triangle,
         TubeSurface: sweeps.define_tube,
         RibbonSurface: sweeps.define_ribbon,
     }
 )
-"""What writes each kind of surface of no others back in the language of requests."""
+"""Functions that write a surface as a request has it, by kind; for kinds without members."""
 
 WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
-    {PatchSurface: patches.with_rows, TriangleSurface: triangle.with_rows}
+    {PatchSurface: patches.replace_rows, TriangleSurface: triangle.replace_rows}
 )
-"""What turns nets over triangles, one array each, into the rows that documents have for them."""
+"""Functions that turn arrays over triangles into the rows that documents have, by kind."""
 
 KINDS = ("bezier", "bspline", "triangle", "patches", "multipatch", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
@@ -89,8 +89,8 @@ def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
     """
     kind = type(surface)
     if isinstance(surface, GroupSurface):
-        return group.define(surface, partial(definition, flat=flat))
+        return group.define_group(surface, partial(definition, flat=flat))
     if isinstance(surface, MultipatchSurface):
-        return multipatch.define(surface, partial(definition, flat=flat))
+        return multipatch.define_multipatch(surface, partial(definition, flat=flat))
     content = DEFINE[kind](surface)
     return content if flat or kind not in WITH_ROWS else WITH_ROWS[kind](content)

@@ -7,10 +7,10 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import NumberGrid
-from service.schemas.curves import CurveDefinition, curve_of, define_curve
+from service.schemas.curves import CurveDefinition, build_curve, define_curve
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField, optional
-from service.schemas.validation import invalid, wrong_type
+from service.schemas.validation import to_invalid, wrong_type
 from service.surface.checks import MAX_DEGREE
 from service.surface.sweeps import MAX_SIDES, MIN_SIDES, RibbonSurface, TubeSurface
 
@@ -25,7 +25,7 @@ def _spread(value: object) -> FloatArray:
     if type(value) in (int, float):
         return np.array([value], dtype=np.float64)
     if not isinstance(value, list | np.ndarray):
-        raise invalid(wrong_type(value, "a number or a list of numbers"))
+        raise to_invalid(wrong_type(value, "a number or a list of numbers"))
     return _COEFFICIENTS.array(value, DocumentLimits(max_degree=MAX_DEGREE)).astype(np.float64)
 
 
@@ -77,7 +77,7 @@ class TubeDefinition(StrictModel):
 
     def to_surface(self) -> TubeSurface:
         """The tube itself; raises `InvalidRequest` with pointers relative to it."""
-        curve = curve_of(self.curve, plain=True)
+        curve = build_curve(self.curve, plain=True)
         return TubeSurface(curve, self.radius, self.sides, self.caps, self.up, self.name)
 
 
@@ -103,7 +103,7 @@ class RibbonDefinition(StrictModel):
 
     def to_surface(self) -> RibbonSurface:
         """The ribbon itself; raises `InvalidRequest` with pointers relative to it."""
-        curve = curve_of(self.curve, plain=True)
+        curve = build_curve(self.curve, plain=True)
         return RibbonSurface(curve, self.width, self.facing, self.camera, self.up, self.name)
 
 

@@ -19,7 +19,7 @@ from service.schemas.channels import (
     TriangleAttributes,
     TriangleColors,
     TriangleUvs,
-    channels,
+    build_channels,
     define_surface,
 )
 from service.schemas.fields import NameField, StrictModel, UpField
@@ -56,38 +56,38 @@ class TriangleDefinition(StrictModel):
     def to_surface(self) -> TriangleSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
         try:
-            carried = channels(self.colors, self.uvs, self.attributes)
+            carried = build_channels(self.colors, self.uvs, self.attributes)
             return TriangleSurface(self.control_net, self.weights, self.up, self.name, carried)
         except InvalidRequest as error:
             nets = {f"/{name}": getattr(self, name) for name in _NETS}
             nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}
             moved = error
             for prefix, net in nets.items():
-                moved = moved if net is None else in_rows(moved, prefix, len(net))
+                moved = moved if net is None else to_rows(moved, prefix, len(net))
             raise moved from None
 
 
-def define(surface: TriangleSurface) -> dict[str, Any]:
+def define_triangle(surface: TriangleSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
     return define_surface("triangle", surface, "control_net", "weights")
 
 
-def with_rows(content: dict[str, Any]) -> dict[str, Any]:
-    """The same with rows for every net, as documents write it."""
-    rows: dict[str, Any] = {name: rows_of(content[name]) for name in _NETS if name in content}
+def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
+    """The content with rows for every net, as documents have them."""
+    rows: dict[str, Any] = {name: split_rows(content[name]) for name in _NETS if name in content}
     if "attributes" in content:
-        rows["attributes"] = {name: rows_of(net) for name, net in content["attributes"].items()}
+        rows["attributes"] = {name: split_rows(net) for name, net in content["attributes"].items()}
     return content | rows
 
 
-def rows_of(values: NDArray[Any]) -> list[NDArray[Any]]:
+def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
     """The rows of n+1, n, … 1 entries that an array over a triangle stands for."""
     starts = row_starts(degree_of(len(values)))
     return np.split(values, starts[1:-1])
 
 
-def in_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
-    """The same error, entry k below `prefix` (a pattern) pointed at as entry j of row m.
+def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
+    """The error with pointers to entry j of row m instead of entry k below `prefix` (a pattern).
 
     `count` is the number of entries of the triangle.
     """

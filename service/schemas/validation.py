@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits, parse_document
 from service.schemas.field_names import nearest_field
-from service.schemas.scan import shortened
+from service.schemas.scan import shorten
 
 Path: TypeAlias = tuple[str | int, ...]
 Model = TypeVar("Model", bound=BaseModel)
@@ -84,12 +84,12 @@ _TRANSLATED = {
         "printable characters",
     ),
 }
-"""Code, message, what was got and what is needed, by pydantic's type of error."""
+"""Code, message, and texts of got and needed, by pydantic's type of error."""
 
 _OTHER = ("wrong_value", "The value is not allowed.", "{kind}", "")
 
 
-def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
+def to_refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
     """An exception for a validator to raise: the first `MAX_ISSUES` faults, each at its path."""
     details: list[InitErrorDetails] = [
         {
@@ -102,7 +102,7 @@ def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
     return ValidationError.from_exception_data("value", details)
 
 
-def invalid(issue: Issue) -> PydanticCustomError:
+def to_invalid(issue: Issue) -> PydanticCustomError:
     """An exception for a validator to raise; the issue's pointer is relative to the value."""
     return PydanticCustomError("issue", "an issue", {"issue": issue})
 
@@ -155,7 +155,7 @@ def _is_consequence(detail: ErrorDetails) -> bool:
 
 
 def kind(value: object) -> str:
-    """What a JSON value is, in words that repeat nothing of it."""
+    """The kind of a JSON value, in words that repeat nothing of it."""
     return _KINDS.get(type(value), "an object")
 
 
@@ -191,16 +191,16 @@ def _issue(detail: ErrorDetails, model: type[BaseModel]) -> Issue:
     if detail["type"] == "extra_forbidden" and (near := nearest_field(model, detail["loc"])):
         needed = f"`{near}`, or another documented name"
         return replace(
-            _translated("extra_forbidden", detail["input"], {}), pointer=where, needed=needed
+            _translate("extra_forbidden", detail["input"], {}), pointer=where, needed=needed
         )
     context: dict[str, Any] = detail.get("ctx", {})
     issue = context.get("issue")
     if isinstance(issue, Issue):
         return replace(issue, pointer=where + issue.pointer)
-    return replace(_translated(detail["type"], detail["input"], context), pointer=where)
+    return replace(_translate(detail["type"], detail["input"], context), pointer=where)
 
 
-def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
+def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
     """The issue for one of pydantic's own error types."""
     if name in _WRONG_TYPE or (value is None and name not in ("missing", "extra_forbidden")):
         return wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
@@ -222,5 +222,5 @@ def _pointer(path: Path) -> str:
             continue
         before, previous = previous, part
         if part != "[key]":  # pydantic's mark for "the key itself"
-            parts.append(part if isinstance(part, int) else shortened(part))
+            parts.append(part if isinstance(part, int) else shorten(part))
     return pointer(parts)

@@ -161,7 +161,7 @@ def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
 def test_curves_have_as_many_points_as_can_be_measured_in_seconds() -> None:
     """Fewer points in a high degree, and always fewer than a mesh may have vertices."""
     most = [
-        plan_curve(BezierCurve(np.eye(n + 1)[:, :3]), CurveOptions(1), CURVE_FORMATS[0]).most
+        plan_curve(BezierCurve(np.eye(n + 1)[:, :3]), CurveOptions(1), CURVE_FORMATS[0]).max_points
         for n in (2, 8, 64)
     ]
     assert most == sorted(most, reverse=True)

@@ -12,7 +12,7 @@ from service.api.routes import meshes_by_url
 from service.api.services import Services
 from service.api.stored import Stored
 from service.api.workers import Job
-from service.pipeline.mesh import Answer, MeshWork
+from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
 from tests.api.client import Client, client_of
@@ -43,7 +43,7 @@ class Watch:
         self.came = threading.Semaphore(0)
         run = MeshWork.run
 
-        def watched(work: MeshWork) -> Answer:
+        def watched(work: MeshWork) -> MeshFile:
             if not self.most:
                 for _ in range(COUNT):
                     assert self.came.acquire(timeout=60)

@@ -18,7 +18,7 @@ from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import encode_options, render
-from service.schemas.query import canonical_query, mesh_query
+from service.schemas.query import canonical_query, parse_mesh_query
 from service.settings.values import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of
@@ -272,13 +272,13 @@ OPTIONS = {
 )
 def test_the_canonical_address_stands_for_the_same_bytes(said: dict[str, str], fmt: Format) -> None:
     try:
-        asked = mesh_query(said.items())
+        asked = parse_mesh_query(said.items())
         surface = find("saddle").surface()
         written = render(surface, asked.mesh_options(), fmt, encode_options(asked))
     except SurfaceError:
         return
     query = canonical_query(asked, fmt.ignored)
-    again = mesh_query(parse_qsl(query))
+    again = parse_mesh_query(parse_qsl(query))
     assert render(surface, again.mesh_options(), fmt, encode_options(again)) == written
 
 

@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
-from service.pipeline.mesh import Answer, MeshWork
+from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
 from tests.api.client import Client, client_of
@@ -104,7 +104,7 @@ def test_what_is_deleted_while_it_is_computed_is_not_kept(
 ) -> None:
     begun, gate, answer = threading.Event(), threading.Event(), MeshWork.run
 
-    def slow(work: MeshWork) -> Answer:
+    def slow(work: MeshWork) -> MeshFile:
         begun.set()
         assert gate.wait(60)
         return answer(work)

@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.caching.codings import Coding, compressed
 from service.api.routes import meshes_by_url
 from service.engine.mesh.report import ENGINE
-from service.pipeline.mesh import Answer, MeshWork
+from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
@@ -27,7 +27,7 @@ async def crowd(
     """
     calls, gate, run = [], threading.Event(), MeshWork.run
 
-    def waiting(work: MeshWork) -> Answer:
+    def waiting(work: MeshWork) -> MeshFile:
         calls.append(work)
         assert gate.wait(60)
         return run(work)

@@ -15,7 +15,7 @@ import pytest
 from service.api.workers import Workers
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
-from service.pipeline.mesh import Answer, MeshWork
+from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from tests.live import running_service
 
@@ -37,7 +37,7 @@ class Looping:
         self.gate = threading.Event()
         run = MeshWork.run
 
-        def looping(work: MeshWork) -> Answer:
+        def looping(work: MeshWork) -> MeshFile:
             if work.size.vertices < SIDE**2:
                 return run(work)
             self.calls += 1
@@ -213,7 +213,7 @@ def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
 def test_what_fails_gives_back_what_it_had(
     error: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(_: MeshWork) -> Answer:
+    def fails(_: MeshWork) -> MeshFile:
         raise error
 
     monkeypatch.setattr(MeshWork, "run", fails)

@@ -18,7 +18,7 @@ from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.mesh.closure import Closure
 from service.engine.mesh.mesh_value import Mesh
-from service.engine.quantize import snapped
+from service.engine.quantize import quantize_mesh
 from service.errors import UnsupportedByFormat
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
@@ -59,7 +59,7 @@ def written(
 
 def on_grid(mesh: Mesh) -> Mesh:
     """The mesh with its positions on the finest grid that 16 bits allow."""
-    return snapped(mesh, 2.0**-126)
+    return quantize_mesh(mesh, 2.0**-126)
 
 
 @each_format

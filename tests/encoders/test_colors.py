@@ -3,7 +3,7 @@
 import numpy as np
 
 from service.encoders.colors import in_bytes, translucent, with_opacity
-from service.engine.scenes.colors import linear
+from service.engine.scenes.colors import to_linear
 
 LINEAR = {
     0x00: 0.0,
@@ -19,23 +19,23 @@ LINEAR = {
 
 def test_known_bytes() -> None:
     srgb = np.repeat(np.array(list(LINEAR)) / 255, 3).reshape(-1, 3)
-    np.testing.assert_allclose(linear(srgb)[:, 1], list(LINEAR.values()), rtol=1e-13)
+    np.testing.assert_allclose(to_linear(srgb)[:, 1], list(LINEAR.values()), rtol=1e-13)
 
 
 def test_black_and_white_are_exact_and_light_only_grows() -> None:
     ramp = np.arange(0, 10_001)[:, np.newaxis].repeat(3, axis=1) / 10_000
-    light = linear(ramp.astype(np.float32))
+    light = to_linear(ramp.astype(np.float32))
     assert (light[0] == 0).all()
     assert (light[-1] == 1).all()
     assert (np.diff(light, axis=0) > 0).all()
     # The two branches meet to 1e-8 only: so the standard has it.
-    below, above = linear(np.array([[0.04045] * 3, [np.nextafter(0.04045, 1)] * 3]))
+    below, above = to_linear(np.array([[0.04045] * 3, [np.nextafter(0.04045, 1)] * 3]))
     np.testing.assert_allclose(below, above, rtol=2e-5)
 
 
 def test_opacity_is_linear_already() -> None:
     colors = np.array([[0.5, 0.5, 0.5, 0.5]])
-    assert linear(colors)[0, 3] == 0.5
+    assert to_linear(colors)[0, 3] == 0.5
     assert colors[0, 0] == 0.5
 
 

@@ -15,7 +15,7 @@ from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
-from service.pipeline.mesh import carried, render
+from service.pipeline.mesh import carried_channels, render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface.batches import TrianglePatches
@@ -44,7 +44,7 @@ def written(form: str, name: str) -> bytes:
 def made(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
     """The mesh that is written, in float64 and of one piece."""
     request = wanted(form)
-    model, options = carried(request.to_surface().lower(), request.mesh_options(), fmt)
+    model, options = carried_channels(request.to_surface().lower(), request.mesh_options(), fmt)
     return build(model, options)
 
 

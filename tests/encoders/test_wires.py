@@ -21,7 +21,7 @@ each_form = pytest.mark.parametrize("wires", FORMS)
 
 
 def wireframe(wires: WireForm, surface: bool = False) -> MeshOptions:
-    return MeshOptions((4, 4), isocurves=(2, 2), wires=wires, surface=surface, wire_sides=5)
+    return MeshOptions((4, 4), isocurves=(2, 2), wires=wires, has_faces=surface, wire_sides=5)
 
 
 @each_form
@@ -68,7 +68,7 @@ def test_the_exact_form_takes_lines_and_nothing_else() -> None:
     ("options", "pointer"),
     [
         (MeshOptions(isocurves=(1, 1)), "/isocurves"),
-        (MeshOptions(surface=False, overlays=("control_net",)), "/faces"),
+        (MeshOptions(has_faces=False, overlays=("control_net",)), "/faces"),
     ],
 )
 def test_what_has_no_parameters_has_no_isocurves(options: MeshOptions, pointer: str) -> None:
@@ -88,7 +88,7 @@ def test_wires_beyond_single_precision_are_refused() -> None:
 
 
 def test_too_many_wires_are_refused_before_anything_is_computed() -> None:
-    options = MeshOptions((1000, 1000), isocurves=(1000, 1000), wires="tubes", surface=False)
+    options = MeshOptions((1000, 1000), isocurves=(1000, 1000), wires="tubes", has_faces=False)
     with pytest.raises(SurfaceError) as caught:
         render(TEAPOT, options, BY_NAME["glb"])
     assert caught.value.issues[0].code == "too_many_vertices"

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.clustering import MAX_ROUNDS, leaders
+from service.engine.clustering import MAX_ROUNDS, find_leaders
 
 rows = st.lists(
     st.tuples(st.integers(0, 3), st.integers(0, 6), st.integers(0, 6)), min_size=1, max_size=40
@@ -23,7 +23,7 @@ def test_groups_are_what_they_are_said_to_be(
     """Followers are near their leader, leaders of one place are not near each other."""
     place = places_of([name for name, _, _ in found])
     values = np.array([[x, y] for _, x, y in found], dtype=np.float64)
-    leader = leaders(place, values, reach)
+    leader = find_leaders(place, values, reach)
     np.testing.assert_array_equal(leader[leader], leader)
     np.testing.assert_array_equal(place[leader], place)
     assert (leader <= np.arange(len(leader))).all()
@@ -38,5 +38,5 @@ def test_groups_are_what_they_are_said_to_be(
 def test_a_crowd_at_one_place_ends_single() -> None:
     """More groups than are told apart: the rest stay alone, and none is lost."""
     count = 3 * MAX_ROUNDS
-    leader = leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
+    leader = find_leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
     np.testing.assert_array_equal(leader, np.arange(count))

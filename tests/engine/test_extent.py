@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from service.engine.extent import FOLD, extent
+from service.engine.extent import FOLD, find_extent
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -12,7 +12,7 @@ def test_folded_bounds_are_the_bounds(count: int, dtype: type[np.floating]) -> N
     """For as many points as fold evenly, and for a rest."""
     points = np.random.default_rng(count).standard_normal((count, 3)).astype(dtype)
     for given in (points, points[:, ::-1], points[::-1]):
-        low, high = extent(given)
+        low, high = find_extent(given)
         assert low.dtype == high.dtype == dtype
         np.testing.assert_array_equal(low, given.min(axis=0))
         np.testing.assert_array_equal(high, given.max(axis=0))

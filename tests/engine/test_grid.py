@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from service.engine.grid import CORNER, FLOAT32_MAX, LONGEST, MOST, on_grid, step_of
+from service.engine.grid import CORNER, FLOAT32_MAX, LONGEST, MOST, find_step, round_to_grid
 
 coordinates = st.floats(-FLOAT32_MAX, FLOAT32_MAX, allow_nan=False)
 boxes = st.lists(coordinates, min_size=6, max_size=6).map(
@@ -23,9 +23,9 @@ boxes = st.lists(coordinates, min_size=6, max_size=6).map(
 @example(box=np.array([[4.6e6, 0, 0], [4.6e6 + 1e-9, 0, 0]]))
 def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
     low, high = box
-    step = step_of(low, high)
+    step = find_step(low, high)
     assert log2(step).is_integer()
-    ends = on_grid(box, step)
+    ends = round_to_grid(box, step)
     assert np.abs(ends).max() <= FLOAT32_MAX
     steps = ends / step
     assert (steps == np.rint(steps)).all()
@@ -37,22 +37,22 @@ def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
 
 @pytest.mark.parametrize("extent", [1.0, 0.75, 3.0, 65533 * 2.0**-7, 65533.1, 1e-30, 1e30])
 def test_the_step_is_the_least_power_of_two(extent: float) -> None:
-    step = step_of(np.zeros(3), np.array([extent, 0, extent / 3]))
+    step = find_step(np.zeros(3), np.array([extent, 0, extent / 3]))
     assert step / 2 * LONGEST < extent <= step * LONGEST
 
 
 def test_multiples_stay_and_others_move_by_less_than_half_a_diagonal() -> None:
     rng = np.random.default_rng(5)
     points = rng.uniform(-3, 3, (1000, 3))
-    step = step_of(points.min(axis=0), points.max(axis=0))
-    once = on_grid(points, step)
-    assert (on_grid(once, step) == once).all()
+    step = find_step(points.min(axis=0), points.max(axis=0))
+    once = round_to_grid(points, step)
+    assert (round_to_grid(once, step) == once).all()
     moved = np.linalg.norm(once - points, axis=1).max()
     assert 0.6 * CORNER * step < moved <= CORNER * step
     # About a multiple that is not too far away, float32 holds them all.
-    for origin in (np.zeros(3), on_grid(np.array([1e3, -7.0, 0.1]), step)):
+    for origin in (np.zeros(3), round_to_grid(np.array([1e3, -7.0, 0.1]), step)):
         assert ((once - origin).astype(np.float32).astype(np.float64) + origin == once).all()
 
 
 def test_no_negative_zero() -> None:
-    assert not np.signbit(on_grid(np.array([-0.0, -1e-9]), 1.0)).any()
+    assert not np.signbit(round_to_grid(np.array([-0.0, -1e-9]), 1.0)).any()

@@ -9,7 +9,7 @@ from service.engine.build import build, build_scene
 from service.engine.grid import CORNER, MOST
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.quantize import grid_error, grid_steps, gridded, snapped
+from service.engine.quantize import find_grid_error, find_grid_steps, quantize, quantize_mesh
 from service.engine.scenes.scene import Scene
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
@@ -50,10 +50,10 @@ def test_every_example_with_all_that_can_be_drawn_fits_its_grid(example: str) ->
     options = replace(EVERYTHING, isocurves=(0, 0)) if is_swept(example) else EVERYTHING
     if isinstance(model, GroupModel):
         made: Mesh | Scene = build_scene(model, options, single=True)
-        steps = grid_steps(model, options)
+        steps = find_grid_steps(model, options)
     else:
-        made, steps = build(model, options, single=True), grid_steps(model, options)
-    on = gridded(made, model, options)
+        made, steps = build(model, options, single=True), find_grid_steps(model, options)
+    on = quantize(made, model, options)
     for mesh, step in zip([on] if isinstance(on, Mesh) else on.meshes, steps, strict=True):
         assert mesh.step == step
         on_a_grid(mesh)
@@ -66,10 +66,10 @@ def is_swept(example: str) -> bool:
 def test_vertices_move_by_half_a_diagonal_at_most_and_bounds_grow_by_as_much() -> None:
     model = find("utah-teapot").surface().lower()
     plain = build(model, COARSE, single=True)
-    on = gridded(plain, model, COARSE)
+    on = quantize(plain, model, COARSE)
     assert isinstance(on, Mesh)
     moved = np.linalg.norm(on.positions.astype(float) - plain.positions.astype(float), axis=1).max()
-    assert 0 < moved <= CORNER * on.step <= grid_error(model, COARSE)
+    assert 0 < moved <= CORNER * on.step <= find_grid_error(model, COARSE)
     before, after = plain.report.deviation_bound, on.report.deviation_bound
     assert before is not None
     assert after is not None
@@ -88,7 +88,7 @@ def test_an_origin_is_put_on_the_grid_and_nothing_shifts(
     origin: tuple[float, float, float],
 ) -> None:
     mesh = single(with_overlays(silo(7, 2)), origin)
-    on = snapped(mesh, 2.0**-15)
+    on = quantize_mesh(mesh, 2.0**-15)
     on_a_grid(on)
     for old, new in zip(
         [mesh.positions, *(o.positions for o in mesh.overlays)],
@@ -101,14 +101,14 @@ def test_an_origin_is_put_on_the_grid_and_nothing_shifts(
 
 def test_what_meets_in_one_place_has_one_step() -> None:
     small, large, far = square(), square(1.0, 40.0), square(100.0)
-    alone = [grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
+    alone = [find_grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
     assert alone[0] == alone[2] < alone[1]
-    assert grid_steps(placed(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
+    assert find_grid_steps(placed(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
     # One that stands before a part of the large one has nothing in common with it.
     before = square(20.0)
-    assert grid_steps(placed(before, large), COARSE) == (alone[0], alone[1])
+    assert find_grid_steps(placed(before, large), COARSE) == (alone[0], alone[1])
     # A chain of neighbours: each meets the next.
-    chain = grid_steps(placed(small, large, square(41.0)), COARSE)
+    chain = find_grid_steps(placed(small, large, square(41.0)), COARSE)
     assert chain == (alone[1],) * 3
 
 
@@ -124,10 +124,10 @@ def test_a_model_of_two_places_ties_those_of_both() -> None:
     )
     model = GroupSurface(members).lower()
     assert isinstance(model, GroupModel)
-    steps = grid_steps(model, COARSE)
+    steps = find_grid_steps(model, COARSE)
     assert len(steps) == 3
     assert len(set(steps)) == 1
-    assert steps[0] == grid_steps(c.lower(), COARSE)[0]
+    assert steps[0] == find_grid_steps(c.lower(), COARSE)[0]
 
 
 def test_neighbours_of_a_group_still_meet_bit_for_bit() -> None:
@@ -136,7 +136,7 @@ def test_neighbours_of_a_group_still_meet_bit_for_bit() -> None:
     right = rng.uniform(-1, 1, (4, 4, 3)) * 7
     right[0] = left[-1]
     model = placed(BezierSurface(left), BezierSurface(right))
-    on = gridded(build_scene(model, COARSE, single=True), model, COARSE)
+    on = quantize(build_scene(model, COARSE, single=True), model, COARSE)
     assert isinstance(on, Scene)
     one, other = on.meshes
     assert one.step == other.step

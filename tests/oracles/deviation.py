@@ -31,7 +31,7 @@ AGAIN = 128
 """Points whose distance to the surface is looked for again at a time."""
 
 ROUNDING = 64 * 2.0**-53
-"""Rounding of an evaluated point, in units of the size of what is evaluated, and generously."""
+"""Rounding of an evaluated point, in units of the size of the surface: more than is lost."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def surface_to_mesh(sheets: Sequence[Sheet], corners: Array, count: int = 4000) 
 
 
 def sheet_by_sheet(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> list[Found]:
-    """The same for each sheet, against all triangles."""
+    """The distance from each sheet to all triangles."""
     return [_from_sheet(number, sheet, corners, count) for number, sheet in enumerate(sheets)]
 
 

@@ -186,7 +186,7 @@ def curvatures(net: Net, u: Fraction, v: Fraction) -> tuple[mpmath.mpf, ...]:
 
 
 def bending(jet: Sequence[Vector]) -> tuple[mpmath.mpf, ...]:
-    """The same from S, S_u, S_v, S_uu, S_uv, S_vv: the two fundamental forms."""
+    """K and H from S, S_u, S_v, S_uu, S_uv, S_vv: by the two fundamental forms."""
     _, du, dv, duu, duv, dvv = jet
     n = cross(du, dv)
     square = dot(n, n)

@@ -41,7 +41,7 @@ class Sheet(Protocol):
         ...
 
     def samples(self, count: int) -> Array:
-        """So many places (m, 2) and some more.
+        """At least `count` places (m, 2).
 
         At equal distances in the domain, those on the border and on knot lines among them, and a
         quarter as many at about equal distances in space.
@@ -53,7 +53,7 @@ class Sheet(Protocol):
         ...
 
     def step(self, count: int) -> Array:
-        """Distance (2,) of neighbouring ones of so many samples."""
+        """Distances (2,) of neighbours among this number of samples."""
         ...
 
 
@@ -164,7 +164,7 @@ class PlacedSheet:
 
 
 def _divided(breaks: Array, each: int) -> Array:
-    """Every interval cut into so many, its ends exact."""
+    """Every interval cut into `each` parts, its ends exact."""
     t = np.arange(each) / each
     starts = breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * t
     return np.append(starts.ravel(), breaks[-1])
@@ -183,7 +183,7 @@ def _halves(u: Array, v: Array) -> Array:
 
 
 def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
-    """Centres of so many triangles of places (T, 3, 2) that are about equally large in space.
+    """Centres of a number of triangles of places (T, 3, 2) that are about equally large in space.
 
     Those that are at least half as large as the largest are halved, across the side that is
     longest by way of its middle; what bulges between short sides is large as well.

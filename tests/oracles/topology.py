@@ -1,4 +1,4 @@
-"""What the faces of a mesh make, found by counting their edges."""
+"""The topology of the faces of a mesh, found by counting their edges."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

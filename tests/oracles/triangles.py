@@ -22,7 +22,7 @@ def keys(degree: int) -> list[Key]:
 
 
 def degree_of(count: int) -> int:
-    """The degree of a net of so many points."""
+    """The degree of a net of `count` points."""
     return next(n for n in range(count) if (n + 1) * (n + 2) == 2 * count)
 
 

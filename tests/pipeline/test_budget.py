@@ -1,4 +1,4 @@
-"""Meshes by a budget: the nearest that so many triangles, or bytes, allow."""
+"""Meshes by a budget: the nearest with a number of triangles or bytes."""
 
 import re
 from dataclasses import replace
@@ -12,20 +12,20 @@ from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.adaptive import AdaptiveMesher, search_budget
-from service.pipeline.mesh import Answer, plan_mesh
+from service.pipeline.mesh import MeshFile, plan_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES
 
 FORMAT = {fmt.name: fmt for fmt in FORMATS}
 
 
-def answered(example: str, accuracy: Accuracy, name: str = "glb") -> Answer:
+def answered(example: str, accuracy: Accuracy, name: str = "glb") -> MeshFile:
     return plan_mesh(
         EXAMPLES[example].surface(), MeshOptions(accuracy=accuracy), FORMAT[name]
     ).run()
 
 
-def bound_of(answer: Answer) -> float:
+def bound_of(answer: MeshFile) -> float:
     assert answer.report is not None
     assert answer.report.deviation_bound is not None
     return answer.report.deviation_bound
@@ -65,7 +65,7 @@ def test_of_two_budgets_both_are_kept() -> None:
 
 
 @pytest.mark.parametrize("option", ["max_triangles", "max_bytes"])
-def test_the_least_budget_is_told_and_is_enough(option: str) -> None:
+def test_the_issue_names_the_least_budget_that_is_enough(option: str) -> None:
     def within(most: int) -> Accuracy:
         if option == "max_bytes":
             return Accuracy(max_bytes=most)

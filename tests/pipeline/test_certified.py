@@ -14,9 +14,9 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.scenes.scene import Scene, placed_points, scene_parts
+from service.engine.scenes.scene import Scene, place_points, scene_parts
 from service.errors import SurfaceError, TooLarge
-from service.pipeline.adaptive import counted
+from service.pipeline.adaptive import count_once
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import MeshWork, plan_mesh, render
 from service.surface import Surface
@@ -85,14 +85,16 @@ def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
 
 @each_format
 def test_every_format_has_the_mesh(fmt: Format) -> None:
-    """The same bytes twice, no more of them than is known beforehand, and all triangles in them."""
+    """Equal bytes twice, within the bound of the plan, with all triangles."""
     surface, options = STRETCHED, by(relative_tolerance=0.05)
     work = plan_mesh(surface, options, fmt)
     answer = work.run()
     assert bytes(answer.content) == render(surface, options, fmt)
     assert answer.report is not None
     made = built(work)
-    assert len(bytes(answer.content)) <= fmt.byte_bound(counted(made, work.stored), EncodeOptions())
+    assert len(bytes(answer.content)) <= fmt.byte_bound(
+        count_once(made, work.stored), EncodeOptions()
+    )
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
         assert len(arrived(bytes(answer.content), fmt.name)) == answer.report.triangles
 
@@ -144,7 +146,7 @@ def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
     worst = 0.0
     for member in STRETCHED.members:
         (sheet,) = sheets_of(member.surface)
-        points = placed_points(sheet.at(sheet.samples(1000)) + sheet.origin, member.matrix)
+        points = place_points(sheet.at(sheet.samples(1000)) + sheet.origin, member.matrix)
         worst = max(worst, float(Soup(corners).distances(points).max()))
     assert bound / 4 < worst <= bound
 
@@ -218,12 +220,12 @@ def test_angles_are_measured_where_they_were_asked_for() -> None:
 
 
 def test_lines_alone_are_those_of_the_faces() -> None:
-    options = replace(by(tolerance=0.05), surface=False, overlays=("boundary", "control_net"))
+    options = replace(by(tolerance=0.05), has_faces=False, overlays=("boundary", "control_net"))
     made = built(plan_mesh(BezierSurface(WAVES), options, BY_NAME["glb"]))
     assert isinstance(made, Mesh)
     assert not len(made.triangles)
     assert made.report.deviation_bound is None
-    whole = built(plan_mesh(BezierSurface(WAVES), replace(options, surface=True), BY_NAME["glb"]))
+    whole = built(plan_mesh(BezierSurface(WAVES), replace(options, has_faces=True), BY_NAME["glb"]))
     assert isinstance(whole, Mesh)
     for line, same in zip(made.overlays, whole.overlays, strict=True):
         np.testing.assert_array_equal(line.positions, same.positions)

@@ -13,7 +13,7 @@ from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
-from service.engine.quantize import grid_error
+from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.estimate import plan_estimate
 from service.pipeline.mesh import plan_mesh, plan_sizes, render
@@ -54,7 +54,7 @@ def corners(gltf: Gltf) -> Array:
 
 
 @pytest.mark.parametrize("options", [MeshOptions((5, 5)), by(relative_tolerance=0.01)])
-def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
+def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
     surface = find("bourke-1111").surface()
     plain = plan_mesh(surface, options, GLB).run()
     answer = plan_mesh(surface, options, GLB, FORMS["both"]).run()
@@ -71,7 +71,7 @@ def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
 
 @each_form
 @pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
-def test_a_tolerance_holds_for_what_is_written(encode: EncodeOptions, tolerance: float) -> None:
+def test_a_tolerance_holds_for_the_written_file(encode: EncodeOptions, tolerance: float) -> None:
     answer = plan_mesh(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).run()
     assert answer.report is not None
     assert answer.report.deviation_bound is not None
@@ -80,7 +80,7 @@ def test_a_tolerance_holds_for_what_is_written(encode: EncodeOptions, tolerance:
 
 def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refused() -> None:
     surface = find("heated-panel").surface()
-    moved = grid_error(surface.lower(), MeshOptions())
+    moved = find_grid_error(surface.lower(), MeshOptions())
     options = by(tolerance=2.2 * moved)
     answer = plan_mesh(surface, options, GLB, QUANTIZED).run()
     assert answer.report is not None
@@ -209,7 +209,7 @@ def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptio
 
 def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
     surface = find("cone").surface()
-    moved = grid_error(surface.lower(), MeshOptions())
+    moved = find_grid_error(surface.lower(), MeshOptions())
     fine, coarse = by(tolerance=2.5 * moved), by(tolerance=100 * moved)
     glb = (GLB,)
     assert plan_estimate(surface, fine, EncodeOptions(), formats=glb).run().certain

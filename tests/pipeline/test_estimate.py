@@ -1,4 +1,4 @@
-"""What is estimated is what comes out, or no less; and what is refused is refused for that."""
+"""Estimates equal the mesh or bound it from above; refusals are those of the mesh."""
 
 import json
 from dataclasses import replace
@@ -184,7 +184,7 @@ def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
     assert report["vertices"] <= found.counts.vertices
 
 
-def test_what_is_certain_and_what_is_not() -> None:
+def test_certain_and_uncertain_estimates() -> None:
     surface = find("sphere").surface()
 
     def told(**accuracy: Any) -> Estimate:
@@ -198,7 +198,7 @@ def test_what_is_certain_and_what_is_not() -> None:
     assert not told(angle_tolerance=0.1).certain
     assert told(max_triangles=200).counts.triangles == 200
     assert dict(sized(told(max_bytes=5000)))["glb"] == 5000
-    # How many samples are poles is known when they are computed: of so many, not too many.
+    # The number of poles is known only after evaluation: few samples cannot be too many.
     for divisions, certain in ((16, True), (200, False)):
         for curvatures in (True, False):
             options = MeshOptions((divisions, divisions), curvatures=curvatures)
@@ -252,7 +252,7 @@ def test_what_is_refused_for_its_size_is_still_counted() -> None:
     assert {name: size for name, size, _ in found.sizes}["stl"] == 84 + 50 * 2 * 60_000**2
 
 
-def test_as_json_it_names_formats_with_their_bytes_and_what_is_wrong() -> None:
+def test_the_json_object_has_bytes_and_refusals_by_format() -> None:
     surface, options = find("saddle").surface(), MeshOptions((2, 2), faces="quads")
     formats = [BY_NAME["stl"], BY_NAME["off"]]
     found: dict[str, Any] = estimate_object(plan_estimate(surface, options, formats=formats).run())

@@ -1,4 +1,4 @@
-"""What is predicted of memory is at least what NumPy and Python take, and not much more."""
+"""The predicted memory is at least the memory that NumPy and Python take, and not much more."""
 
 import numpy as np
 import pytest

@@ -237,7 +237,7 @@ def test_points_are_refused_where_series_would_take_minutes() -> None:
 
 
 def test_methods_are_for_patches() -> None:
-    """What is swept along a curve has one way to be meshed, alone or in a group."""
+    """Sweeps are meshed in one way, alone or in a group."""
     curve = BezierCurve(np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 1]]))
     tube = TubeSurface(curve, np.array([0.1]))
     for surface in (tube, GroupSurface((Member(find("saddle").surface()), Member(tube)))):
@@ -248,7 +248,7 @@ def test_methods_are_for_patches() -> None:
         assert (issue.code, issue.pointer) == ("not_parametric", "/method")
 
 
-def test_the_bound_of_a_file_of_six_digits_holds_for_what_is_written() -> None:
+def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
     # So small beside its distance from zero that six digits move vertices further than it bends.
     net = np.array([[[i, j, i * j % 3] for j in range(3)] for i in range(3)], dtype=float)
     surface = BezierSurface(net * 0.01 + [123.0, -9.9999, 1234.5])

@@ -56,5 +56,5 @@ def test_work_stops_wherever_it_is_and_comes_out_the_same_afterwards(kind: str) 
         stop = Counted(last)
         with cancelled_by(stop), pytest.raises(Cancelled):
             planned(kind).run()
-        assert stop.seen == last + 1, "it went on after it was told"
+        assert stop.seen == last + 1, "it went on after the cancellation"
     assert planned(kind).run().content == expected

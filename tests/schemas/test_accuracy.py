@@ -22,12 +22,12 @@ SEEN = {"camera": CAMERA, "pixel_tolerance": 0.5}
 
 
 def stated(**options: Any) -> Accuracy | None:
-    """What a body with these options asks of the engine."""
+    """The accuracy in a body with these options."""
     return validate_document(MeshRequest, {"surface": SURFACE, **options}).mesh_options().accuracy
 
 
 def refused(**options: Any) -> list[tuple[str, str]]:
-    """Codes and places of what is wrong with a body."""
+    """Codes and pointers of the issues of a body."""
     with pytest.raises(InvalidRequest) as refusal:
         stated(**options)
     for issue in refusal.value.issues:
@@ -91,7 +91,7 @@ def test_what_a_body_states_is_what_the_engine_reads(
         ({**SEEN, "pixel_tolerance": MAX_PIXELS + 1}, "out_of_range", "/pixel_tolerance"),
     ],
 )
-def test_what_makes_no_sense_together_or_is_too_much_is_refused(
+def test_conflicting_and_too_large_options_are_refused(
     options: dict[str, Any], code: str, pointer: str
 ) -> None:
     assert refused(**options)[0] == (code, pointer)

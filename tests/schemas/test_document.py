@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import InvalidRequest, MalformedJson
-from service.schemas.document import Budget, DocumentLimits, parse_document
+from service.schemas.document import DocumentBudget, DocumentLimits, parse_document
 from service.schemas.request import MeshRequest
-from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key
+from service.schemas.scan import MAX_PREFIX, find_pointer, find_repeated_key, is_deeper
 from service.schemas.validation import validate_document
 
 VALUES = st.recursive(
@@ -30,7 +30,7 @@ def test_documents_mean_what_they_say(value: Any, indent: int | None) -> None:
 
 @given(VALUES)
 def test_distinct_keys_are_never_called_repeated(value: Any) -> None:
-    assert repeated_key(json.dumps(value).encode()) is None
+    assert find_repeated_key(json.dumps(value).encode()) is None
 
 
 @given(VALUES, st.text(max_size=4), VALUES)
@@ -48,7 +48,7 @@ def test_repeated_keys_are_always_found(value: Any, key: str, other: Any) -> Non
 
 
 def paths(value: Any, pointer: str = "") -> dict[str, Any]:
-    """Every value of a document by its pointer (an oracle for `pointer_at`)."""
+    """Every value of a document by its pointer (an oracle for `find_pointer`)."""
     found = {pointer: value}
     if isinstance(value, dict):
         for key, child in value.items():
@@ -65,7 +65,7 @@ def test_pointers_lead_to_where_they_were_taken(value: Any) -> None:
     for pointer, child in paths(value).items():
         marked = json.dumps(_with_mark(value, child, pointer, "")).encode()
         at = marked.index(b'"\\u0000mark"')
-        assert pointer_at(marked, at) == pointer
+        assert find_pointer(marked, at) == pointer
 
 
 def _with_mark(value: Any, child: Any, wanted: str, here: str) -> Any:
@@ -173,7 +173,7 @@ def test_byte_that_is_no_utf8_is_located() -> None:
 
 def test_no_pointer_is_looked_for_out_of_sight() -> None:
     text = b"[" + b" " * MAX_PREFIX + b"NaN]"
-    assert pointer_at(text, text.index(b"N")) == ""
+    assert find_pointer(text, text.index(b"N")) == ""
 
 
 @pytest.mark.parametrize("number", ["1e308", "-1e308", "5e-324", "1e-400", "123456789012345678901"])
@@ -202,7 +202,7 @@ def test_budget_is_kept_whatever_the_pieces(text: bytes, code: str) -> None:
 
 
 def _take(pieces: list[bytes], max_values: int) -> None:
-    budget = Budget(DocumentLimits(max_values=max_values))
+    budget = DocumentBudget(DocumentLimits(max_values=max_values))
     for piece in pieces:
         budget.take(piece)
 
@@ -236,7 +236,7 @@ def test_a_budget_knows_the_memory_of_what_a_text_becomes() -> None:
             {"surface": {"type": "bspline", "control_net": net.round(decimals)}},
             option=orjson.OPT_SERIALIZE_NUMPY,
         )
-        budget = Budget()
+        budget = DocumentBudget()
         budget.take(body)
         tracemalloc.start()
         document = parse_document(body)

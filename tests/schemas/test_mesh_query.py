@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from service.engine.mesh.report import ENGINE
 from service.schemas.accuracy import NAMES
 from service.schemas.options import MeshOptionFields
-from service.schemas.query import canonical_query, mesh_query
+from service.schemas.query import canonical_query, parse_mesh_query
 
 FIELDS = MeshOptionFields.model_fields
 
@@ -109,7 +109,7 @@ def text(draw: st.DrawFn, value: Any) -> str:
 
 
 def options_of(query: str) -> dict[str, Any]:
-    return mesh_query(parse_qsl(query, keep_blank_values=True)).model_dump(exclude={"engine"})
+    return parse_mesh_query(parse_qsl(query, keep_blank_values=True)).model_dump(exclude={"engine"})
 
 
 @given(chosen())
@@ -119,7 +119,7 @@ def test_reading_the_canonical_query_gives_the_options_back(values: dict[str, An
     assert query == quote(query, safe="=&,.-_"), "no escapes, no plus signs"
     assert query.endswith(f"engine={ENGINE}")
     assert options_of(query) == options.model_dump()
-    assert canonical_query(mesh_query(parse_qsl(query))) == query
+    assert canonical_query(parse_mesh_query(parse_qsl(query))) == query
 
 
 @given(st.data())
@@ -128,7 +128,7 @@ def test_every_spelling_has_the_same_canonical_query(data: st.DataObject) -> Non
     query = canonical_query(MeshOptionFields(**values))
     for _ in range(3):
         other = data.draw(spelled(values))
-        asked = mesh_query(parse_qsl(other, keep_blank_values=True))
+        asked = parse_mesh_query(parse_qsl(other, keep_blank_values=True))
         assert canonical_query(asked) == query, other
 
 
@@ -160,10 +160,10 @@ def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str
     ],
 )
 def test_the_very_letters(query: str, canonical: str) -> None:
-    asked = mesh_query(parse_qsl(query, keep_blank_values=True))
+    asked = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
     assert canonical_query(asked) == f"{canonical}engine={ENGINE}"
 
 
 def test_what_a_format_does_not_read_is_left_out() -> None:
-    asked = mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
+    asked = parse_mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
     assert canonical_query(asked, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"

@@ -16,7 +16,7 @@ from service.schemas import arrays
 from service.schemas.arrays import Array, NumberGrid
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
-from service.schemas.triangle import rows_of
+from service.schemas.triangle import split_rows
 from service.schemas.validation import invalid_request, validate_document
 from service.surface.group import content_key
 
@@ -43,7 +43,7 @@ def in_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
     if grid.triangle_level == 2:
         inner = replace(grid, triangle_level=1)
         return [in_lists(each, inner) for each in values]
-    return [row.tolist() for row in rows_of(values)]
+    return [row.tolist() for row in split_rows(values)]
 
 
 def outcome(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
@@ -86,13 +86,13 @@ def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: 
 def test_numbers_are_finite(count: int, at: int, wrong: float) -> None:
     weights = np.ones(count)
     weights[at % count] = wrong
-    named = [f"/{m}/{j}" for m, row in enumerate(rows_of(weights)) for j in range(len(row))]
+    named = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
     place = named[at % count]
     fault = outcome(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
     assert fault == ("not_finite", place, "Every number must be finite.")
 
 
-def test_every_place_is_told_up_to_twenty() -> None:
+def test_there_are_issues_for_the_first_twenty_positions() -> None:
     net = np.zeros((3, 4, 3))
     net[1, 2, 0] = net[2, 0, 1] = np.nan
     with pytest.raises(InvalidRequest) as refusal:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS, TRIANGLES
 from service.schemas.document import DocumentLimits
-from service.schemas.triangle import in_rows, rows_of
+from service.schemas.triangle import split_rows, to_rows
 from service.schemas.validation import invalid_request
 from tests.oracles.triangles import keys
 
@@ -38,7 +38,7 @@ def test_taken_exactly_if_each_row_is_one_shorter(value: list[list[int]]) -> Non
     if right:
         array = TRIANGLE_WEIGHTS.array(value, LIMITS)
         assert array.tolist() == [x for row in value for x in row]
-        assert [row.tolist() for row in rows_of(array)] == value
+        assert [row.tolist() for row in split_rows(array)] == value
         return
     with pytest.raises(ValidationError) as refusal:
         TRIANGLE_WEIGHTS.array(value, LIMITS)
@@ -59,7 +59,7 @@ def test_control_points_follow_one_another_row_by_row(degree: int) -> None:
     net = [[[i, j, k] for i, j, k in keys(degree) if k == row] for row in range(degree + 1)]
     array = TRIANGLE_NET.array(net, LIMITS)
     assert [tuple(point) for point in array.tolist()] == keys(degree)
-    assert [row.tolist() for row in rows_of(array)] == net
+    assert [row.tolist() for row in split_rows(array)] == net
 
 
 def test_many_triangles_have_one_degree() -> None:
@@ -93,7 +93,7 @@ def test_entries_are_pointed_at_by_row_and_place(degree: int) -> None:
             Issue("b", "", f"/triangles/31/{entry}"),
             Issue("c", "", f"/control_net/{entry}/2"),
         )
-        moved = in_rows(flat, r"/weights|/triangles/\d+", len(order))
+        moved = to_rows(flat, r"/weights|/triangles/\d+", len(order))
         assert [issue.pointer for issue in moved.issues] == [
             f"/weights/{k}/{j}",
             f"/triangles/31/{k}/{j}",

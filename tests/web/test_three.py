@@ -6,7 +6,7 @@ import pytest
 from service.encoders.registry import BY_NAME
 from service.engine.build import build_scene
 from service.engine.options import MeshOptions
-from service.engine.scenes.scene import placed_points
+from service.engine.scenes.scene import place_points
 from service.pipeline.mesh import render
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
@@ -51,7 +51,7 @@ def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> 
     # In the order of the members; three.js changes names that sound alike.
     waiting = iter(meshes)
     for node in scene.nodes:
-        wanted = upright(placed_points(scene.meshes[node.model].positions, node.matrix))
+        wanted = upright(place_points(scene.meshes[node.model].positions, node.matrix))
         own = [next(waiting) for _ in scene.meshes[node.model].parts]
         found = np.concatenate([mesh["positions"] for mesh in own])
         for end in ("min", "max"):

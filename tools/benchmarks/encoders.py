@@ -10,7 +10,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.quantize import gridded
+from service.engine.quantize import quantize
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel
@@ -75,7 +75,7 @@ def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
     mesh = build_mesh(model, options, GLB)
 
     def write(form: EncodeOptions) -> bytes:
-        placed = gridded(mesh, model, options) if form.quantize else mesh
+        placed = quantize(mesh, model, options) if form.quantize else mesh
         assert isinstance(placed, Mesh)
         return bytes(GLB.encode(placed, form))
 

@@ -16,7 +16,7 @@ from statistics import median
 
 import numpy as np
 
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries.intersect import RayQuery, intersect_rays
 from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.surface.bezier import BezierSurface
@@ -41,7 +41,7 @@ def run() -> None:
     }  # fmt: skip
     print(f"{'closest points a second':24}{'ours':>12}{'wrong':>8}{'occ':>12}{'wrong':>8}")
     for title, surface in surfaces.items():
-        model = as_patches(surface.lower())
+        model = to_patches(surface.lower())
         low, high = model.bounds
         side = high - low
         points = np.random.default_rng(1).uniform(low - side / 10, high + side / 10, (OURS, 3))
@@ -51,7 +51,7 @@ def run() -> None:
         print(f"{title:24}" + "".join(cells), flush=True)
     print(f"\n{'rays a second':24}{'first hits':>12}{'all hits':>12}{'hits a ray':>12}")
     for title, surface in surfaces.items():
-        rates, each = ray_rates(as_patches(surface.lower()))
+        rates, each = ray_rates(to_patches(surface.lower()))
         print(f"{title:24}" + "".join(f"{rate:12,.0f}" for rate in rates) + f"{each:12.2f}")
 
 

@@ -35,9 +35,9 @@ from service.encoders.registry import FORMATS
 from service.errors import SurfaceError
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
-from service.schemas.document import Budget, DocumentLimits
+from service.schemas.document import DocumentBudget, DocumentLimits
 from service.schemas.points import PointsRequest
-from service.schemas.query import canonical_query, mesh_query
+from service.schemas.query import canonical_query, parse_mesh_query
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.surface_query import document_from_query
 from service.schemas.validation import parse_request, validate_document
@@ -69,7 +69,7 @@ SETTINGS = Settings(
 
 def json(content: bytes) -> None:
     """A body in the language of requests, whichever operation it is for."""
-    Budget(LIMITS).take(content)
+    DocumentBudget(LIMITS).take(content)
     calls: tuple[Callable[[], object], ...] = (
         lambda: _same_again(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
         lambda: parse_request(MeshRequest, content, LIMITS).to_surface(),
@@ -101,12 +101,12 @@ def query(content: bytes) -> None:
     """A query, as an address has it, of a mesh or beside a file."""
     pairs = parse_qsl(content.decode("latin-1"), keep_blank_values=True)
     try:
-        wanted = mesh_query(pairs)
+        wanted = parse_mesh_query(pairs)
     except SurfaceError:
         pass
     else:
         written = canonical_query(wanted)
-        if canonical_query(mesh_query(parse_qsl(written))) != written:
+        if canonical_query(parse_mesh_query(parse_qsl(written))) != written:
             raise AssertionError("the canonical query says something else")
     beside = document_from_query(pairs)
     format_by_name(str(beside.get("format")), FORMATS)

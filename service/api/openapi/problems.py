@@ -33,7 +33,7 @@ from service.pipeline.documents import plan_conversion
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.document import DEFAULT_LIMITS
-from service.schemas.query import mesh_query
+from service.schemas.query import parse_mesh_query
 from service.schemas.request import MeshRequest
 from service.schemas.validation import parse_request
 from service.settings.values import Settings
@@ -108,7 +108,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             ).run(),
         },
         "InvalidQuery": {
-            "options": lambda: mesh_query([("resolution", "0"), ("weld", "1")]),
+            "options": lambda: parse_mesh_query([("resolution", "0"), ("weld", "1")]),
             "quads": _render("stl", MeshOptions(faces="quads")),
         },
         "DamagedObject": {"hash": DamagedObject(), "ours": problems.INTERNAL_ERROR},

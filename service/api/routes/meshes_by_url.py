@@ -33,7 +33,7 @@ from service.engine.mesh.report import ENGINE
 from service.errors import Issue
 from service.pipeline.cost import Cost, compression_cost
 from service.pipeline.mesh import encode_options, plan_mesh
-from service.schemas.query import canonical_query, mesh_query
+from service.schemas.query import canonical_query, parse_mesh_query
 
 by_url = APIRouter()
 
@@ -109,7 +109,7 @@ async def get_surface_mesh(
     """
     services, job, *_ = context
     fmt = format_by_suffix(suffix)
-    asked = mesh_query(request.query_params.multi_items())
+    asked = parse_mesh_query(request.query_params.multi_items())
     check_engine(asked.engine)
     pinned = asked.engine is not None
     wanted, condition = codings_of(request), condition_of(request)
@@ -172,7 +172,7 @@ async def _make(
     age = answers.age
     with job.timing.step("surface"):
         stored = await surface_of(services, job, subject.surface)
-    options = mesh_query(parse_qsl(query))
+    options = parse_mesh_query(parse_qsl(query))
     encode = encode_options(options)
     work = plan_mesh(stored.surface, options.mesh_options(), fmt, encode, services.limits)
     answer = await job.run(work, "mesh")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import Bytes, IndexArray
 from service.encoders.gltf.columns import Column
-from service.engine.extent import extent
+from service.engine.extent import find_extent
 
 JsonObject: TypeAlias = dict[str, Any]
 
@@ -81,7 +81,7 @@ class BufferBuilder:
 
     def add_positions(self, column: Column) -> int:
         """Accessor of positions, (V, 3), with the bounds that POSITION must have (3.7.2.1)."""
-        low, high = extent(column.values)
+        low, high = find_extent(column.values)
         self.quantized |= column.values.dtype.kind == "u"
         # The bounds are float32 values, exact as float64: equal for readers of either precision.
         return self.add(column, {"min": low.tolist(), "max": high.tolist()})

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import IndexArray, Ints, RealArray
 from service.engine.mesh.mesh_value import Mesh
-from service.engine.scenes.colors import linear
+from service.engine.scenes.colors import to_linear
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,7 +59,7 @@ def plain_columns(mesh: Mesh) -> Columns:
     if mesh.uvs is not None:
         columns["TEXCOORD_0"] = mesh.uvs
     if mesh.colors is not None:
-        columns["COLOR_0"] = linear(mesh.colors)
+        columns["COLOR_0"] = to_linear(mesh.colors)
     for name, values in mesh.attributes:
         for key, part in attribute_columns(name, values.shape[1]):
             columns[key] = values[:, part]

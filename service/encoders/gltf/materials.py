@@ -8,7 +8,7 @@ Khronos, glTF 2.0 Specification: 3.9 materials. KHR_materials_unlit.
 import numpy as np
 
 from service.encoders.gltf.buffer import JsonObject
-from service.engine.scenes.colors import linear
+from service.engine.scenes.colors import to_linear
 from service.surface.lowered import Color
 
 UNLIT = "KHR_materials_unlit"
@@ -47,7 +47,7 @@ def surface_material(color: Color | None, *, colored: bool, blended: bool = Fals
     material = COLORED_MATERIAL if colored else SURFACE_MATERIAL
     if color is not None:
         code = "".join(f"{round(255 * value):02x}" for value in color[: 4 if color[3] < 1 else 3])
-        (factor,) = linear(np.array([color])).tolist()
+        (factor,) = to_linear(np.array([color])).tolist()
         shade = material["pbrMetallicRoughness"] | {"baseColorFactor": factor}
         name = f"{material['name']} #{code}"
         material = material | {"name": name, "pbrMetallicRoughness": shade}

@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.encoders.format import FileFormat
-from service.engine.extent import local_origin
+from service.engine.extent import choose_origin
 from service.engine.mesh.report import ENGINE
 from service.engine.sections.section import Polyline, Section, Sections
 
@@ -84,7 +84,7 @@ def stored(sections: Sections) -> tuple[FloatArray, float]:
     if not len(every):
         return np.zeros(3), 0.0
     low, high = every.min(axis=0), every.max(axis=0)
-    origin = local_origin(low, high)
+    origin = choose_origin(low, high)
     return origin, SINGLE * float(np.abs(np.stack([low, high]) - origin).max())
 
 

@@ -17,7 +17,7 @@ from service.engine.adaptive.triangulation import Triangulation, without_flat
 from service.engine.bounds.faces import Faces
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.evaluation.scattered import scattered_normals
-from service.engine.extent import stored_bounds
+from service.engine.extent import find_stored_bounds
 from service.engine.mesh.borders import count_borders
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
 from service.engine.mesh.closure import find_closure
@@ -25,7 +25,7 @@ from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.options import MeshOptions
-from service.engine.vectors import largest_angle
+from service.engine.vectors import find_largest_angle
 from service.surface.lowered import PatchModel
 
 
@@ -72,7 +72,7 @@ def assemble(
     positions = stored[samples.vertex[welding.samples]]
     shown = None if normals is None else normals[welding.samples]
     uvs, colors, attributes = split_by_kind(tuple(c.take(welding.samples) for c in channels))
-    low, high = stored_bounds(positions, origin)
+    low, high = find_stored_bounds(positions, origin)
     adding = slack(origin, np.array(low), np.array(high))
     return Mesh(
         name=model.name,
@@ -109,7 +109,9 @@ def assemble(
                 None if made.mesh_bounds is None else _largest(made.mesh_bounds, adding)
             ),
             normal_angle=(
-                largest_angle(triangles, shown) if angle_matters and shown is not None else None
+                find_largest_angle(triangles, shown)
+                if angle_matters and shown is not None
+                else None
             ),
         ),
         colors=colors,

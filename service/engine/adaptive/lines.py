@@ -31,8 +31,8 @@ from service.engine.mesh.mesh_value import Overlay
 from service.engine.mesh.overlays import control_net
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_RESOLUTION, MeshOptions
-from service.engine.wires.draw import most_solids
-from service.engine.wires.isocurves import Divisions, IsoCurves, divided_isocurves
+from service.engine.wires.draw import count_most_solids
+from service.engine.wires.isocurves import Divisions, IsoCurves, sample_divided_isocurves
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -59,12 +59,12 @@ def goal_isocurves(
     """
     divisions = goal_divisions(model, seams, goal)
     Budget(most).count(most_pieces(divisions.size(seams, options.isocurves), options))
-    return divided_isocurves(model, seams, divisions, options.isocurves)
+    return sample_divided_isocurves(model, seams, divisions, options.isocurves)
 
 
 def most_pieces(size: tuple[int, int], options: MeshOptions) -> int:
     """What curves of a size (curves, samples) count: their samples; tubes and ribbons triangles."""
-    return most_solids(*size, options)[1] if options.solid_wires else size[1]
+    return count_most_solids(*size, options)[1] if options.has_solid_wires else size[1]
 
 
 def goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:

@@ -34,10 +34,10 @@ from service.engine.joining.members import JoinedGroup, join_group
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
-from service.engine.quantize import grid_steps
-from service.engine.scenes.apart import told_apart
-from service.engine.scenes.scene import Scene, arranged, flattened, in_single
-from service.engine.wires.draw import only_lines, with_wires
+from service.engine.quantize import find_grid_steps
+from service.engine.scenes.apart import separate_members
+from service.engine.scenes.scene import Scene, arrange, flatten, round_to_single
+from service.engine.wires.draw import add_wires, build_line_mesh
 from service.surface.lowered import GroupModel, PatchModel
 
 
@@ -91,7 +91,7 @@ class Meshing:
         edges = for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self.seams, edges, most, normals)
         overlays = draw_lines(model, border, options, storage, origin)
-        if options.surface:
+        if options.has_faces:
             made = triangulate(
                 self._ground,
                 self._faces,
@@ -105,12 +105,12 @@ class Meshing:
                 model, self._faces, made, options, overlays, storage=storage, origin=origin
             )
         else:
-            lines = only_lines(model, options, overlays, origin, storage.dtype)
+            lines = build_line_mesh(model, options, overlays, origin, storage.dtype)
             mesh = replace(lines, step=storage.step)
-        if options.wired:
+        if options.has_wires:
             left = most - len(mesh.triangles)
             curves = goal_isocurves(model, self.seams, goal, options, left)
-            mesh = with_wires(mesh, model, options, curves)
+            mesh = add_wires(mesh, model, options, curves)
         return mesh
 
 
@@ -146,7 +146,7 @@ class GroupMeshing:
         self._storage, self._nodes = storage, nodes
         own = storage if nodes else Storage()
         models = self._group.models
-        steps = grid_steps(self._group, options) if quantized else (0.0,) * len(models)
+        steps = find_grid_steps(self._group, options) if quantized else (0.0,) * len(models)
         self._models = [
             Meshing(model, options, replace(own, step=step))
             for model, step in zip(models, steps, strict=True)
@@ -170,11 +170,11 @@ class GroupMeshing:
             mesh = model.made(own, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
-        scene = arranged(group, tuple(meshes))
-        scene = told_apart(scene, self._joined, is_welded=self._is_welded)
+        scene = arrange(group, tuple(meshes))
+        scene = separate_members(scene, self._joined, is_welded=self._is_welded)
         if self._nodes:
             return scene
-        return in_single(flattened(scene), origin) if flat else flattened(scene)
+        return round_to_single(flatten(scene), origin) if flat else flatten(scene)
 
 
 def meshing(
@@ -190,5 +190,5 @@ def meshing(
         joined = join_group(model, options)
         return GroupMeshing(joined, options, storage, nodes=nodes, quantized=quantized)
     model, _ = join(model, options.weld_tolerance)
-    step = grid_steps(model, options)[0] if quantized else 0.0
+    step = find_grid_steps(model, options)[0] if quantized else 0.0
     return Meshing(model, options, replace(storage, step=step))

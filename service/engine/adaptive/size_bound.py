@@ -24,7 +24,7 @@ from service.engine.bounds.second_derivatives import second_derivative_bounds
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
-from service.engine.wires.draw import most_solids
+from service.engine.wires.draw import count_most_solids
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -49,13 +49,13 @@ class MostTriangles(NamedTuple):
 def most_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostTriangles:
     """Bounds for one model; vertices count once for every patch, cuts for angles do not count."""
     cells, pieces = _cells(model, goal)
-    vertices, triangles = (2 * cells + pieces, 4 * cells + pieces) if options.surface else (0, 0)
+    vertices, triangles = (2 * cells + pieces, 4 * cells + pieces) if options.has_faces else (0, 0)
     points = pieces if "boundary" in options.overlays else 0
-    if options.wired:
+    if options.has_wires:
         seams = find_seams(model.batches)
         curves, samples = goal_divisions(model, seams, goal).size(seams, options.isocurves)
-        if options.solid_wires:
-            more = most_solids(curves, samples, options)
+        if options.has_solid_wires:
+            more = count_most_solids(curves, samples, options)
             vertices, triangles = vertices + more[0], triangles + more[1]
         else:
             points += samples

@@ -6,8 +6,8 @@ from math import hypot
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.engine.extent import local_origin
-from service.engine.grid import CORNER, on_grid
+from service.engine.extent import choose_origin
+from service.engine.grid import CORNER, round_to_grid
 from service.engine.scenes.placing import EPS, single_error
 from service.engine.scratch import Real
 
@@ -38,8 +38,8 @@ class Storage:
 
     def origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """The origin of positions between these bounds."""
-        origin = local_origin(low, high) if self.single and self.local else np.zeros(3)
-        return on_grid(origin, self.step) if self.step else origin
+        origin = choose_origin(low, high) if self.single and self.local else np.zeros(3)
+        return round_to_grid(origin, self.step) if self.step else origin
 
     def rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
         """How far a vertex between these bounds may be moved when it is stored."""
@@ -49,7 +49,7 @@ class Storage:
     def written(self, positions: FloatArray, origin: FloatArray) -> RealArray:
         """Positions (N, 3) in model coordinates as the file has them, about the origin."""
         if self.step:
-            positions = on_grid(positions, self.step)
+            positions = round_to_grid(positions, self.step)
         if self.single:
             return (positions - origin).astype(np.float32)
         # People read these numbers: adding 0.0 turns -0.0 into 0.0.

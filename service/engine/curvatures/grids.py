@@ -132,7 +132,7 @@ def _evaluate_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) ->
 
 
 def _evaluate_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
-    """The same, first along u, then along v."""
+    """Some rows of samples (d, r, n) of nets (d, r, m, n), first along u, then along v."""
     planes, count, m, n = net.shape
     along_u = sample_basis(m - 1, resolution[0])[rows] @ net
     return (along_u @ sample_basis_columns(n - 1, resolution[1])).reshape(planes, count, -1)

@@ -23,7 +23,7 @@ MOST = 10_000_000_000
 
 @dataclass(slots=True)
 class LimitCurvatures:
-    """What was spent on the limits of one mesh."""
+    """The limits of curvature of one mesh, and the multiplications spent on them."""
 
     spent: int = 0
 
@@ -55,7 +55,7 @@ class LimitCurvatures:
         return found
 
     def check(self, count: int, patches: Patches) -> None:
-        """Refuses to look for so many more limits, if they are too many."""
+        """Refuse `count` more limits if they would take too long."""
         if self.spent + count * cost_of_limit(patches) > MOST:
             raise TooLarge(
                 Issue(
@@ -76,5 +76,5 @@ def cost_of_limit(patches: Patches) -> int:
 
 
 def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:
-    """Whether so many samples are not too many, even if every one of them is a pole."""
+    """Whether all samples can be computed even if every one of them is a pole."""
     return samples * max(cost_of_limit(batch) for own in models for batch in own.batches) <= MOST

@@ -1,4 +1,4 @@
-"""What placements do to curvatures, told to the models of a group.
+"""The effect of placements on curvatures, as stretches of the models of a group.
 
 A turn or a mirror leaves them alone; whatever stretches a surface bends it in another way. With the
 singular values L = U Σ Vᵀ of a placement, L = (U Vᵀ)(V Σ Vᵀ): first the stretch V Σ Vᵀ, then a turn
@@ -18,7 +18,7 @@ EVEN = 1e-10
 """Scalings that differ by no more than this, relatively, are one."""
 
 DIGITS = 10
-"""So many digits of a scaling count: how a copy is turned shall not decide what it is scaled by."""
+"""Digits of a scaling that count, so that the rotation of a copy does not change its scaling."""
 
 AnyModel = TypeVar("AnyModel", bound=Model)
 

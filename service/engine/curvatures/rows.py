@@ -20,7 +20,7 @@ from service.engine.mesh.channels import ChannelRows
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.runs import Block
 from service.engine.points.answer import find_near_poles
-from service.engine.scenes.scene import placed_points
+from service.engine.scenes.scene import place_points
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -70,7 +70,7 @@ def stretch_patches(patches: Patches, stretch: FloatArray | None) -> Patches:
     """The patches after a linear map, without their channels."""
     if stretch is None:
         return replace(patches, channels=())
-    points = placed_points(patches.points.reshape(-1, 3), stretch)
+    points = place_points(patches.points.reshape(-1, 3), stretch)
     return replace(patches, points=points.reshape(patches.points.shape), channels=())
 
 

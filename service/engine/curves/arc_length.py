@@ -19,8 +19,8 @@ COARSE, FINE = (leggauss(count) for count in (6, 12))
 which then is far better than the difference."""
 
 ACCURACY = 1e-12
-"""What the two rules may differ by in one interval, relative to its length and its share of the
-whole. So the sum of all differences is at most twice this of the whole length."""
+"""Largest difference of the two rules on one interval, relative to its length and its share of the
+whole. The sum of all differences is at most twice this times the whole length."""
 
 MAX_HALVINGS = 60
 """An interval as short as 2⁻⁶⁰ holds nothing that counts."""
@@ -110,7 +110,7 @@ class Speeds:
         self.noise: FloatArray = self._noise() * self.unit
 
     def _noise(self) -> FloatArray:
-        """What rounding may add to the speed on each piece, (S,), before the unit is put back."""
+        """Bound of the rounding error of the speed on each piece, (S,), in the local unit."""
         most = np.abs(self.steps).max(axis=(1, 2))
         if self.weights is not None:
             far = np.abs(self.points).max(axis=(1, 2))

@@ -170,7 +170,7 @@ def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
 
 
 def _slack(pieces: CurvePieces, cuts: int) -> float:
-    """What rounding may do to control points that so many cuts lead to.
+    """Bound of the rounding error of control points after `cuts` cuts.
 
     Each of the n levels of a cut makes convex combinations, (1 − t) a + t b, right to 2 ε of the
     largest coordinate; dividing by the weight, and going about the middle, is one more each.

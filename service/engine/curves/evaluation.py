@@ -1,7 +1,7 @@
 """Points and unit tangents of a curve's pieces, at any parameters.
 
-Everything is summed term by term, number by number: the bits of a sample depend on its piece and
-its parameter alone, not on what is computed beside it.
+Everything is summed term by term: the bits of a sample depend on its piece and its parameter alone,
+not on the samples that are computed together with it.
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What may be asked of a curve, checked at birth."""
+"""The options of a curve, checked when they are created."""
 
 from dataclasses import dataclass
 from math import inf

@@ -9,7 +9,7 @@ from service.surface.checks import Up
 
 @dataclass(frozen=True, slots=True)
 class PolylineReport:
-    """What is known about a sampled curve.
+    """The report on a sampled curve.
 
     `length` is that of the curve, not of the polyline. Of a `closed` curve the last point is the
     first once more. `deviation_bound` bounds the distance of every point of the curve from the

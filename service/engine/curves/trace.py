@@ -1,6 +1,6 @@
 """A curve into one polyline: samples, tangents, lengths, and how far the curve is from it.
 
-1. Choose the samples: so many a piece, or halving until the chords are near enough.
+1. Choose the samples: R divisions of each piece, or halving until the chords are near enough.
 2. Evaluate points and tangents.
 3. Measure the curve, and certify the distance between it and the points as they will be stored.
 """
@@ -13,7 +13,7 @@ from service.engine.curves.chords import certify_chords, halve_chords
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.polyline import Polyline, PolylineReport
-from service.engine.extent import extent, local_origin
+from service.engine.extent import choose_origin, find_extent
 from service.surface.curve_pieces import CurvePieces
 
 
@@ -47,7 +47,7 @@ def trace(
     origin = _origin(pieces, single)
     points = _store(evaluate_positions(pieces, at), origin, single)
     lengths = arc_lengths(pieces, at)
-    low, high = extent(points)
+    low, high = find_extent(points)
     return Polyline(
         name=pieces.name,
         points=points,
@@ -69,7 +69,7 @@ def trace(
 
 
 def _origin(pieces: CurvePieces, single: bool) -> FloatArray:
-    return local_origin(*pieces.bounds) if single else np.zeros(pieces.dimension)
+    return choose_origin(*pieces.bounds) if single else np.zeros(pieces.dimension)
 
 
 def _store(points: FloatArray, origin: FloatArray, single: bool) -> RealArray:

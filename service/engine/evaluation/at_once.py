@@ -167,7 +167,7 @@ _WORKSPACES = Workspaces(_Workspace)
 
 @lru_cache(64)
 def _operators(p: int, q: int) -> tuple[FloatArray, FloatArray]:
-    """What nets are multiplied by, and the squares of their differences.
+    """The factors of nets, and those of the squares of their differences.
 
     The columns of the first are those of 1, then differences along u, then those along v. The
     second has a column for the mean along u, and one for that along v.

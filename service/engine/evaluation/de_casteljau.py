@@ -74,7 +74,7 @@ def _last_blocks(net: RealArray, u: RealArray, v: RealArray) -> RealArray:
 
 
 def evaluate_triangles(work: TriangleEvaluation) -> None:
-    """The same of triangles: every upright triangle of neighbours becomes one point.
+    """Points and normals of triangles: every upright triangle of neighbours becomes one point.
 
         b_ijk ← r b_{i+1,j,k} + s b_{i,j+1,k} + t b_{i,j,k+1}
 
@@ -103,7 +103,7 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
-    Every number is computed by itself: its bits do not depend on what is computed beside it.
+    Every number is computed by itself: its bits do not depend on the others.
     """
     t = sample_parameters(divisions)[:, np.newaxis]
     out = np.empty((len(points), divisions + 1, points.shape[2]))
@@ -149,7 +149,7 @@ def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
 
 
 def _split_work(count: int, each: int, points: int) -> Iterator[tuple[int, int, int, int]]:
-    """Patches [first, last) and their samples [begin, end) of `each`, so many points a net.
+    """Patches [first, last) and their samples [begin, end) of `each`, of `points` points a net.
 
     All samples of some patches, or some samples of one.
     """

@@ -1,4 +1,4 @@
-"""One evaluation under way: nets on the way in, points and normals on the way out.
+"""The state of one evaluation: it loads nets and writes points and normals.
 
 What all formulations share. Nets are differenced, centred and scaled in float64; what comes of
 them is computed in the precision of the result, and a normal that this precision cannot vouch for
@@ -42,7 +42,7 @@ class PatchSamples:
 
 
 class Evaluation(ABC):
-    """One evaluation under way: its inputs, its outputs, and what the formulations share.
+    """The state of one evaluation: inputs, outputs, and the steps that all formulations share.
 
     `each` counts the samples of one patch. `positions` and `normals` are those of the result. The
     normals of samples that are `doubtful`, counted over all, are computed anew in the end.

@@ -145,7 +145,7 @@ def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
 
 
 def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, RealArray], None]:
-    """What writes positions of some rows, from planes (d, rows, q+1) sampled along u.
+    """A function that writes positions of some rows, from planes (d, rows, q+1) sampled along u.
 
     It takes memory for planes (d, rows, Rv+1) too, where it leaves S if the patches are rational.
     """

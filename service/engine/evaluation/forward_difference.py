@@ -36,7 +36,7 @@ CHUNK_SAMPLES = 1 << 17
 
 
 def evaluate_grids(work: GridEvaluation) -> None:
-    """Points and normals of tensor-product patches: rows along v, as many as fit step together."""
+    """Points and normals of tensor-product patches: many rows along v advance together."""
     p, q = work.patches.degree
     for first, last, begin, end in _split_work(work.patches.count, *work.shape):
         checkpoint()
@@ -64,7 +64,7 @@ def _rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
 
 
 def evaluate_triangles(work: TriangleEvaluation) -> None:
-    """The same of triangles: row m of the samples, where t = m/R, has R − m divisions."""
+    """Points and normals of triangles: row m of samples, at t = m/R, has R − m divisions."""
     starts = triangle.row_starts(work.divisions)
     for first, last, begin, end in _split_work(work.patches.count, *2 * (work.divisions + 1,)):
         nets = work.nets(first, last)
@@ -104,7 +104,7 @@ def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) ->
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
-    Every number is computed by itself: its bits do not depend on what is computed beside it.
+    Every number is computed by itself: its bits do not depend on the others.
     """
     out = np.empty((len(points), divisions + 1, points.shape[2]))
     for rows in row_slices(len(points), divisions + 1, CHUNK_SAMPLES):

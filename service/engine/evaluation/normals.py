@@ -55,7 +55,7 @@ def unit_normals(
 def find_normals(
     nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """The same for rows `which` of nets at hand; and at which samples S_u × S_v vanishes."""
+    """Unit normals of rows `which` of some nets, and at which samples S_u × S_v vanishes."""
     p, q = nets.degree
     du, dv = nets.partials(
         which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))

@@ -52,7 +52,7 @@ def triangle_normals(
 def normals_at(
     patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """The same, and at which samples S_s × S_t vanishes."""
+    """Unit normals of triangles at (s, t), how many are limits, and where S_s × S_t vanishes."""
     normals = np.empty((len(index), 3))
     vanishes = np.empty(len(index), dtype=bool)
     for local, rows, which in triangles_of_samples(patches, index):

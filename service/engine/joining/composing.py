@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import Ints
 from service.bases.triangle import degree_of
 from service.bases.triangle_polynomials import exchange_order
-from service.engine.scenes.scene import placed_points
+from service.engine.scenes.scene import place_points
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, GroupModel, Part, PatchModel, PlacedModel
 
@@ -35,10 +35,10 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         turned.append(mirrored)
         own, order = _transposed(model) if mirrored else (model, None)
         for batch in own.batches:
-            placed = placed_points(batch.points.reshape(-1, 3), member.matrix)
+            placed = place_points(batch.points.reshape(-1, 3), member.matrix)
             batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
         for net in own.nets:
-            placed = placed_points(net.points.reshape(-1, 3), member.matrix)
+            placed = place_points(net.points.reshape(-1, 3), member.matrix)
             nets.append(replace(net, points=placed.reshape(net.points.shape) + 0.0, channels=()))
         domains += [replace(d, first=d.first + first) for d in _domains_of(own)]
         sequence = np.arange(own.patch_count) if own.sequence is None else own.sequence

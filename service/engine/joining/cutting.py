@@ -21,7 +21,7 @@ UNIT = np.array([0.0, 1.0])
 UNIT.flags.writeable = False
 
 ROUNDING = 2.0**-49
-"""What cutting may move a patch by, in units of its largest coordinate: some roundings a degree."""
+"""Bound of the error of cutting, in units of the largest coordinate: some roundings a degree."""
 
 
 def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:

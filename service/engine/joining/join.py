@@ -19,11 +19,11 @@ from service.engine.mesh.seams import Seams
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64
-"""How often surfaces are cut: as many as stand in one row."""
+"""How often surfaces are cut: enough for this number of surfaces in one row."""
 
 GROWTH, ALWAYS = 16, 256
-"""A model may have so many times its patches, and some more; else it is not cut at all. Cuts that
-run around a body and never meet would not end."""
+"""Largest factor by which cuts may multiply the patches of a model, plus some more; else it is not
+cut at all. Cuts that run around a body and never meet would not end."""
 
 
 Allow: TypeAlias = Callable[..., None]
@@ -50,7 +50,7 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
 def join_further(
     model: PatchModel, seams: Seams | None, tolerance: float, allow: Allow
 ) -> tuple[PatchModel, Seams]:
-    """What `join` returns, where the `seams` of `connect_if_apart` are known."""
+    """The result of `join`, given the `seams` of `connect_if_apart`."""
     model, seams = _snapped(model, seams, tolerance)
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams

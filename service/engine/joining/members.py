@@ -1,7 +1,7 @@
 """Members of a group whose borders are one curve, as one model in its place.
 
 Members that have an open edge in common once they are placed become one model: what joins the
-patches of a model joins them, too. Their mesh is told apart afterwards
+patches of a model joins them, too. Their mesh is separated afterwards
 (`service.engine.scenes.apart`), so that each member is still a node of its own.
 
 A member stays as it is if it is swept, or if it carries other channels than those it meets: the
@@ -52,7 +52,7 @@ class JoinedGroup:
 
 def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any) -> JoinedGroup:
     """The group with its members joined, unless lines or wires are drawn on each of them."""
-    if options.wired or options.overlays or not options.surface:
+    if options.has_wires or options.overlays or not options.has_faces:
         joined = join_each(group, options.weld_tolerance)
         return JoinedGroup(joined, group.members, tuple(range(len(group.members))), ())
     return join_members(group, options.weld_tolerance, allow)

@@ -11,7 +11,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
 
 ROUNDS = 8
-"""How often points are told apart by gaps along x, y and z: few need more than one round."""
+"""Rounds of separating points by gaps along x, y and z: few need more than one."""
 
 MAX_CROWD = 16
 """Points between which no gap lies along any axis, and that are wider than `reach`: of so few all

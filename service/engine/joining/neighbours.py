@@ -13,7 +13,7 @@ from service.engine.joining.open_edges import OpenBorder, corners_on_edges, open
 from service.engine.mesh.connect import reach_within
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_WELD_TOLERANCE
-from service.engine.scenes.scene import placed_points
+from service.engine.scenes.scene import place_points
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_bounds
 
@@ -37,7 +37,7 @@ def find_neighbours(
             borders[member.model] = open_border(seams[member.model])
         own = borders[member.model]
         if len(own.corners):
-            placed.append(own.moved(partial(placed_points, matrix=member.matrix)))
+            placed.append(own.moved(partial(place_points, matrix=member.matrix)))
             owner.append(number)
     if len(placed) < 2:
         return []
@@ -68,7 +68,7 @@ def find_neighbours(
 
 
 def _form(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
-    """What the patches of a member carry."""
+    """The channels of the patches of a member."""
     model = group.models[group.members[number].model]
     assert isinstance(model, PatchModel)
     return [(c.name, c.kind, c.dimension) for c in model.batches[0].channels]

@@ -199,7 +199,7 @@ def find_candidates(found: OpenEdges, reach: float) -> tuple[Ints, Ints]:
 
 
 def _runs(counts: Ints, most: int) -> Iterator[slice]:
-    """Slices of items of which each has so many: together about `most`."""
+    """Slices of items with these counts: each of about `most`."""
     group = np.cumsum(counts) // most
     starts = run_starts(group)
     for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):

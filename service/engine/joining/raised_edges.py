@@ -9,7 +9,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import elevate
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.degree_matching import find_candidates
 from service.engine.mesh.edge_patterns import EdgePattern
 from service.surface.sides import BEGINS, ENDS
@@ -47,7 +47,7 @@ def equal_raised(
         nets[back] = nets[back, ::-1]
         _, lead, number = np.unique(pair[here], return_index=True, return_inverse=True)
         far = reach * (common + 1) ** 0.5
-        leader = leaders(lead[number.reshape(-1)], nets.reshape(len(here), -1), far)
+        leader = find_leaders(lead[number.reshape(-1)], nets.reshape(len(here), -1), far)
         for row in np.flatnonzero(degree[edges[here[leader]]] < degree[edges[here]]).tolist():
             if degree[edges[here[row]]] < common:
                 continue

@@ -19,7 +19,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.cache import Cache
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.joining.open_edges import (
     CHUNK,
     MAX_PAIRS,
@@ -135,7 +135,7 @@ def _beside_shared(
         low * len(found.corners) + high, return_index=True, return_inverse=True
     )
     far = reach * len(shares) ** 0.5
-    leader = leaders(first[pair.ravel()], values.reshape(len(owner), -1), far)
+    leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), far)
     shared = np.bincount(leader, minlength=len(leader))[leader] > 1
     # Pieces before and after a cut.
     place = np.empty(len(order), dtype=np.intp)

@@ -17,7 +17,7 @@ from service.engine.measures.tables import UNIT
 from service.engine.mesh.connect import connect
 from service.engine.mesh.connectivity import triangular_patches
 from service.engine.mesh.seams import Seams
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries.project import in_domains
 from service.surface.lowered import GroupModel, Model, PatchModel, PlacedModel
 from service.surface.sides import BEGINS, ENDS
@@ -122,7 +122,7 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
     InvalidRequest
         `not_parametric`, of tubes and ribbons.
     """
-    given = as_patches(lowered)
+    given = to_patches(lowered)
     part = parts_of(given)
     if isinstance(lowered, GroupModel):
         return given, part, _joined_group(lowered, tolerance, allow)
@@ -144,7 +144,7 @@ def parts_of(model: PatchModel) -> Ints:
 
 def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     joined = join_members(group, tolerance, allow)
-    placed = as_patches(joined.group)
+    placed = to_patches(joined.group)
     clusters = {joined.at[cluster.members[0]]: cluster for cluster in joined.clusters}
     alone = {at: n for n, at in enumerate(joined.at) if at not in clusters}
     part, pieces, first = [], [], 0

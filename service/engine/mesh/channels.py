@@ -18,8 +18,8 @@ from service.bases.bernstein import sample_parameters as parameters
 from service.bases.row_batches import row_slices
 from service.bases.triangle import row_starts
 from service.bases.triangle_basis import evaluate_triangles
-from service.engine.clustering import leaders
-from service.engine.extent import extent
+from service.engine.clustering import find_leaders
+from service.engine.extent import find_extent
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.runs import Block
 from service.engine.scratch import Real
@@ -107,9 +107,9 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     for channel in channels:
         values = channel.values[rows]
         near = (values, 0.0) if channel.exact else (_scale_values(channel, values), 1.0)
-        first = leaders(spot, *near)
+        first = find_leaders(spot, *near)
         channel.values[rows] = values[first]
-        local = leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
+        local = find_leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
     alike = own
     alike[rows] = rows[local]
     return alike
@@ -129,7 +129,7 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
 
 def _scale(values: RealArray) -> FloatArray:
     """One over the difference that counts as none, column by column; 0 where all are zero."""
-    low, high = (bound.astype(np.float64) for bound in extent(values))
+    low, high = (bound.astype(np.float64) for bound in find_extent(values))
     same = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
     # What float32 cannot tell from zero is zero.
     return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)
@@ -170,7 +170,7 @@ def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
 
 
 def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
-    """The same over the rows of triangles."""
+    """Σ B_ijk C_ijk at all samples of every triangle, row by row."""
     for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
         nets = channel.nets[block.patches[rows]]
         out[rows] = evaluate_triangles(nets, block.resolution[0])

@@ -135,7 +135,7 @@ class _Border:
         return place
 
     def take(self, run: slice) -> "_Border":
-        """The same for some of the patches."""
+        """The border of some of the patches."""
         return _Border(
             self.line[run],
             self.next[run],

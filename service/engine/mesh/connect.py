@@ -50,7 +50,7 @@ def connect(model: PatchModel) -> Seams:
 
 
 def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
-    """What `connect` finds; None if points or weights may be near though they are not equal.
+    """The seams as from `connect`; None if unequal points or weights may be near.
 
     Parameters
     ----------
@@ -110,14 +110,14 @@ def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool
 def weld_reach(model: PatchModel, tolerance: float) -> float:
     """How far apart points may be that are one, in model units.
 
-    A part of the diagonal; far from zero, where coordinates cannot tell so much, what the roundings
-    of a computation make of them. 0 if the tolerance is.
+    A part of the diagonal; far from zero, where coordinates are less precise, the size of the
+    rounding errors of a computation. 0 if the tolerance is 0.
     """
     return reach_within(model.diagonal, _furthest(model), tolerance)
 
 
 def reach_within(diagonal: float, furthest: float, tolerance: float) -> float:
-    """What `weld_reach` is for points whose box has this diagonal, and their largest coordinate."""
+    """The value of `weld_reach` for points with this diagonal and this largest coordinate."""
     if not tolerance:
         return 0.0
     return max(tolerance * diagonal, min(ROUNDINGS * furthest, MAX_WELD_TOLERANCE * diagonal))

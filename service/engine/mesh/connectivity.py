@@ -166,7 +166,7 @@ def find_equal_points(points: FloatArray) -> Ints:
 
 
 def find_first_equals(points: FloatArray) -> tuple[int, ...]:
-    """What `find_equal_points` answers, of few points, looked up one by one."""
+    """The first equal point of each of a few points, looked up one by one."""
     first: dict[tuple[float, ...], int] = {}
     return tuple([first.setdefault(tuple(p), k) for k, p in enumerate(points.tolist())])
 

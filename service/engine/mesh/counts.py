@@ -30,7 +30,7 @@ from service.surface.lowered import PatchModel
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the report of a mesh will say: positions, triangles and quads."""
+    """Counts of positions, triangles and quads, as the report of the mesh will have them."""
 
     vertices: int
     triangles: int
@@ -120,7 +120,7 @@ def _build_border_faces(shape: AnyShape, kind: Faces) -> tuple[tuple[IndexArray,
 
 
 def _count_cell_faces(count: int, kind: Faces) -> tuple[int, int]:
-    """So many cells as triangles and quads."""
+    """Triangles and quads of `count` cells."""
     return (2 * count, 0) if kind == "triangles" else (0, count)
 
 

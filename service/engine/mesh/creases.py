@@ -6,7 +6,7 @@ from math import sin
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.connectivity import hash_arrays
 
 OPPOSITE = 1e-6
@@ -110,7 +110,7 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     slot = places.slot[rest]
     first = np.empty(len(places.leaders), np.intp)
     first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
-    group = leaders(first[slot], own[rest], chord_length(angle))
+    group = find_leaders(first[slot], own[rest], chord_length(angle))
     found = places.first.copy()
     found[rest] = places.members[rest[group]]
     return Sharing(found, hash_arrays(near, group))

@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.polynomials import elevate
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.edges import EdgeCurves
 
 SAME_CURVE = 2.0**-44
@@ -59,7 +59,7 @@ def find_lowest(
         order = np.lexsort((back, edge, place))
         edge, back, place = edge[order], back[order], place[order]
         _, first, number = np.unique(place, return_index=True, return_inverse=True)
-        found = leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
+        found = find_leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
         joins = degree[edge[found]] < degree[edge]
         leader[edge[joins]] = edge[found[joins]]
         turned[edge[joins]] = back[joins] != back[found[joins]]

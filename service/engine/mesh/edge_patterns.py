@@ -1,4 +1,4 @@
-"""What a pattern of equal control points tells: the connectivity, and where edges and corners are.
+"""The connectivity of a pattern of equal control points, and the rows of its edges and corners.
 
 The pattern is a number for each point on the borders of patches, equal for equal points. Of it
 follow which sides are one edge, and in which rows of these points each edge and corner stands. The

@@ -133,7 +133,7 @@ class Layout(SampleRuns):
 
     @property
     def nbytes(self) -> int:
-        """Bytes held at most, with what is derived from the layout."""
+        """Most bytes of the layout and of the values derived from it."""
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
@@ -201,7 +201,7 @@ class Layout(SampleRuns):
 
     @cached_property
     def border_writes(self) -> BorderWrites:
-        """What is written over the borders of the patches."""
+        """The samples of edges that replace those on the borders of patches."""
         edge = self.connectivity.edge.ravel()
         groups: list[tuple[int, Bools | None]] = []
         targets, sources = [], []

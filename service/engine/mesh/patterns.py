@@ -61,7 +61,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class TriangleShape:
-    """The same for a triangle: its rows of samples need no frame."""
+    """All that the pattern of a triangle depends on: its rows of samples need no frame."""
 
     divisions: int
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)

@@ -30,7 +30,7 @@ from service.engine.options import Faces, MeshOptions
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FacePlan:
-    """What a mesh is but for its numbers; all arrays are read-only.
+    """Vertices and faces of a mesh without coordinates; all arrays are read-only.
 
     Attributes
     ----------

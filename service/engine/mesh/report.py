@@ -1,4 +1,4 @@
-"""What is known about a mesh: the report that travels with it, and the version of its numbers."""
+"""The report on a mesh, and the version of the numbers."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -6,7 +6,7 @@ from typing import TypeAlias
 from service.engine.mesh.closure import Closure
 
 Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
-"""Least and greatest of two things."""
+"""Least and greatest values of two quantities."""
 
 ENGINE = 3
 """Version of the numbers. Raised only when the same request would give other figures."""
@@ -14,7 +14,7 @@ ENGINE = 3
 
 @dataclass(frozen=True, slots=True)
 class MeshReport:
-    """What is known about a mesh; in every format that has a place for it.
+    """The report on a mesh; formats include as much of it as they can.
 
     `vertices` counts positions: where normals differ at one, it is still one.
     `bounds_min` and `bounds_max` are those of the vertices as stored, in model coordinates.

@@ -14,7 +14,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
 from service.cancellation import checkpoint
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
 from service.engine.mesh.degree_matching import find_lowest
 from service.engine.mesh.edges import EdgeCurves
@@ -83,7 +83,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
             points, weights = points[order], weights[order]
         distinct, number = unique_rows(points.reshape(len(points), -1))
         if weights is not None:
-            leader = leaders(distinct[number], weights, SAME_WEIGHT)
+            leader = find_leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
         edge[place] = number + found
         backward[place] = turned

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import IndexArray, Ints, RealArray
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.creases import Averages, chord_length, mean_normals
 
 
@@ -65,14 +65,14 @@ def merge_samples(
     """
     leader = place if alike is None else alike
     if normals is not None:
-        leader = leaders(place, normals, chord_length(crease_angle))
+        leader = find_leaders(place, normals, chord_length(crease_angle))
         own = np.arange(len(place))
         averages = Averages.from_leaders(leader)
         normals[averages.leaders] = mean_normals(normals, averages)
         if alike is not None:
             shared = np.flatnonzero(leader != own)
             normals[shared] = normals[leader[shared]]
-            leader = leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
+            leader = find_leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
     return leader
 
 

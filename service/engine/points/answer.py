@@ -28,11 +28,10 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
         ("principal_curvatures", 2),
     ),
 )
-"""What comes with each order of derivatives, and how many numbers a point has there; 0 is a truth
-value."""
+"""Columns of each order of derivatives, with the numbers at a point; 0 stands for a truth value."""
 
 SERIES = 100_000
-"""What the power series of curvatures at or near a pole take at least, in multiplications."""
+"""Least multiplications of the power series of curvatures at or near a pole."""
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")

@@ -19,7 +19,7 @@ COUNTS = (1, 3, 6)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Jets:
-    """What is known at m parameters; what was not asked for is None.
+    """Partials, normals and curvatures at m parameters; None if not requested.
 
     Attributes
     ----------

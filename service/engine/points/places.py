@@ -34,7 +34,7 @@ class ParameterPoints:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointsQuery:
-    """What is asked of a surface.
+    """The parameters at which a surface is evaluated, and the order of derivatives.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class PointsQuery:
 
     @property
     def field(self) -> str:
-        """What the request calls the places."""
+        """The field of the request with the parameters."""
         return "uv" if self.places.shape[1] == 2 else "barycentric"
 
 

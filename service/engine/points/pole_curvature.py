@@ -24,7 +24,7 @@ NEAR = 2.0**-8
 """Part of the patch, over its degree, in which a pole is expanded about."""
 
 NEAR_TERMS = 10
-"""So many terms there: what is cut off is NEAR to the sixth."""
+"""Terms of a series near a pole: the error of truncation is of the order of NEAR⁶."""
 
 KNOWN = 2.0**-20
 """A limit that is known less exactly than this, in units of the net or relative, is not told."""
@@ -157,7 +157,7 @@ def _quotients(
         2 * square**1.5,
         distance,
     )
-    # The normal that is told may be the limit along another line, on the other side.
+    # The given normal may be the limit along another line, on the other side.
     lead, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
     mean = np.where(vectors.dot(lead, normals) < 0, -mean, mean)
     spread = mean**2 - gauss

@@ -12,7 +12,7 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import binomials
 
 ROUNDING = 2.0**-50
-"""What one operation may add to the error, relative to its operands: an ulp, generously."""
+"""Bound of the rounding error of one operation, relative to its operands: more than an ulp."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,7 +86,7 @@ class Series:
         return order
 
     def tail(self, order: FloatArray, s: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-        """What is left of each series from its own order on, over s^order; and its error.
+        """The rest of each series from its own order on, over s^order; and its error.
 
             Σ_{j ≥ order} a_j s^{j−order}
 
@@ -103,7 +103,7 @@ class Series:
 
 
 def expand(coefficients: FloatArray, count: int) -> Series:
-    """Polynomials in the Bernstein basis (…, n+1) as series of so many terms about t = 0.
+    """Polynomials in the Bernstein basis (…, n+1) as series of `count` terms about t = 0.
 
         a_k = C(n, k) Δ^k b_0
 

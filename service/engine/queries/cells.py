@@ -5,7 +5,7 @@ net and its children. The first cells are the whole nets. A cell is halved along
 which it is longer, or along both if neither is twice as long as the other, so that cells become
 about square on the surface, also at poles. All cells that a step of a query needs are halved
 together. What is known of a cell depends on its net and its rectangle alone: answers do not depend
-on what was asked before.
+on earlier requests.
 """
 
 from collections.abc import Callable

@@ -14,7 +14,7 @@ from service.engine.scenes.scene import Scene
 from service.surface.lowered import PlacedModel
 
 
-def told_apart(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> Scene:
+def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> Scene:
     """The scene of all members that were given, made of the scene of joined ones.
 
     `is_welded` tells whether patches share the vertices of their edges.
@@ -28,7 +28,7 @@ def told_apart(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> Scene:
         for k, number in enumerate(cluster.members):
             given = joined.given[number]
             found[number] = PlacedModel(given.name, len(meshes), given.color)
-            meshes.append(_piece(mesh, cluster, k, given.name))
+            meshes.append(_take_member(mesh, cluster, k, given.name))
     nodes = [found.get(k) or scene.nodes[at] for k, at in enumerate(joined.at)]
     used = sorted({node.model for node in nodes})
     place = {old: new for new, old in enumerate(used)}
@@ -40,7 +40,7 @@ def told_apart(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> Scene:
     )
 
 
-def _piece(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
+def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
     """The vertices and faces of one member."""
     parts = mesh.parts[cluster.ends[k] : cluster.ends[k + 1]]
     triangles = mesh.triangles[parts[0].triangles[0] : parts[-1].triangles[1]]

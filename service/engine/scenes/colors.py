@@ -10,7 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 
 
-def linear(colors: RealArray) -> FloatArray:
+def to_linear(colors: RealArray) -> FloatArray:
     """Linear light of sRGB; an opacity stays as it is.
 
         c / 12.92                    for c ≤ 0.04045
@@ -27,8 +27,8 @@ def linear(colors: RealArray) -> FloatArray:
     return light
 
 
-def srgb(light: RealArray) -> FloatArray:
-    """The inverse of `linear`.
+def to_srgb(light: RealArray) -> FloatArray:
+    """The inverse of `to_linear`.
 
     12.92 c                      for c ≤ 0.0031308
     1.055 c^(1/2.4) − 0.055      above
@@ -39,7 +39,7 @@ def srgb(light: RealArray) -> FloatArray:
     return colors
 
 
-def tinted(colors: RealArray | None, base: RealArray, count: int) -> RealArray:
+def tint(colors: RealArray | None, base: RealArray, count: int) -> RealArray:
     """Colours of vertices under a base colour, which multiplies their light; sRGB all of them.
 
     Parameters
@@ -58,6 +58,6 @@ def tinted(colors: RealArray | None, base: RealArray, count: int) -> RealArray:
     if colors is None:
         return np.tile(base[:columns], (count, 1))
     light = np.ones((count, columns))
-    light[:, : colors.shape[1]] = linear(colors)
-    light *= linear(base[None])[:, :columns]
-    return srgb(light).clip(0, 1).astype(colors.dtype)
+    light[:, : colors.shape[1]] = to_linear(colors)
+    light *= to_linear(base[None])[:, :columns]
+    return to_srgb(light).clip(0, 1).astype(colors.dtype)

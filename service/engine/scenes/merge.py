@@ -11,7 +11,7 @@ from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
 
 
-def merged(meshes: Sequence[Mesh], name: str) -> Mesh:
+def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
     """One mesh of all vertices, faces, parts and overlays, in the order of the meshes.
 
     Nothing is welded across meshes. They share a precision, an origin and a vertical axis, all or
@@ -24,15 +24,15 @@ def merged(meshes: Sequence[Mesh], name: str) -> Mesh:
         meshes[0],
         name=name,
         positions=np.concatenate([mesh.positions for mesh in meshes]),
-        normals=_attribute([mesh.normals for mesh in meshes]),
-        uvs=_filled([mesh.uvs for mesh in meshes], counts, 0.0),
-        colors=_filled([mesh.colors for mesh in meshes], counts, 1.0),
+        normals=_join_rows([mesh.normals for mesh in meshes]),
+        uvs=_fill_rows([mesh.uvs for mesh in meshes], counts, 0.0),
+        colors=_fill_rows([mesh.colors for mesh in meshes], counts, 1.0),
         attributes=tuple(
             (name, np.concatenate([dict(mesh.attributes)[name] for mesh in meshes]))
             for name, _ in meshes[0].attributes
         ),
-        triangles=_shifted([mesh.triangles for mesh in meshes], first),
-        quads=_shifted([mesh.quads for mesh in meshes], first),
+        triangles=_shift_faces([mesh.triangles for mesh in meshes], first),
+        quads=_shift_faces([mesh.quads for mesh in meshes], first),
         parts=_parts(meshes),
         # One mesh that is not made of grids keeps all others from being drawn as grids.
         grids=tuple(
@@ -44,12 +44,12 @@ def merged(meshes: Sequence[Mesh], name: str) -> Mesh:
         else (),
         welds=_welds(meshes, first),
         overlays=tuple(overlay for mesh in meshes for overlay in mesh.overlays),
-        report=added([mesh.report for mesh in meshes]),
+        report=add_reports([mesh.report for mesh in meshes]),
     )
 
 
-def added(reports: Sequence[MeshReport]) -> MeshReport:
-    """What is known of several meshes together: watertight if each of them is."""
+def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
+    """The report on several meshes together: watertight if each of them is."""
     low = np.min([report.bounds_min for report in reports], axis=0).tolist()
     high = np.max([report.bounds_max for report in reports], axis=0).tolist()
     return replace(
@@ -64,28 +64,28 @@ def added(reports: Sequence[MeshReport]) -> MeshReport:
         boundary_edges=sum(report.boundary_edges for report in reports),
         poles_repaired=sum(report.poles_repaired for report in reports),
         closure=reports[0].closure if len(reports) == 1 else None,
-        deviation_bound=_largest(reports, "deviation_bound"),
-        mesh_deviation_bound=_largest(reports, "mesh_deviation_bound"),
-        normal_angle=_largest(reports, "normal_angle"),
+        deviation_bound=_find_largest(reports, "deviation_bound"),
+        mesh_deviation_bound=_find_largest(reports, "mesh_deviation_bound"),
+        normal_angle=_find_largest(reports, "normal_angle"),
         curvature=merge_ranges([report.curvature for report in reports]),
         merged_knots=sum(report.merged_knots for report in reports),
         moved=max(report.moved for report in reports),
     )
 
 
-def _largest(reports: Sequence[MeshReport], name: str) -> float | None:
-    """What holds for all: the largest; None where it is not known of one that has faces."""
+def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
+    """The largest value of all reports; None if a report with faces has none."""
     found = [getattr(report, name) for report in reports if report.triangles + report.quads]
     return None if not found or None in found else max(found)
 
 
-def _attribute(rows: Sequence[RealArray | None]) -> RealArray | None:
+def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
     """Rows of all meshes; None where a mesh has none."""
     there = [array for array in rows if array is not None]
     return np.concatenate(there) if len(there) == len(rows) else None
 
 
-def _filled(
+def _fill_rows(
     rows: Sequence[RealArray | None], counts: Sequence[int], value: float
 ) -> RealArray | None:
     """Rows of all meshes, as wide as the widest; None where no mesh has any.
@@ -105,7 +105,7 @@ def _filled(
     return whole
 
 
-def _shifted(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:
+def _shift_faces(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:
     """Faces of all meshes, counted among all vertices."""
     return np.concatenate([rows + start for rows, start in zip(faces, first, strict=False)])
 
@@ -136,4 +136,4 @@ def _welds(meshes: Sequence[Mesh], first: IndexArray) -> IndexArray | None:
         np.arange(len(mesh.positions), dtype=np.uint32) if mesh.welds is None else mesh.welds
         for mesh in meshes
     )
-    return _shifted(list(rows), first)
+    return _shift_faces(list(rows), first)

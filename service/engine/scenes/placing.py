@@ -1,4 +1,4 @@
-"""What a placement does to distances: how much it stretches them, and what is rounded."""
+"""The effect of placements on distances: bounds of the scaling and of rounding errors."""
 
 from math import hypot
 
@@ -18,7 +18,7 @@ out, L x is right to 2^-50 of |L| |x|. As the rotation and scalings of a node it
 EPS = float(np.finfo(np.float64).eps)
 
 MOVED = 2.0**-50
-"""The same for the translation, which is added once: 2 units in the last place."""
+"""Rounding of the translation, which is added once: 2 units in the last place."""
 
 SINGLE = np.finfo(np.float32)
 

@@ -11,13 +11,13 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.unique_rows import unique_rows
 from service.engine.curvatures.ranges import round_to_single as rounded
-from service.engine.extent import extent, local_origin
+from service.engine.extent import choose_origin, find_extent
 from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
-from service.engine.scenes.colors import tinted
-from service.engine.scenes.merge import added, merged
+from service.engine.scenes.colors import tint
+from service.engine.scenes.merge import add_reports, merge_meshes
 from service.engine.scenes.placing import placing_error, scalings, single_error
-from service.engine.vectors import largest_angle
+from service.engine.vectors import find_largest_angle
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, PlacedModel
 
@@ -49,19 +49,19 @@ class Scene:
     joined: tuple[tuple[int, ...], ...] = ()
 
 
-def arranged(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
+def arrange(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
     """The scene of a group whose models have these meshes."""
-    reports = [_report(meshes[node.model], node.matrix) for node in model.members]
-    return Scene(model.name, model.up, model.members, meshes, added(reports))
+    reports = [_place_report(meshes[node.model], node.matrix) for node in model.members]
+    return Scene(model.name, model.up, model.members, meshes, add_reports(reports))
 
 
-def flattened(scene: Scene) -> Mesh:
+def flatten(scene: Scene) -> Mesh:
     """All copies as one mesh, float64, in the coordinates of the scene.
 
     A part is named after its member; where a surface has several, by both names.
     """
     copies = [_copy(scene.meshes[node.model], node) for node in scene.nodes]
-    mesh = merged(copies, scene.name)
+    mesh = merge_meshes(copies, scene.name)
     if scene.joined:
         mesh = replace(mesh, welds=_joined_welds(mesh, copies, scene.joined))
     return replace(mesh, up=scene.up, report=scene.report)
@@ -87,28 +87,28 @@ def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
     Their runs are those in the meshes of the copies.
     """
     return tuple(
-        part for node in scene.nodes for part in _placed_parts(scene.meshes[node.model], node)
+        part for node in scene.nodes for part in _place_parts(scene.meshes[node.model], node)
     )
 
 
-def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
+def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     """A mesh of float64 about zero in float32, about an origin, of its own if none is given."""
     if origin is None:
         bounds = mesh.report.bounds_min, mesh.report.bounds_max
-        origin = local_origin(*(np.array(bound) for bound in bounds))
+        origin = choose_origin(*(np.array(bound) for bound in bounds))
     positions = (mesh.positions - origin).astype(np.float32)
     overlays = tuple(
         replace(overlay, positions=(overlay.positions - origin).astype(np.float32))
         for overlay in mesh.overlays
     )
     narrow = replace(mesh, positions=positions, overlays=overlays, origin=origin)
-    low, high = (bound.astype(np.float64) + origin for bound in extent(shown(narrow)))
+    low, high = (bound.astype(np.float64) + origin for bound in find_extent(shown_points(narrow)))
     least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
     error = single_error(least, greatest, origin)
-    report = _spread_report(within(mesh.report, low, high), 1.0, error)
+    report = _spread_report(replace_bounds(mesh.report, low, high), 1.0, error)
     return replace(
         narrow,
-        parts=tuple(_spread(part, 1.0, error) for part in mesh.parts),
+        parts=tuple(_spread_part(part, 1.0, error) for part in mesh.parts),
         normals=None if mesh.normals is None else mesh.normals.astype(np.float32),
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
         colors=None if mesh.colors is None else mesh.colors.astype(np.float32),
@@ -117,29 +117,29 @@ def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     )
 
 
-def about_zero(mesh: Mesh) -> Mesh:
+def move_to_zero(mesh: Mesh) -> Mesh:
     """A mesh of float32 about an origin in float32 about zero, for formats that tell no origin."""
-    return in_single(placed(mesh, None), ZERO) if mesh.origin.any() else mesh
+    return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
 
 
 def _copy(mesh: Mesh, node: PlacedModel) -> Mesh:
     """One copy in its place, under its own names and in its own colour."""
-    copy = placed(mesh, node.matrix)
+    copy = place_mesh(mesh, node.matrix)
     overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
     colors = copy.colors
     if node.color is not None:
-        colors = tinted(colors, np.array(node.color), len(copy.positions))
-    parts = _placed_parts(mesh, node)
+        colors = tint(colors, np.array(node.color), len(copy.positions))
+    parts = _place_parts(mesh, node)
     return replace(copy, parts=parts, overlays=tuple(overlays), colors=colors)
 
 
-def _placed_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
+def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
     """The parts of one copy."""
     alone = len(mesh.parts) == 1
-    stretch, error = _spreading(mesh, node.matrix)
+    stretch, error = _find_spread(mesh, node.matrix)
     return tuple(
         replace(
-            _spread(part, stretch, error),
+            _spread_part(part, stretch, error),
             name=node.name if alone else f"{node.name}/{part.name}",
             color=part.color or node.color,
         )
@@ -147,23 +147,23 @@ def _placed_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
     )
 
 
-def placed(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
+def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
     """The mesh in another place, float64 in model coordinates.
 
     Points become L x + t and normals L⁻ᵀ n, made unit again. Where L mirrors, faces are turned
     round, so that they still wind counter-clockwise about their normals, and grids change their
     two directions.
     """
-    positions = placed_points(mesh.positions, matrix, mesh.origin)
+    positions = place_points(mesh.positions, matrix, mesh.origin)
     overlays = tuple(
-        replace(overlay, positions=placed_points(overlay.positions, matrix, mesh.origin))
+        replace(overlay, positions=place_points(overlay.positions, matrix, mesh.origin))
         for overlay in mesh.overlays
     )
     normals, triangles, quads, grids = mesh.normals, mesh.triangles, mesh.quads, mesh.grids
     if normals is not None:
-        normals = _placed_normals(normals, matrix)
+        normals = _place_normals(normals, matrix)
     if matrix is not None and np.linalg.det(matrix[:3, :3]) < 0:
-        triangles, quads = _turned_round(triangles), _turned_round(quads)
+        triangles, quads = _reverse_faces(triangles), _reverse_faces(quads)
         grids = tuple(grid.swapaxes(1, 2) for grid in grids)
     return replace(
         mesh,
@@ -175,47 +175,49 @@ def placed(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
         overlays=overlays,
         origin=np.zeros(3),
         step=0.0,
-        report=_report(mesh, matrix),
+        report=_place_report(mesh, matrix),
     )
 
 
-def _report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
+def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     """The report of a mesh in another place."""
     if matrix is None:
         return mesh.report
-    report = within(mesh.report, *extent(placed_points(shown(mesh), matrix, mesh.origin)))
+    report = replace_bounds(
+        mesh.report, *find_extent(place_points(shown_points(mesh), matrix, mesh.origin))
+    )
     if report.normal_angle is not None and mesh.normals is not None:
-        angle = largest_angle(mesh.triangles, _placed_normals(mesh.normals, matrix))
+        angle = find_largest_angle(mesh.triangles, _place_normals(mesh.normals, matrix))
         report = replace(report, normal_angle=angle)
-    return _spread_report(report, *_spreading(mesh, matrix))
+    return _spread_report(report, *_find_spread(mesh, matrix))
 
 
-def _spreading(mesh: Mesh, matrix: FloatArray | None) -> tuple[float, float]:
+def _find_spread(mesh: Mesh, matrix: FloatArray | None) -> tuple[float, float]:
     """How much larger distances may be in the copy, and what its rounding adds to them."""
     bounds = mesh.report.bounds_min, mesh.report.bounds_max
     return scalings(matrix)[1], placing_error(matrix, *(np.array(bound) for bound in bounds))
 
 
-def _spread(part: MeshPart, stretch: float, error: float) -> MeshPart:
+def _spread_part(part: MeshPart, stretch: float, error: float) -> MeshPart:
     """A part after distances grew by these."""
-    return replace(part, deviation_bound=_grown(part.deviation_bound, stretch, error))
+    return replace(part, deviation_bound=_grow(part.deviation_bound, stretch, error))
 
 
 def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshReport:
-    """The same for the whole."""
+    """A report after distances grew by these."""
     return replace(
         report,
-        deviation_bound=_grown(report.deviation_bound, stretch, error),
-        mesh_deviation_bound=_grown(report.mesh_deviation_bound, stretch, error),
+        deviation_bound=_grow(report.deviation_bound, stretch, error),
+        mesh_deviation_bound=_grow(report.mesh_deviation_bound, stretch, error),
         moved=report.moved * stretch,
     )
 
 
-def _grown(bound: float | None, stretch: float, error: float) -> float | None:
+def _grow(bound: float | None, stretch: float, error: float) -> float | None:
     return None if bound is None else bound * stretch + error
 
 
-def shown(mesh: Mesh) -> RealArray:
+def shown_points(mesh: Mesh) -> RealArray:
     """Points that the bounds of a mesh are those of: its vertices; without any, its lines."""
     if len(mesh.positions):
         return mesh.positions
@@ -224,7 +226,7 @@ def shown(mesh: Mesh) -> RealArray:
     return np.concatenate(lines) if lines else corners
 
 
-def within(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
+def replace_bounds(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
     """The report with other bounds."""
     least, greatest = low.tolist(), high.tolist()
     return replace(
@@ -234,7 +236,7 @@ def within(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
     )
 
 
-def placed_points(
+def place_points(
     points: RealArray, matrix: FloatArray | None, origin: FloatArray = ZERO
 ) -> FloatArray:
     """Points (N, 3) about an origin, after a placement.
@@ -244,10 +246,10 @@ def placed_points(
     at = points.astype(np.float64)
     if origin.any():
         at += origin
-    return at if matrix is None else _product(at, matrix[:3, :3]) + matrix[:3, 3]
+    return at if matrix is None else _multiply(at, matrix[:3, :3]) + matrix[:3, 3]
 
 
-def _placed_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
+def _place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
     """Unit normals (N, 3) of a surface after a placement: along L⁻ᵀ n.
 
     L⁻ᵀ is, up to a factor, the matrix of cofactors; that factor has the sign of det L.
@@ -259,19 +261,19 @@ def _placed_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
     if np.dot(a, cofactors[0]) < 0:
         cofactors = -cofactors
-    turned = _product(wide, cofactors / np.abs(cofactors).max())
+    turned = _multiply(wide, cofactors / np.abs(cofactors).max())
     length = np.sqrt(turned[:, 0] ** 2 + turned[:, 1] ** 2 + turned[:, 2] ** 2)
     unit: FloatArray = turned / length[:, np.newaxis]
     return unit
 
 
-def _product(rows: FloatArray, linear: FloatArray) -> FloatArray:
+def _multiply(rows: FloatArray, linear: FloatArray) -> FloatArray:
     """L x of every row x, by operations that do not depend on where the row stands."""
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     columns = [line[0] * x + line[1] * y + line[2] * z for line in linear]
     return np.stack(columns, axis=1)
 
 
-def _turned_round(faces: IndexArray) -> IndexArray:
+def _reverse_faces(faces: IndexArray) -> IndexArray:
     """Faces that wind the other way, from the same first corner; quads keep their diagonal."""
     return np.concatenate([faces[:, :1], faces[:, :0:-1]], axis=1)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.extent import local_origin
+from service.engine.extent import choose_origin
 from service.engine.vectors import cross
 from service.errors import InvalidRequest, Issue
 from service.surface.lowered import PatchModel
@@ -80,7 +80,7 @@ class SectionTolerance:
         low, high = model.bounds
         least = LEAST_TOLERANCE * model.diagonal
         if single:
-            near = float(np.abs(np.stack([low, high]) - local_origin(low, high)).max())
+            near = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
             least = max(least, 8 * SINGLE * near)
         tolerance = self.relative * model.diagonal if self.distance is None else self.distance
         if tolerance < least:

@@ -1,1 +1,1 @@
-"""What is swept along curves: tubes and ribbons."""
+"""Meshes of tubes and ribbons."""

@@ -16,7 +16,7 @@ NO_PLANE = 1e-18
 """Squared length, in units of what it is measured against, of a vector that no plane belongs to."""
 
 
-def frames(
+def compute_frames(
     points: FloatArray, tangents: FloatArray, fractions: FloatArray, *, closed: bool
 ) -> FloatArray:
     """A unit normal at every sample of K curves, as nearly without rotation as can be.
@@ -36,13 +36,13 @@ def frames(
     ndarray of float64, shape (K, m, 3)
         Perpendicular to the tangents.
     """
-    first = perpendicular(tangents[:, 0])
+    first = find_perpendicular(tangents[:, 0])
     if not closed:
-        return _transported(points, tangents, first)
+        return _transport(points, tangents, first)
     # Once more round, so that a corner between end and beginning counts like any other.
     points = np.concatenate([points, points[:, :1]], axis=1)
     tangents = np.concatenate([tangents, tangents[:, :1]], axis=1)
-    normals = _transported(points, tangents, first)
+    normals = _transport(points, tangents, first)
     last, axis = normals[:, -1], tangents[:, 0]
     twist = np.arctan2(_dot(cross(first, last), axis), _dot(first, last))
     angle = -twist[:, None] * fractions
@@ -52,13 +52,13 @@ def frames(
     return turned
 
 
-def perpendicular(vectors: FloatArray) -> FloatArray:
+def find_perpendicular(vectors: FloatArray) -> FloatArray:
     """A unit vector at right angles to each, (…, 3): what is left of the axis furthest from it."""
     axis = np.eye(3)[np.abs(vectors).argmin(axis=-1)]
-    return _upright(axis, vectors)
+    return _project_upright(axis, vectors)
 
 
-def _transported(points: FloatArray, tangents: FloatArray, first: FloatArray) -> FloatArray:
+def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> FloatArray:
     """The first normals (K, 3) carried along to all samples."""
     turns = np.zeros((*points.shape[:2], 4))
     turns[:, 0, 0] = 1.0
@@ -66,10 +66,10 @@ def _transported(points: FloatArray, tangents: FloatArray, first: FloatArray) ->
     # Products of the first i rotations for all i, by doubling: each pass spans twice as many.
     span = 1
     while span < turns.shape[1]:
-        turns[:, span:] = _after(turns[:, span:], turns[:, :-span])
+        turns[:, span:] = _multiply(turns[:, span:], turns[:, :-span])
         span *= 2
     turns /= np.sqrt(_dot(turns, turns))[..., None]
-    return _upright(_turned(turns, first[:, None]), tangents)
+    return _project_upright(_rotate(turns, first[:, None]), tangents)
 
 
 def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
@@ -89,27 +89,27 @@ def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     second = second / np.sqrt(np.where(still, 1.0, length))[..., None]
     turns = np.concatenate([-_dot(second, first)[..., None], cross(second, first)], axis=-1)
     if still.any():
-        turns[still] = _straightest(before[still], after[still])
+        turns[still] = _find_least_rotations(before[still], after[still])
     return turns
 
 
-def _straightest(before: FloatArray, after: FloatArray) -> FloatArray:
+def _find_least_rotations(before: FloatArray, after: FloatArray) -> FloatArray:
     """The least rotations that take some unit vectors to others, as quaternions: (M, 4)."""
     turns = np.concatenate([1.0 + _dot(before, after)[:, None], cross(before, after)], axis=-1)
     back = turns[:, 0] < NO_PLANE
-    turns[back, 0], turns[back, 1:] = 0.0, perpendicular(before[back])
+    turns[back, 0], turns[back, 1:] = 0.0, find_perpendicular(before[back])
     turned: FloatArray = turns / np.sqrt(_dot(turns, turns))[:, None]
     return turned
 
 
-def _after(second: FloatArray, first: FloatArray) -> FloatArray:
+def _multiply(second: FloatArray, first: FloatArray) -> FloatArray:
     """Quaternion products: the rotations of `second` after those of `first`."""
     a, u, b, v = second[..., :1], second[..., 1:], first[..., :1], first[..., 1:]
     real = a * b - _dot(u, v)[..., None]
     return np.concatenate([real, a * v + b * u + cross(u, v)], axis=-1)
 
 
-def _turned(turns: FloatArray, vectors: FloatArray) -> FloatArray:
+def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors after the rotations: v + 2 u × (u × v + w v)."""
     u = turns[..., 1:]
     v = np.broadcast_to(vectors, u.shape)
@@ -117,8 +117,8 @@ def _turned(turns: FloatArray, vectors: FloatArray) -> FloatArray:
     return turned
 
 
-def _upright(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
-    """What of the vectors is at right angles to the tangents, at unit length."""
+def _project_upright(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
+    """The parts of the vectors at right angles to the tangents, at unit length."""
     rest = vectors - _dot(vectors, tangents)[..., None] * tangents
     unit: FloatArray = rest / np.sqrt(_dot(rest, rest))[..., None]
     return unit

@@ -1,4 +1,4 @@
-"""What is swept along: the stations of curves, their directions, and what becomes of corners.
+"""Paths of sweeps: the stations of curves, their directions, and mitred or rounded corners.
 
 A station is a place at which a ring of a tube, or a crossbar of a ribbon, stands. A smooth curve
 has one at every sample. At a corner, where the tangent turns by more than the crease angle, there
@@ -16,7 +16,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.curves.arc_length import Speeds, arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
-from service.engine.sweeps.frames import perpendicular
+from service.engine.sweeps.frames import find_perpendicular
 from service.surface.curve_pieces import CurvePieces, to_space
 
 SHARPEST_MITRE = radians(90)
@@ -56,7 +56,9 @@ class Paths:
     speeds: FloatArray | None = None
 
     @staticmethod
-    def smooth(points: FloatArray, tangents: FloatArray, *, closed: bool = False) -> "Paths":
+    def from_smooth_curves(
+        points: FloatArray, tangents: FloatArray, *, closed: bool = False
+    ) -> "Paths":
         """Smooth curves from their samples and unit tangents, (K, m, 3) each.
 
         Lengths are those of the polylines. Points may repeat; not all of a curve may be one.
@@ -69,7 +71,7 @@ class Paths:
         return Paths(points, tangents, fractions, closed, even)
 
 
-def path_of(
+def build_path(
     pieces: CurvePieces, divisions: int, crease_angle: float, *, closed: bool | None = None
 ) -> Paths:
     """The stations of one curve at R divisions of every piece, its corners mitred or rounded.
@@ -79,7 +81,7 @@ def path_of(
     """
     closed = pieces.closed if closed is None else closed
     at = CurveSamples.uniform(pieces.count, divisions)
-    arriving = _arriving(at)
+    arriving = _arrive(at)
     before, after = _directions(pieces, at, arriving, closed)
     turn = _angles(before, after)
     counts = _corners(pieces, at, turn, crease_angle)
@@ -98,7 +100,7 @@ def path_of(
     share = number / np.maximum(counts - 1, 1)[sample]
     if closed:
         share[0] = 1.0  # its first direction is that in which it goes on
-    directions = _between(before[sample], after[sample], turn[sample], share)
+    directions = _interpolate(before[sample], after[sample], turn[sample], share)
     planes = np.where(mitred[sample, None], mean[sample], directions)
     arrives = (counts[sample] > 1) & (share == 0)
     speeds = np.where(arrives, _speeds(pieces, arriving)[sample], _speeds(pieces, at)[sample])
@@ -114,10 +116,10 @@ def path_of(
     )
 
 
-def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
+def count_most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
     """How many stations there can be, at most: exact but for cusps within pieces."""
     joints = CurveSamples.uniform(pieces.count, 1)
-    turn = _angles(*_directions(pieces, joints, _arriving(joints), pieces.closed))
+    turn = _angles(*_directions(pieces, joints, _arrive(joints), pieces.closed))
     corners = int((_stations(turn, crease_angle) - 1).sum())
     cusps = int(np.minimum(_most_cusps(pieces), divisions - 1).sum())
     return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
@@ -150,8 +152,8 @@ def _most_cusps(pieces: CurvePieces) -> Ints:
     return most
 
 
-def _arriving(at: CurveSamples) -> CurveSamples:
-    """The same places as they are reached: joints at t = 1 of the piece before."""
+def _arrive(at: CurveSamples) -> CurveSamples:
+    """The samples with joints at t = 1 of the piece before, where the curve arrives."""
     joint = (at.t == 0.0) & (at.piece > 0)
     return CurveSamples(at.piece - joint, np.where(joint, 1.0, at.t))
 
@@ -208,12 +210,12 @@ def _stations(turn: FloatArray, crease_angle: float) -> Ints:
     return stations
 
 
-def _between(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
+def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
     """Unit vectors on the way from a to b, (N, 3); from a to −a the way is some half circle."""
     across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
     length = np.sqrt(np.square(across).sum(axis=1))
     back = (length <= 1e-6) & (turn > 1)
-    across[back], length[back] = perpendicular(a[back]), 1.0
+    across[back], length[back] = find_perpendicular(a[back]), 1.0
     across /= np.where(length > 0, length, 1.0)[:, None]
     angle = (share * turn)[:, None]
     between: FloatArray = np.cos(angle) * a + np.sin(angle) * across

@@ -23,16 +23,16 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.options import Faces
-from service.engine.sweeps.frames import frames
+from service.engine.sweeps.frames import compute_frames
 from service.engine.sweeps.paths import Paths
-from service.engine.sweeps.rows import Rows, Swept, joined
+from service.engine.sweeps.rows import Rows, SweptGrids, join_rows
 from service.engine.vectors import cross
 
 NO_SIDE = 1e-9
 """Sine of the angle between curve and facing below which no crossbar is at right angles to both."""
 
 
-def tubes(
+def build_tubes(
     paths: Paths,
     radii: FloatArray | float,
     sides: int = 16,
@@ -40,7 +40,7 @@ def tubes(
     slopes: FloatArray | None = None,
     caps: bool = True,
     faces: Faces = "triangles",
-) -> Swept:
+) -> SweptGrids:
     """Tubes about K curves.
 
     Parameters
@@ -56,7 +56,7 @@ def tubes(
     """
     count, stations = paths.points.shape[:2]
     radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), stations)
-    normals = frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
+    normals = compute_frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
     tangents = paths.tangents[:, :, None]
     ring = _ring(normals, cross(normals, paths.tangents), sides)
     reach = ring
@@ -76,21 +76,27 @@ def tubes(
     uvs = np.empty((count, stations, sides + 1, 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share
     rows = Rows(
-        positions, leaning, uvs, ~_mitred(paths)[1:], radius == 0, _same(paths), around=True
+        positions,
+        leaning,
+        uvs,
+        ~_find_mitres(paths)[1:],
+        radius == 0,
+        _find_same_rows(paths),
+        around=True,
     )
     if caps and not paths.closed:
-        rows = _capped(rows, paths, (bool(radius[0] > 0), bool(radius[-1] > 0)))
-    return joined(rows, faces)
+        rows = _add_caps(rows, paths, (bool(radius[0] > 0), bool(radius[-1] > 0)))
+    return join_rows(rows, faces)
 
 
-def ribbons(
+def build_ribbons(
     paths: Paths,
     widths: FloatArray | float,
     *,
     facing: FloatArray | None = None,
     camera: FloatArray | None = None,
     faces: Faces = "triangles",
-) -> Swept:
+) -> SweptGrids:
     """Ribbons along K curves.
 
     Parameters
@@ -122,12 +128,12 @@ def ribbons(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
-        drawn=~_mitred(paths)[1:],
+        drawn=~_find_mitres(paths)[1:],
         pointed=width == 0,
-        same=_same(paths),
+        same=_find_same_rows(paths),
         around=False,
     )
-    return joined(rows, faces)
+    return join_rows(rows, faces)
 
 
 def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
@@ -153,25 +159,27 @@ def _crossbars(paths: Paths, towards: FloatArray) -> FloatArray:
     if lost.any():
         # A straight line in that very direction: any crossbar faces it as well as another.
         closed, fractions = paths.closed, paths.fractions[lost]
-        chosen[lost] = frames(paths.points[lost], paths.tangents[lost], fractions, closed=closed)
+        chosen[lost] = compute_frames(
+            paths.points[lost], paths.tangents[lost], fractions, closed=closed
+        )
     chosen = chosen - (chosen * paths.tangents).sum(axis=2, keepdims=True) * paths.tangents
     unit: FloatArray = chosen / np.sqrt(np.square(chosen).sum(axis=2, keepdims=True))
     return unit
 
 
-def _mitred(paths: Paths) -> Bools:
+def _find_mitres(paths: Paths) -> Bools:
     return np.zeros(paths.points.shape[1], bool) if paths.mitred is None else paths.mitred
 
 
-def _same(paths: Paths) -> Ints:
+def _find_same_rows(paths: Paths) -> Ints:
     """For each station the first one whose row has the same positions."""
-    same = np.arange(paths.points.shape[1]) - _mitred(paths)
+    same = np.arange(paths.points.shape[1]) - _find_mitres(paths)
     if paths.closed:
         same[-1] = 0
     return same
 
 
-def _capped(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
+def _add_caps(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
     """The rows with discs at the ends: their rims once more, with other normals, and centres."""
     for at_end in (False, True):
         if not wanted[at_end]:
@@ -191,7 +199,7 @@ def _capped(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
             added.reverse()
             same = [0, 2, *(rows.same + 2).tolist()]
         positions = np.stack([place for place, _ in added], axis=1)
-        rows = _with(
+        rows = _add_rows(
             rows,
             replace(
                 rows,
@@ -207,7 +215,7 @@ def _capped(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
     return rows
 
 
-def _with(rows: Rows, added: Rows, same: Ints, at_end: bool) -> Rows:
+def _add_rows(rows: Rows, added: Rows, same: Ints, at_end: bool) -> Rows:
     """Rows and more rows behind or before them, with no faces between."""
     first, second = (rows, added) if at_end else (added, rows)
     return Rows(

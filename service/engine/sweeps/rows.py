@@ -12,7 +12,7 @@ from service.engine.options import Faces
 
 
 @dataclass(frozen=True, eq=False)
-class Swept:
+class SweptGrids:
     """Grids of samples along K curves, joined to faces.
 
     Attributes
@@ -55,7 +55,7 @@ class Rows:
     around: bool
 
 
-def joined(rows: Rows, faces: Faces) -> Swept:
+def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     """Samples numbered curve by curve and row by row, one place each, and joined."""
     count, height, width = rows.positions.shape[:3]
     number = np.arange(height * width).reshape(height, width)
@@ -69,15 +69,15 @@ def joined(rows: Rows, faces: Faces) -> Swept:
     checkpoint()
     triangles, quads = _faces(number, rows, faces)
     checkpoint()
-    return Swept(
+    return SweptGrids(
         positions,
         rows.normals.reshape(-1, 3),
         rows.uvs.reshape(-1, 2),
         places,
-        _all(triangles, each),
-        _all(quads, each),
+        _repeat(triangles, each),
+        _repeat(quads, each),
         tuple(
-            _all(number[run].reshape(1, -1), each).reshape(count, -1, width)
+            _repeat(number[run].reshape(1, -1), each).reshape(count, -1, width)
             for run in _runs(rows.drawn)
         ),
     )
@@ -109,7 +109,7 @@ def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
     return np.concatenate([halves, *fans]), np.empty((0, 4), dtype=np.intp)
 
 
-def _all(pattern: Ints, each: Ints) -> IndexArray:
+def _repeat(pattern: Ints, each: Ints) -> IndexArray:
     """The pattern of one curve for all of them."""
     every: IndexArray = (each[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
     return every

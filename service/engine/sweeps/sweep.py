@@ -6,10 +6,10 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.sweeps.paths import Paths, most_stations, path_of
-from service.engine.sweeps.profiles import ribbons, tubes
-from service.engine.sweeps.rows import Swept
-from service.engine.sweeps.swept_mesh import swept_mesh
+from service.engine.sweeps.paths import Paths, build_path, count_most_stations
+from service.engine.sweeps.profiles import build_ribbons, build_tubes
+from service.engine.sweeps.rows import SweptGrids
+from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.sweep_model import Ribbon, SweepModel, Tube
 
 STEEPEST = 1e6
@@ -23,27 +23,27 @@ EFFORT = 40
 def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
     """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
     polygon = model.polygon
-    swept = swept_along(model, options)
-    return swept_mesh(model.name, swept, options, single=single, up=model.up, polygon=polygon)
+    swept = sweep_grids(model, options)
+    return build_swept_mesh(model.name, swept, options, single=single, up=model.up, polygon=polygon)
 
 
-def swept_along(model: SweepModel, options: MeshOptions) -> Swept:
+def sweep_grids(model: SweepModel, options: MeshOptions) -> SweptGrids:
     """The samples and faces of a tube or ribbon."""
     divisions, crease = options.resolution[0], options.crease_angle
-    paths = path_of(model.pieces, divisions, crease, closed=model.closed)
+    paths = build_path(model.pieces, divisions, crease, closed=model.closed)
     profile = model.profile
-    spread = _function(profile.spread, paths.parameters)
+    spread = _evaluate(profile.spread, paths.parameters)
     if isinstance(profile, Ribbon):
         facing, camera = profile.facing, profile.camera
-        return ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
+        return build_ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
     slopes = _slopes(profile, paths)
     caps, faces = profile.caps, options.faces
-    return tubes(paths, spread, profile.sides, slopes=slopes, caps=caps, faces=faces)
+    return build_tubes(paths, spread, profile.sides, slopes=slopes, caps=caps, faces=faces)
 
 
-def predicted_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
+def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
     """Samples, triangles, quads and grids at most, from the corners of the curve alone."""
-    stations = most_stations(model.pieces, options.resolution[0], options.crease_angle)
+    stations = count_most_stations(model.pieces, options.resolution[0], options.crease_angle)
     tube = isinstance(model.profile, Tube)
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1
     rows = stations + 4 * tube
@@ -56,13 +56,13 @@ def predicted_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, 
     return rows * (columns + 1), pointed, cells, grids
 
 
-def effort(model: SweepModel, options: MeshOptions) -> int:
+def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
     """Multiplications of the lengths, which take most of the time where the degree is high."""
     stations = model.pieces.count * options.resolution[0]
     return stations * EFFORT * (model.pieces.degree + 1) ** 2
 
 
-def _function(coefficients: FloatArray, t: FloatArray) -> FloatArray:
+def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     """A Bézier function, at its ends the coefficients themselves."""
     basis = bernstein(len(coefficients) - 1, t)
     value: FloatArray = (basis * coefficients).sum(axis=1)

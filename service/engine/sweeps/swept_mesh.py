@@ -1,22 +1,22 @@
-"""What was swept, into one mesh: samples welded to vertices, and the report."""
+"""Swept grids as one mesh: samples welded to vertices, and the report."""
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.cancellation import checkpoint
-from service.engine.extent import extent, local_origin
+from service.engine.extent import choose_origin, find_extent
 from service.engine.mesh.borders import count_borders
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import Welding, weld
 from service.engine.options import MeshOptions
-from service.engine.sweeps.rows import Swept
+from service.engine.sweeps.rows import SweptGrids
 from service.surface.checks import Up
 
 
-def swept_mesh(
+def build_swept_mesh(
     name: str,
-    swept: Swept,
+    swept: SweptGrids,
     options: MeshOptions,
     *,
     single: bool = False,
@@ -45,13 +45,13 @@ def swept_mesh(
     positions = swept.positions[welding.samples]
     origin = np.zeros(3)
     if single:
-        origin = local_origin(positions.min(axis=0), positions.max(axis=0))
+        origin = choose_origin(positions.min(axis=0), positions.max(axis=0))
     dtype = np.float32 if single else np.float64
     stored: RealArray = (positions - origin).astype(dtype) if single else positions
     welds = _welds(welding) if options.weld else None
     checkpoint()
     boundary, watertight = count_borders((triangles, quads), welds)
-    low, high = (bound.astype(np.float64) + origin for bound in extent(stored))
+    low, high = (bound.astype(np.float64) + origin for bound in find_extent(stored))
     drawn = "control_net" in options.overlays and polygon is not None
     return Mesh(
         name=name,
@@ -90,7 +90,7 @@ def _polygon_overlay(
     return Overlay("control_net", points.astype(dtype), segments)
 
 
-def _weld(swept: Swept, normals: RealArray | None, options: MeshOptions) -> Welding:
+def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
     """Vertices from samples: all of them, or one for those at one place that agree."""
     own = np.arange(len(swept.place))
     if not options.weld:

@@ -6,26 +6,26 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
-from service.engine.extent import extent, local_origin
-from service.engine.grid import on_grid
+from service.engine.extent import choose_origin, find_extent
+from service.engine.grid import round_to_grid
 from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
-from service.engine.scenes.merge import merged
-from service.engine.scenes.scene import in_single, within
+from service.engine.scenes.merge import merge_meshes
+from service.engine.scenes.scene import replace_bounds, round_to_single
 from service.engine.scratch import Real
-from service.engine.sweeps.profiles import ribbons, tubes
-from service.engine.sweeps.rows import Swept
-from service.engine.sweeps.swept_mesh import swept_mesh
-from service.engine.tessellate import overlays_of
+from service.engine.sweeps.profiles import build_ribbons, build_tubes
+from service.engine.sweeps.rows import SweptGrids
+from service.engine.sweeps.swept_mesh import build_swept_mesh
+from service.engine.tessellate import draw_overlays_alone
 from service.engine.wires.isocurves import IsoCurves
-from service.engine.wires.paths import wire_paths
+from service.engine.wires.paths import build_wire_paths
 from service.surface.lowered import Color, PatchModel
 
 NAME = "isocurves"
 
 SHARE = 1 / 300
-"""Width of a wire where none is told, in units of the diagonal of the control points' bounds."""
+"""Default width of a wire, in units of the diagonal of the control points' bounds."""
 
 LIFT = 1 / 20
 """How far above the faces ribbons lie, in units of their width: in one place with them, now these
@@ -35,18 +35,18 @@ COLOR: Color = (0.93, 0.54, 0.25, 1.0)
 """Of wires that have faces; lines look the same."""
 
 
-def without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
-    """What is left of the mesh of a model without its surface: its overlays."""
-    origin = local_origin(*model.bounds) if single else np.zeros(3)
+def draw_without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
+    """The mesh of a model without its faces: its overlays."""
+    origin = choose_origin(*model.bounds) if single else np.zeros(3)
     dtype: Real = np.float32 if single else np.float64
     overlays = tuple(
         replace(overlay, positions=(overlay.positions - origin).astype(dtype))
-        for overlay in overlays_of(model, options)
+        for overlay in draw_overlays_alone(model, options)
     )
-    return only_lines(model, options, overlays, origin, dtype)
+    return build_line_mesh(model, options, overlays, origin, dtype)
 
 
-def only_lines(
+def build_line_mesh(
     model: PatchModel,
     options: MeshOptions,
     overlays: tuple[Overlay, ...],
@@ -55,7 +55,7 @@ def only_lines(
 ) -> Mesh:
     """A mesh without faces, of overlays as they are stored."""
     nothing = np.empty((0, 3), dtype)
-    low, high = _bounds(overlays, origin, model.bounds)
+    low, high = _find_bounds(overlays, origin, model.bounds)
     return Mesh(
         name=model.name,
         positions=nothing,
@@ -85,30 +85,30 @@ def only_lines(
     )
 
 
-def with_wires(
+def add_wires(
     mesh: Mesh, model: PatchModel, options: MeshOptions, curves: Sequence[IsoCurves]
 ) -> Mesh:
     """The mesh with isoparametric curves of the model, in the form that the options ask for."""
-    if options.solid_wires:
-        return _with_solids(mesh, model, options, curves)
+    if options.has_solid_wires:
+        return _add_solids(mesh, model, options, curves)
     lines = line_overlay(curves)
-    lines = replace(lines, positions=_written(lines.positions, mesh))
+    lines = replace(lines, positions=_convert_positions(lines.positions, mesh))
     mesh = replace(mesh, overlays=(*mesh.overlays, lines))
     if len(mesh.positions):
         return mesh
-    low, high = _bounds(mesh.overlays, mesh.origin, model.bounds)
+    low, high = _find_bounds(mesh.overlays, mesh.origin, model.bounds)
     return replace(mesh, report=replace(mesh.report, bounds_min=low, bounds_max=high))
 
 
-def _written(positions: RealArray, mesh: Mesh) -> RealArray:
+def _convert_positions(positions: RealArray, mesh: Mesh) -> RealArray:
     """Positions in model coordinates as those of a mesh are stored."""
     if mesh.step:
-        positions = on_grid(positions.astype(np.float64), mesh.step)
+        positions = round_to_grid(positions.astype(np.float64), mesh.step)
     written: RealArray = (positions - mesh.origin).astype(mesh.positions.dtype)
     return written
 
 
-def _with_solids(
+def _add_solids(
     mesh: Mesh, model: PatchModel, options: MeshOptions, curves: Sequence[IsoCurves]
 ) -> Mesh:
     """The mesh with tubes or ribbons along the isoparametric curves as one more part.
@@ -116,28 +116,28 @@ def _with_solids(
     Their width is the option's. Ribbons lie on the surface: they face along its normals, those of
     one of the patches where two meet; a little above it where its faces are drawn, too.
     """
-    width = width_of(model, options)
+    width = find_width(model, options)
     swept = [
-        tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
+        build_tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
         if options.wires == "tubes"
-        else ribbons(
-            wires.lifted(width * LIFT if options.surface else 0.0),
+        else build_ribbons(
+            wires.lift(width * LIFT if options.has_faces else 0.0),
             width,
             facing=wires.normals,
             faces=options.faces,
         )
-        for wires in wire_paths(model, curves, options.crease_angle)
+        for wires in build_wire_paths(model, curves, options.crease_angle)
     ]
     if not swept:
         return mesh
-    plain = replace(options, overlays=(), isocurves=(0, 0), surface=True)
-    wires = swept_mesh(NAME, _together(swept), plain, up=model.up)
-    positions = _written(wires.positions, mesh)
+    plain = replace(options, overlays=(), isocurves=(0, 0), has_faces=True)
+    wires = build_swept_mesh(NAME, _join_sweeps(swept), plain, up=model.up)
+    positions = _convert_positions(wires.positions, mesh)
     if positions.dtype == np.float32:
-        wires = in_single(wires, mesh.origin)
+        wires = round_to_single(wires, mesh.origin)
     if mesh.step:
-        low, high = (bound.astype(np.float64) + mesh.origin for bound in extent(positions))
-        report = within(wires.report, low, high)
+        low, high = (bound.astype(np.float64) + mesh.origin for bound in find_extent(positions))
+        report = replace_bounds(wires.report, low, high)
         wires = replace(wires, positions=positions, report=report, step=mesh.step)
     (part,) = wires.parts
     zeros = ((name, np.zeros((len(wires.positions), rows.shape[1]), rows.dtype))
@@ -147,10 +147,10 @@ def _with_solids(
         # A base colour would multiply white.
         color = np.array(COLOR[: mesh.colors.shape[1]], mesh.colors.dtype)
         wires = replace(wires, parts=(part,), colors=np.tile(color, (len(wires.positions), 1)))
-    if not options.surface:
+    if not options.has_faces:
         report = replace(wires.report, patches=model.patch_count)
         return replace(wires, name=mesh.name, overlays=mesh.overlays, report=report)
-    together = merged([mesh, wires], mesh.name)
+    together = merge_meshes([mesh, wires], mesh.name)
     known = mesh.report
     report = replace(
         together.report,
@@ -166,7 +166,7 @@ def _with_solids(
     return replace(together, report=report)
 
 
-def width_of(model: PatchModel, options: MeshOptions) -> float:
+def find_width(model: PatchModel, options: MeshOptions) -> float:
     """The width of wires that have faces."""
     if options.wire_width is not None:
         return options.wire_width
@@ -174,8 +174,8 @@ def width_of(model: PatchModel, options: MeshOptions) -> float:
     return SHARE * float(np.linalg.norm(high - low))
 
 
-def most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
-    """Vertices, triangles and quads at most of so many curves with so many samples in all."""
+def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
+    """Most vertices, triangles and quads of `curves` curves with `samples` samples in all."""
     # At the joint of two curves stand as many stations as before: the last one and the first one.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples
@@ -187,23 +187,23 @@ def most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, i
     )
 
 
-def _together(swept: Sequence[Swept]) -> Swept:
+def _join_sweeps(swept: Sequence[SweptGrids]) -> SweptGrids:
     """Everything that was swept, one after another."""
     first = np.cumsum([0, *(len(one.positions) for one in swept)])[:-1]
-    return Swept(
+    return SweptGrids(
         positions=np.concatenate([one.positions for one in swept]),
         normals=np.concatenate([one.normals for one in swept]),
         uvs=np.concatenate([one.uvs for one in swept]),
         place=np.concatenate([one.place + k for one, k in zip(swept, first, strict=True)]),
-        triangles=_counted([one.triangles for one in swept], first),
-        quads=_counted([one.quads for one in swept], first),
+        triangles=_shift([one.triangles for one in swept], first),
+        quads=_shift([one.quads for one in swept], first),
         grids=tuple(
             grid + np.uint32(k) for one, k in zip(swept, first, strict=True) for grid in one.grids
         ),
     )
 
 
-def _counted(faces: Sequence[IndexArray], first: Ints) -> IndexArray:
+def _shift(faces: Sequence[IndexArray], first: Ints) -> IndexArray:
     return np.concatenate([rows + np.uint32(k) for rows, k in zip(faces, first, strict=True)])
 
 
@@ -221,11 +221,11 @@ def line_overlay(curves: Sequence[IsoCurves]) -> Overlay:
     return Overlay(NAME, np.concatenate(positions), np.concatenate(segments))
 
 
-def _bounds(
+def _find_bounds(
     overlays: Sequence[Overlay], origin: FloatArray, otherwise: tuple[FloatArray, FloatArray]
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Bounds of the lines, or of what they belong to where there are none."""
-    found = [extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
+    found = [find_extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
     low, high = otherwise
     if found:
         low = np.min([low for low, _ in found], axis=0).astype(np.float64) + origin

@@ -90,7 +90,7 @@ class Divisions:
     def size(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
         """How many curves there are at most, and how many samples they have together."""
         drawn = np.zeros(len(self.edges), dtype=bool)
-        drawn[seams.edge[_drawn(seams, counts)]] = True
+        drawn[seams.edge[_find_drawn(seams, counts)]] = True
         curves, samples = int(drawn.sum()), int((self.edges[drawn] + 1).sum())
         triangular = seams.connectivity.triangular
         for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
@@ -103,10 +103,10 @@ class Divisions:
         return curves, samples
 
 
-def isocurves(
+def sample_isocurves(
     model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> list[IsoCurves]:
-    """All curves of a mesh of equal divisions; see `divided_isocurves`.
+    """All curves of a mesh of equal divisions; see `sample_divided_isocurves`.
 
     Parameters
     ----------
@@ -114,10 +114,10 @@ def isocurves(
         That of the mesh.
     """
     seams = find_seams(model.batches)
-    return divided_isocurves(model, seams, Divisions.even(seams, resolution), counts)
+    return sample_divided_isocurves(model, seams, Divisions.even(seams, resolution), counts)
 
 
-def divided_isocurves(
+def sample_divided_isocurves(
     model: PatchModel, seams: Seams, divisions: Divisions, counts: tuple[int, int]
 ) -> list[IsoCurves]:
     """All curves that are more than a point, borders first; float64, in model coordinates.
@@ -130,7 +130,7 @@ def divided_isocurves(
         Into how many pieces the curves of constant u, and of constant v, cut a patch; 0 draws
         none. A triangle takes the larger for all three directions.
     """
-    found = list(_borders(seams, divisions.edges, counts))
+    found = list(_sample_borders(seams, divisions.edges, counts))
     across_u, across_v = (_EdgePoints(seams, count) for count in counts)
     # A triangle is divided evenly.
     same = across_u if counts[0] >= counts[1] else across_v
@@ -140,14 +140,18 @@ def divided_isocurves(
         first += batch.count
         if isinstance(batch, TrianglePatches):
             for count, rows in _groups(divisions.along_u[patches], same):
-                found += _across_triangles(_some(batch, rows), patches[rows], count, same)
+                found += _sample_across_triangles(
+                    _take_patches(batch, rows), patches[rows], count, same
+                )
             continue
         for axis, (along, ends) in enumerate(
             ((divisions.along_v, across_u), (divisions.along_u, across_v))
         ):
             for count, rows in _groups(along[patches], ends):
-                found += _across_grids(_some(batch, rows), patches[rows], count, axis, ends)
-    return [curves for run in found if len((curves := run.take(_lines(run.points))).points)]
+                found += _sample_across_grids(
+                    _take_patches(batch, rows), patches[rows], count, axis, ends
+                )
+    return [curves for run in found if len((curves := run.take(_find_lines(run.points))).points)]
 
 
 def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tuple[int, Ints]]:
@@ -161,12 +165,12 @@ def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tupl
         yield number, np.flatnonzero(divisions == number)
 
 
-def _some(batch: AnyPatches, rows: Ints) -> AnyPatches:
+def _take_patches(batch: AnyPatches, rows: Ints) -> AnyPatches:
     """Some patches of a batch; the batch itself if they are all."""
     return batch if len(rows) == batch.count else batch.take(rows)
 
 
-def _drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
+def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
     """Which sides of patches are curves of the wanted directions, (P, 4)."""
     drawn = np.zeros(seams.edge.shape, dtype=bool)
     drawn[:, :2], drawn[:, 2:] = counts[0] > 0, counts[1] > 0
@@ -195,9 +199,9 @@ class _EdgePoints:
         return ends
 
 
-def _borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
+def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
     """Every edge that a curve of the wanted directions is, once; as one patch has it."""
-    sides = np.flatnonzero(_drawn(seams, counts))
+    sides = np.flatnonzero(_find_drawn(seams, counts))
     edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
     owner = sides[place]
     backward = seams.backward.ravel()[owner]
@@ -215,7 +219,7 @@ def _borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator
         )
 
 
-def _across_grids(
+def _sample_across_grids(
     batch: TensorPatches,
     patches: Ints,
     divisions: int,
@@ -236,7 +240,7 @@ def _across_grids(
         yield IsoCurves(points, patches, *(np.stack(corner, axis=1) for corner in corners))
 
 
-def _across_triangles(
+def _sample_across_triangles(
     batch: TrianglePatches, patches: Ints, divisions: int, ends: _EdgePoints
 ) -> Iterator[IsoCurves]:
     """Curves s, r and t = i/n between the borders of triangles, as parameters (s, t)."""
@@ -262,17 +266,17 @@ def _across_triangles(
             yield IsoCurves(points, patches, first, last)
 
 
-def _lines(points: FloatArray) -> Bools:
+def _find_lines(points: FloatArray) -> Bools:
     """Which curves are more than a point."""
     size = np.ptp(points, axis=1).max(axis=1)
     longer: Bools = size > POINT * np.abs(points).max(axis=(1, 2))
     return longer
 
 
-def most_isocurves(
+def count_most_isocurves(
     grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[int, int]:
-    """How many curves and how many samples so many patches have at most."""
+    """Most curves, and most samples, of these numbers of patches."""
     most = max(resolution)
     # Three borders of a triangle, and between them three directions.
     curves = triangles * 3 * max(counts)

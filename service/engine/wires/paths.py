@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.points.differential import evaluate_jets
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.engine.sweeps.paths import Paths
@@ -36,7 +36,7 @@ class WirePaths:
     paths: Paths
     normals: FloatArray
 
-    def lifted(self, distance: float) -> Paths:
+    def lift(self, distance: float) -> Paths:
         """The paths so far above the surface."""
         return replace(self.paths, points=self.paths.points + distance * self.normals)
 
@@ -49,25 +49,25 @@ class _Curve:
     tangents: FloatArray
     normals: FloatArray
 
-    def turned(self) -> "_Curve":
+    def reverse(self) -> "_Curve":
         """The curve from its end to its beginning."""
         return _Curve(self.points[::-1], -self.tangents[::-1], self.normals[::-1])
 
 
-def wire_paths(
+def build_wire_paths(
     model: PatchModel, runs: Sequence[IsoCurves], crease_angle: float
 ) -> Iterator[WirePaths]:
     """All curves, joined where they go on; those of one pattern of stations together."""
-    curves = [curve for run in runs for curve in _directed(model, run)]
+    curves = [curve for run in runs for curve in _build_curves(model, run)]
     groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
-    for chain, closed in _chains(curves, _joints(model, curves, crease_angle)):
-        curve, arriving, bends = _joined(chain, closed, crease_angle)
+    for chain, closed in _find_chains(curves, _find_joints(model, curves, crease_angle)):
+        curve, arriving, bends = _join_chain(chain, closed, crease_angle)
         groups.setdefault((closed, bends.tobytes()), []).append((curve, arriving, bends))
     for (closed, _), members in groups.items():
-        yield _paths(members, closed)
+        yield _build_paths(members, closed)
 
 
-def _directed(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
+def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
     """The curves of a run with their tangents and normals."""
     count, samples, _ = run.points.shape
     share = np.arange(samples)[:, None] / (samples - 1)
@@ -112,7 +112,7 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     return tangents
 
 
-def _joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) -> Ints:
+def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) -> Ints:
     """For each end of each curve, 2 k and 2 k + 1, the end that it goes on at; −1 if it ends."""
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
@@ -123,9 +123,11 @@ def _joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) ->
     off = np.flatnonzero(~at_corner[number])
     met = np.flatnonzero(at_corner[number])
     tangents = [t for curve in curves for t in (curve.tangents[0], -curve.tangents[-1])]
-    straight = _lines(number[met], np.array(tangents).reshape(-1, 3)[met], crease_angle)
+    straight = _find_continuations(
+        number[met], np.array(tangents).reshape(-1, 3)[met], crease_angle
+    )
     other = np.full(len(ends), -1, dtype=np.intp)
-    for pairs in (off[_pairs(number[off])], met[straight]):
+    for pairs in (off[_find_pairs(number[off])], met[straight]):
         other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     # A curve that ends where it begins goes round, whatever else meets it there.
     ring = 2 * np.flatnonzero(number[::2] == number[1::2])
@@ -135,7 +137,7 @@ def _joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) ->
     return other
 
 
-def _pairs(number: Ints) -> Ints:
+def _find_pairs(number: Ints) -> Ints:
     """Rows (n, 2) that have a number to themselves, two and two."""
     _, back, uses = np.unique(number, return_inverse=True, return_counts=True)
     order = np.argsort(back, kind="stable")
@@ -143,7 +145,7 @@ def _pairs(number: Ints) -> Ints:
     return pairs
 
 
-def _lines(number: Ints, outwards: FloatArray, angle: float) -> Ints:
+def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Ints:
     """Pairs (n, 2) of ends that meet in one point, of this number, in opposite directions.
 
     The line through a point along d is the matrix d dᵀ, whichever way d points; of two lines at a
@@ -151,13 +153,13 @@ def _lines(number: Ints, outwards: FloatArray, angle: float) -> Ints:
     """
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
     _, first, back = np.unique(number, return_index=True, return_inverse=True)
-    pairs = _pairs(leaders(first[back], lines, 2.0**0.5 * angle))
+    pairs = _find_pairs(find_leaders(first[back], lines, 2.0**0.5 * angle))
     one, two = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
     opposite: Ints = pairs[np.einsum("nd,nd->n", one, two) < 0]
     return opposite
 
 
-def _chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve], bool]]:
+def _find_chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve], bool]]:
     """Every curve once, in the chains that they form, and whether these are closed."""
     following = other.tolist()
     waiting = [True] * len(curves)
@@ -170,12 +172,12 @@ def _chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve
         while end >= 0 and waiting[end // 2]:
             waiting[end // 2] = False
             curve = curves[end // 2]
-            chain.append(curve.turned() if end % 2 else curve)
+            chain.append(curve.reverse() if end % 2 else curve)
             end = following[end ^ 1]
-        yield from _unbroken(chain, closed=end == begin)
+        yield from _split_at_bends(chain, closed=end == begin)
 
 
-def _unbroken(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list[_Curve], bool]]:
+def _split_at_bends(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list[_Curve], bool]]:
     """The chain in the pieces that sharp bends leave of it."""
     breaks = [
         k
@@ -197,7 +199,7 @@ def _mean_length(a: FloatArray, b: FloatArray) -> float:
     return float(np.sqrt(np.square((a + b) / 2).sum()))
 
 
-def _joined(
+def _join_chain(
     chain: list[_Curve], closed: bool, crease_angle: float
 ) -> tuple[_Curve, FloatArray, Bools]:
     """One curve of a chain: going on from every sample, arriving at it, and which are bends."""
@@ -218,7 +220,7 @@ def _joined(
     return whole, before, bends
 
 
-def _paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:
+def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:
     """Paths of one pattern: a station at every sample, two at every bend."""
     points = np.stack([curve.points for curve, _, _ in members])
     after = np.stack([curve.tangents for curve, _, _ in members])
@@ -238,7 +240,7 @@ def _paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> Wir
     goes_on[0] = True
     tangents = np.where(goes_on[:, None], after[:, sample], before[:, sample])
     tangents = np.where(bends[sample, None], tangents, planes[:, sample])
-    smooth = Paths.smooth(points[:, sample], tangents, closed=closed)
+    smooth = Paths.from_smooth_curves(points[:, sample], tangents, closed=closed)
     bent = bool(bends.any())
     paths = Paths(
         smooth.points,

@@ -14,7 +14,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.quantize import snapped
+from service.engine.quantize import quantize_mesh
 from service.surface.examples import find
 from tests.clients.gltf_validator import issues
 from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
@@ -38,7 +38,7 @@ each_form = pytest.mark.parametrize("options", [COMPRESSED, BOTH], ids=["floats"
 
 
 def made(mesh: Mesh, options: EncodeOptions) -> Mesh:
-    return snapped(mesh, STEP) if options.quantize else mesh
+    return quantize_mesh(mesh, STEP) if options.quantize else mesh
 
 
 def plainly(options: EncodeOptions) -> EncodeOptions:
@@ -84,7 +84,7 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
     rows[:27] = np.indices((3, 3, 3)).reshape(3, -1).T - 1
     rows[13] = 1, 1e-6, -1e-6
     rows /= np.linalg.norm(rows, axis=1)[:, None]
-    mesh = snapped(replace(single(sheet(64)), normals=rows.astype(np.float32)), STEP)
+    mesh = quantize_mesh(replace(single(sheet(64)), normals=rows.astype(np.float32)), STEP)
     small = read_glb(bytes(BY_NAME["glb"].encode(mesh, BOTH)))
     attributes = small.primitive("sheet")["attributes"]
     found = small.values(attributes["NORMAL"])

@@ -10,7 +10,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.quantize import snapped
+from service.engine.quantize import quantize_mesh
 from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
@@ -40,7 +40,7 @@ MESHES = {
 
 
 def written(mesh: Mesh, step: float = STEP) -> Gltf:
-    return read_glb(bytes(BY_NAME["glb"].encode(snapped(mesh, step), QUANTIZED)))
+    return read_glb(bytes(BY_NAME["glb"].encode(quantize_mesh(mesh, step), QUANTIZED)))
 
 
 def places(gltf: Gltf, name: str) -> Array:
@@ -53,13 +53,13 @@ def places(gltf: Gltf, name: str) -> Array:
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
 def test_valid(mesh: Mesh, tmp_path: Path) -> None:
-    content = bytes(BY_NAME["glb"].encode(snapped(mesh, STEP), QUANTIZED))
+    content = bytes(BY_NAME["glb"].encode(quantize_mesh(mesh, STEP), QUANTIZED))
     assert issues(content, tmp_path / "model.glb") == []
 
 
 @pytest.mark.parametrize("name", ["z up", "far away", "flat", "a point"])
 def test_integers_stand_for_the_very_positions(name: str) -> None:
-    mesh = snapped(MESHES[name], STEP)
+    mesh = quantize_mesh(MESHES[name], STEP)
     gltf = written(MESHES[name])
     assert gltf.document["extensionsRequired"] == ["KHR_mesh_quantization"]
     for part in mesh.parts:
@@ -117,7 +117,7 @@ def test_texture_coordinates_beyond_one_stay_as_they_are() -> None:
 
 
 def test_a_mesh_that_is_too_long_for_its_grid_is_no_file() -> None:
-    mesh = replace(snapped(single(silo()), STEP), step=2.0**-30)
+    mesh = replace(quantize_mesh(single(silo()), STEP), step=2.0**-30)
     with pytest.raises(ValueError, match="fewer steps"):
         bytes(BY_NAME["glb"].encode(mesh, QUANTIZED))
 

@@ -14,7 +14,7 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
-from service.engine.wires.isocurves import divided_isocurves, isocurves
+from service.engine.wires.isocurves import sample_divided_isocurves, sample_isocurves
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh
@@ -41,11 +41,11 @@ def furthest(model: PatchModel, goal: Goal) -> float:
     """How far points of the curves are from their lines at most."""
     seams = find_seams(model.batches)
     divisions = goal_divisions(model, seams, goal)
-    lines = divided_isocurves(model, seams, divisions, COUNTS)
+    lines = sample_divided_isocurves(model, seams, divisions, COUNTS)
     curves, samples = divisions.size(seams, COUNTS)
     assert sum(len(run.points) for run in lines) <= curves
     assert sum(run.points[..., 0].size for run in lines) <= samples
-    dense = [run.points.reshape(-1, 3) for run in isocurves(model, (33, 33), COUNTS)]
+    dense = [run.points.reshape(-1, 3) for run in sample_isocurves(model, (33, 33), COUNTS)]
     if not lines:
         return float(len(dense))
     a = np.concatenate([run.points[:, :-1].reshape(-1, 3) for run in lines])

@@ -17,7 +17,7 @@ from service.engine.adaptive.tolerances import (
 )
 from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import placing_error, scalings
-from service.engine.scenes.scene import placed_points
+from service.engine.scenes.scene import place_points
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
@@ -96,7 +96,7 @@ def test_what_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> No
     # An error grows by the largest scaling at most, and rounding adds to it.
     worst = own.allowed(away) * scalings(matrix)[1] + 1e-7
     assert goal.view is not None
-    placed = np.linalg.norm(placed_points(points, matrix) - goal.view.eye, axis=1)
+    placed = np.linalg.norm(place_points(points, matrix) - goal.view.eye, axis=1)
     assert (worst <= goal.allowed(placed) * (1 + 1e-9)).all()
 
 

@@ -7,9 +7,9 @@ from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build, build_scene
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.curvatures.ranges import NAMES
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.options import MeshOptions
-from service.engine.scenes.scene import placed_points
+from service.engine.scenes.scene import place_points
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
@@ -73,7 +73,7 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
     node = scene.nodes[1]
     own = scene.meshes[node.model]
     first = len(scene.meshes[scene.nodes[0].model].positions)
-    placed = placed_points(own.positions, node.matrix)
+    placed = place_points(own.positions, node.matrix)
     right = ellipsoid(placed - matrix[:3, 3], matrix[:3, :3])
     assert len(flat.positions) - first == len(placed)
     for key, values in zip(NAMES, right, strict=True):
@@ -87,7 +87,7 @@ def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
     """Of triangles, too, and of rational patches."""
     options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
     group = group_of(SHEAR, name=name)
-    found, right = build(group, options), build(as_patches(group), options)
+    found, right = build(group, options), build(to_patches(group), options)
     np.testing.assert_allclose(found.positions, right.positions, atol=1e-12)
     for (_, one), (_, other) in zip(found.attributes, right.attributes, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.clustering import leaders
+from service.engine.clustering import find_leaders
 from service.engine.mesh.creases import Averages, chord_length, find_creases, mean_normals
 
 
@@ -22,7 +22,7 @@ def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
 def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle: float) -> None:
     place, normals = sample_normals(seed, count)
     places = Averages.from_leaders(place)
-    wanted = leaders(place, normals, chord_length(angle))
+    wanted = find_leaders(place, normals, chord_length(angle))
     sharing = find_creases(normals, places, angle)
     found = place.copy()
     if sharing is not None:

@@ -11,7 +11,7 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.patterns import TriangleShape, build_faces
 from service.engine.mesh.seams import find_seams
 from service.engine.options import Faces, MeshOptions
-from service.engine.tessellate import predicted_size, tessellate
+from service.engine.tessellate import predict_size, tessellate
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
     as_triangles,
@@ -41,7 +41,7 @@ kinds = st.sampled_from(["triangles", "quads"])
 
 def check_prediction(model: PatchModel, mesh: Mesh, options: MeshOptions) -> None:
     """What is promised before anything is computed is enough."""
-    vertices, flat, quads = predicted_size(model, options)
+    vertices, flat, quads = predict_size(model, options)
     assert len(mesh.positions) <= vertices
     assert len(mesh.triangles) <= flat
     assert len(mesh.quads) <= quads
@@ -85,7 +85,7 @@ def test_one_triangle_is_the_rows_of_the_conventions(
     check_upright(mesh)
     each = (count + 1) * (count + 2) // 2
     assert (len(mesh.positions), len(mesh.triangles), len(mesh.quads)) == (each, count**2, 0)
-    assert predicted_size(model, options) == (each, count**2, 0)
+    assert predict_size(model, options) == (each, count**2, 0)
     assert (mesh.grids, mesh.welds) == ((), None)
     assert mesh.uvs is not None
     uvs = np.array([(j, k) for _, j, k in triangles.keys(count)]) / count

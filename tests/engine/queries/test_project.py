@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries import cells, closest
 from service.engine.queries.project import (
     Columns,
@@ -38,12 +38,12 @@ SPLINEPY_389 = np.array(
 
 
 def project(surface: SurfaceKind, points: Array, tolerance: float = 1e-9) -> Columns:
-    return project_on_surface(as_patches(surface.lower()), ProjectQuery(points, tolerance))
+    return project_on_surface(to_patches(surface.lower()), ProjectQuery(points, tolerance))
 
 
 def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
     """Points near and far, and points of the surface itself."""
-    low, high = as_patches(surface.lower()).bounds
+    low, high = to_patches(surface.lower()).bounds
     reach = np.linalg.norm(high - low)
     near, far = (
         RNG(seed).uniform(low - by * reach, high + by * reach, (count // 3, 3)) for by in (0.3, 4)

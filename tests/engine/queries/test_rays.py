@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries.intersect import RayQuery, intersect_rays
 from service.errors import TooLarge
 from service.surface.bezier import BezierSurface
@@ -27,12 +27,12 @@ def hits(
 ) -> dict[str, Any]:
     o, d = (np.atleast_2d(np.asarray(rows, np.float64)) for rows in (origins, directions))
     query = RayQuery(o, d, hits == "first", thickness)
-    return intersect_rays(as_patches(surface.lower()), query, 10**6)
+    return intersect_rays(to_patches(surface.lower()), query, 10**6)
 
 
 def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
     """Rays from outside and from inside towards points in the box."""
-    low, high = as_patches(surface.lower()).bounds
+    low, high = to_patches(surface.lower()).bounds
     reach = float(np.linalg.norm(high - low))
     rng = RNG(seed)
     origins = (low + high) / 2 + rng.normal(0, reach, (count, 3)) * rng.choice([0.1, 1], (count, 1))
@@ -61,7 +61,7 @@ def test_no_hit_is_missed_and_none_invented(name: str) -> None:
     assert found["reached"].all()
     length = np.linalg.norm(directions, axis=1)
     ray, t = crossings(sheets_of(surface), origins, directions)
-    model = as_patches(surface.lower())
+    model = to_patches(surface.lower())
     slack = 1e-12 * model.diagonal / length[ray]
     assert not missed(found, ray, t, slack).any()
     ray = found["ray"]
@@ -79,7 +79,7 @@ def test_no_hit_is_missed_and_none_invented(name: str) -> None:
 @pytest.mark.parametrize("name", ["utah-teapot", "octahedral-sphere", "nurbs-goblet"])
 def test_examples_are_hit_as_often_as_by_looking_everywhere(name: str) -> None:
     surface = find(name).surface()
-    model = as_patches(surface.lower())
+    model = to_patches(surface.lower())
     origins, directions = strewn(surface, 80, 1)
     found = hits(surface, origins, directions)
     ray, t = crossings(sheets_of(model), origins, directions, 12_000)
@@ -199,7 +199,7 @@ def test_far_and_huge_and_endless() -> None:
     assert found["kind"] == ["touching"]
     with pytest.raises(TooLarge):
         intersect_rays(
-            as_patches(SQUARE.lower()), RayQuery(np.ones((3, 3)) / 2, -np.ones((3, 3))), 2
+            to_patches(SQUARE.lower()), RayQuery(np.ones((3, 3)) / 2, -np.ones((3, 3))), 2
         )
 
 

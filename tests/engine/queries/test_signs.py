@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.build import build
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.options import MeshOptions
 from service.engine.queries import cells, winding
 from service.engine.queries.cells import halved
@@ -58,7 +58,7 @@ def solid_angles(triangles: Array, points: Array) -> Array:
     return total
 
 
-SPHERE = as_patches(find("sphere").surface().lower())
+SPHERE = to_patches(find("sphere").surface().lower())
 
 
 def turned(patches: TensorPatches, factor: float = 1.0) -> TensorPatches:
@@ -84,8 +84,8 @@ def model_of(name: str) -> PatchModel:
         sphere = find("sphere").surface()
         assert not isinstance(sphere, GroupSurface)
         group = GroupSurface((Member(sphere), Member(sphere, matrix=place)))
-        return as_patches(group.lower())
-    return as_patches(find(name).surface().lower())
+        return to_patches(group.lower())
+    return to_patches(find(name).surface().lower())
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def grid_of(net: Array, divisions: int) -> Array:
 def test_bounds_of_solid_angles_hold() -> None:
     """Cells of one patch, seen from points outside, against fine triangles of the same cell."""
     surface = FAMILIES["rational"].surface(4)
-    (group,) = surface_nets(as_patches(surface.lower()).batches).groups
+    (group,) = surface_nets(to_patches(surface.lower()).batches).groups
     nets = [half for whole in halved(group.nets, 1) for half in halved(whole, 2)]
     for k, net in enumerate(np.concatenate(nets)):
         model = winding.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.scenes.placing import placing_error, single_error
-from service.engine.scenes.scene import arranged, flattened, in_single, placed_points, scene_parts
+from service.engine.scenes.scene import arrange, flatten, place_points, round_to_single, scene_parts
 from service.surface.lowered import GroupModel, PlacedModel
 from tests.meshes import silo
 from tests.strategies import Array, placements
@@ -35,7 +35,7 @@ def distance(one: list[Fraction], other: list[Fraction]) -> float:
 @given(placements(), st.integers(0, 2**32))
 def test_a_copy_is_as_near_to_its_place_as_it_says(matrix: Array, seed: int) -> None:
     points = np.random.default_rng(seed).uniform(-3, 5, (8, 3))
-    copies = placed_points(points, matrix)
+    copies = place_points(points, matrix)
     error = placing_error(matrix, points.min(axis=0), points.max(axis=0))
     for point, copy in zip(points, copies, strict=True):
         assert distance(exact(matrix, point), [Fraction(x) for x in copy.tolist()]) <= error
@@ -71,7 +71,7 @@ def group(*matrices: Array | None) -> GroupModel:
 
 
 def test_bounds_grow_as_distances_do() -> None:
-    scene = arranged(group(None, TURN, SHEAR), (bounded(0.25, 0.5),))
+    scene = arrange(group(None, TURN, SHEAR), (bounded(0.25, 0.5),))
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert stretch > 3
     assert scene.report.deviation_bound is not None
@@ -89,12 +89,12 @@ def test_bounds_grow_as_distances_do() -> None:
 
 
 def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
-    scene = arranged(group(TURN, None), (bounded(0.25),))
-    whole = flattened(scene)
+    scene = arrange(group(TURN, None), (bounded(0.25),))
+    whole = flatten(scene)
     assert whole.report.deviation_bound == scene.report.deviation_bound
     bounds = [part.deviation_bound for part in whole.parts]
     assert bounds == [part.deviation_bound for part in scene_parts(scene)]
-    single = in_single(whole)
+    single = round_to_single(whole)
     narrow = single.report.deviation_bound
     assert narrow is not None
     assert whole.report.deviation_bound is not None
@@ -109,6 +109,6 @@ def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
 def test_what_is_not_known_of_one_copy_is_not_known_of_the_whole() -> None:
     models = (bounded(0.25), bounded(None))
     members = (PlacedModel("a", 0), PlacedModel("b", 1))
-    scene = arranged(GroupModel("group", (), members), models)
+    scene = arrange(GroupModel("group", (), members), models)
     assert scene.report.deviation_bound is None
     assert [part.deviation_bound is None for part in scene_parts(scene)] == [False] * 3 + [True] * 3

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from service.engine.build import build, build_scene
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.mesh_value import Mesh
-from service.engine.models import as_patches, carrying
+from service.engine.models import keep_model_channels, to_patches
 from service.engine.options import MeshOptions
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
@@ -150,7 +150,7 @@ def test_a_framed_member_takes_the_grids_from_all() -> None:
 def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
     """Affine invariance, rational and mirrored too."""
     surface = find("cone").surface()
-    model = as_patches(group_of(Member(surface, "first", matrix=matrix), Member(surface), up="z"))
+    model = to_patches(group_of(Member(surface, "first", matrix=matrix), Member(surface), up="z"))
     assert [(part.name, part.first, part.last) for part in model.parts] == [
         ("first", 0, 8),
         ("cone", 8, 16),
@@ -199,12 +199,13 @@ def test_attributes_that_all_members_have_are_kept_in_one_mesh() -> None:
     )
     model = group_of(Member(one), Member(other))
     kinds: frozenset[ChannelKind] = frozenset({"attribute"})
-    mesh = build(carrying(model, kinds, apart=False), MeshOptions(resolution=(1, 1)))
+    mesh = build(keep_model_channels(model, kinds, apart=False), MeshOptions(resolution=(1, 1)))
     ((name, values),) = mesh.attributes
     assert name == "flow"
     np.testing.assert_array_equal(values, [[1, 1]] * 4 + [[2, 2]] * 4)
     scene = build_scene(
-        cast(GroupModel, carrying(model, kinds, apart=True)), MeshOptions(resolution=(1, 1))
+        cast(GroupModel, keep_model_channels(model, kinds, apart=True)),
+        MeshOptions(resolution=(1, 1)),
     )
     assert [[n for n, _ in m.attributes] for m in scene.meshes] == [
         ["flow", "heat"],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.mesh.connect import connect
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.sections.planes import Planes
 from service.engine.sections.section import Section, Sections, cut_surface
 from service.surface.bspline import BsplineSurface
@@ -36,7 +36,7 @@ def cut(model: PatchModel, normals: object, offsets: object, relative: float = 1
 
 
 def patches(surface: SurfaceKind) -> PatchModel:
-    return as_patches(surface.lower())
+    return to_patches(surface.lower())
 
 
 def shape(section: Section) -> tuple[int, int, int]:

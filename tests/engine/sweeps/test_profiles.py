@@ -8,10 +8,10 @@ import pytest
 
 from service.bases.arrays import FloatArray
 from service.engine.options import Faces, MeshOptions
-from service.engine.sweeps.paths import Paths, most_stations, path_of
-from service.engine.sweeps.profiles import ribbons, tubes
-from service.engine.sweeps.rows import Swept
-from service.engine.sweeps.swept_mesh import swept_mesh
+from service.engine.sweeps.paths import Paths, build_path, count_most_stations
+from service.engine.sweeps.profiles import build_ribbons, build_tubes
+from service.engine.sweeps.rows import SweptGrids
+from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.curve import BezierCurve
 from service.surface.curve_pieces import CurvePieces
 from tests.oracles.topology import topology, volume, winding_agreement
@@ -28,7 +28,7 @@ def bezier(points: Sequence[Sequence[float]]) -> CurvePieces:
     return BezierCurve(np.array(points, dtype=float)).lower()
 
 
-def is_closed(swept: Swept) -> bool:
+def is_closed(swept: SweptGrids) -> bool:
     """Whether every edge is passed once in either direction."""
     rows = (swept.triangles, swept.quads)
     return topology(face for each in rows for face in swept.place[each].tolist()).watertight
@@ -53,18 +53,18 @@ def trefoil(count: int) -> tuple[FloatArray, FloatArray]:
 @pytest.mark.parametrize("name", CURVES)
 def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Faces) -> None:
     pieces = bezier(CURVES[name])
-    path = path_of(pieces, divisions, 0.02)
-    swept = tubes(path, 0.1, sides, faces=faces)
+    path = build_path(pieces, divisions, 0.02)
+    swept = build_tubes(path, 0.1, sides, faces=faces)
     assert is_closed(swept)
     assert np.isfinite(swept.positions).all()
     assert np.linalg.norm(swept.normals, axis=1) == pytest.approx(1, abs=1e-12)
-    assert path.points.shape[1] <= most_stations(pieces, divisions, 0.02)
+    assert path.points.shape[1] <= count_most_stations(pieces, divisions, 0.02)
 
 
 def test_a_cone_leans_its_normals() -> None:
     """Radius 1 at the bottom, 0 at the top, height 2: normals as the cone has them."""
-    path = path_of(bezier([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
-    swept = tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
+    path = build_path(bezier([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
+    swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
     assert side[:, 2] == pytest.approx(1 / math.sqrt(5), abs=1e-12)
     assert volume(swept.positions, swept.triangles) == pytest.approx(2 * math.pi / 3, rel=0.002)
@@ -74,7 +74,9 @@ def test_a_cone_leans_its_normals() -> None:
 def test_a_closed_curve_comes_back_without_a_jump() -> None:
     """Each ring is as little turned against the next one at the seam as elsewhere."""
     points, tangents = trefoil(96)
-    swept = tubes(Paths.smooth(points[None], tangents[None], closed=True), 0.3, 12)
+    swept = build_tubes(
+        Paths.from_smooth_curves(points[None], tangents[None], closed=True), 0.3, 12
+    )
     rings = swept.normals.reshape(97, 13, 3)
     assert rings[-1] == pytest.approx(rings[0], abs=1e-12)
     turn = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
@@ -89,7 +91,7 @@ def test_frames_do_not_turn_about_the_curve() -> None:
     t = np.linspace(0, 2 * math.pi, 400)
     points = np.stack([np.cos(t), np.sin(t), t / 2], axis=1)
     tangents = np.stack([-np.sin(t), np.cos(t), np.full_like(t, 0.5)], axis=1) / math.sqrt(1.25)
-    swept = tubes(Paths.smooth(points[None], tangents[None]), 0.1, 4, caps=False)
+    swept = build_tubes(Paths.from_smooth_curves(points[None], tangents[None]), 0.1, 4, caps=False)
     normals = swept.normals.reshape(400, 5, 3)[:, 0]
     inwards = np.stack([-np.cos(t), -np.sin(t), np.zeros_like(t)], axis=1)
     binormals = np.cross(tangents, inwards)
@@ -103,10 +105,10 @@ def test_frames_do_not_turn_about_the_curve() -> None:
 def test_many_curves_are_the_same_as_one_at_a_time() -> None:
     points, tangents = trefoil(24)
     turned = points[:, [1, 2, 0]], tangents[:, [1, 2, 0]]
-    both = Paths.smooth(np.stack([points, turned[0]]), np.stack([tangents, turned[1]]))
-    together = tubes(both, 0.2, 5)
+    both = Paths.from_smooth_curves(np.stack([points, turned[0]]), np.stack([tangents, turned[1]]))
+    together = build_tubes(both, 0.2, 5)
     for k, (p, t) in enumerate([(points, tangents), turned]):
-        alone = tubes(Paths.smooth(p[None], t[None]), 0.2, 5)
+        alone = build_tubes(Paths.from_smooth_curves(p[None], t[None]), 0.2, 5)
         run = slice(k * len(alone.positions), (k + 1) * len(alone.positions))
         assert np.array_equal(together.positions[run], alone.positions)
         assert np.array_equal(together.normals[run], alone.normals)
@@ -117,9 +119,9 @@ def test_many_curves_are_the_same_as_one_at_a_time() -> None:
 
 def test_a_ribbon_faces_where_it_should() -> None:
     points, tangents = trefoil(64)
-    path = Paths.smooth(points[None], tangents[None], closed=True)
+    path = Paths.from_smooth_curves(points[None], tangents[None], closed=True)
     facing = np.array([1.0, 2.0, 7.0])
-    swept = ribbons(path, 0.2, facing=facing, faces="quads")
+    swept = build_ribbons(path, 0.2, facing=facing, faces="quads")
     assert len(swept.quads) == 64
     bars = swept.positions.reshape(65, 2, 3)
     assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.2, abs=1e-12)
@@ -130,7 +132,7 @@ def test_a_ribbon_faces_where_it_should() -> None:
 
 
 def test_a_ribbon_along_its_own_direction_is_a_ribbon_still() -> None:
-    swept = ribbons(path_of(bezier(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0]))
+    swept = build_ribbons(build_path(bezier(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0]))
     bars = swept.positions.reshape(4, 2, 3)
     assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
 
@@ -138,8 +140,8 @@ def test_a_ribbon_along_its_own_direction_is_a_ribbon_still() -> None:
 @pytest.mark.parametrize("uvs", [False, True])
 @pytest.mark.parametrize("weld", [False, True])
 def test_the_mesh_says_whether_it_is_closed(weld: bool, uvs: bool) -> None:
-    swept = tubes(path_of(bezier(ARCH), 6, 0.02), 0.1, 8)
-    mesh = swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
+    swept = build_tubes(build_path(bezier(ARCH), 6, 0.02), 0.1, 8)
+    mesh = build_swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
     assert mesh.report.watertight is weld
     assert (mesh.report.boundary_edges == 0) is weld
     assert mesh.report.triangles == len(mesh.triangles) == 6 * 8 * 2 + 2 * 8

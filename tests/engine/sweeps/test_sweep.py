@@ -13,7 +13,7 @@ from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.evaluation import CurveSamples
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Faces, MeshOptions
-from service.engine.sweeps.sweep import predicted_sweep
+from service.engine.sweeps.sweep import predict_sweep
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.swept_shapes import curl, streamer, trefoil
@@ -152,7 +152,7 @@ def test_no_mesh_is_larger_than_foreseen(name: str, corners: bool, faces: Faces)
             MeshOptions((1, 9), faces=faces, weld=False),
         ):
             model = surface.lower()
-            vertices, triangles, quads, grids = predicted_sweep(model, options)
+            vertices, triangles, quads, grids = predict_sweep(model, options)
             mesh = build(model, options)
             assert len(mesh.positions) <= vertices
             assert len(mesh.triangles) <= triangles
@@ -188,4 +188,4 @@ def test_no_curve_is_too_odd(name: str, crease: float) -> None:
     assert mesh.normals is not None
     assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(1, abs=1e-12)
     assert mesh.report.watertight
-    assert len(mesh.positions) <= predicted_sweep(tube.lower(), options)[0]
+    assert len(mesh.positions) <= predict_sweep(tube.lower(), options)[0]

@@ -9,9 +9,9 @@ from hypothesis import given
 from service.encoders.registry import BY_NAME
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.wires.draw import COLOR, NAME, width_of
-from service.engine.wires.isocurves import isocurves
-from service.engine.wires.paths import wire_paths
+from service.engine.wires.draw import COLOR, NAME, find_width
+from service.engine.wires.isocurves import sample_isocurves
+from service.engine.wires.paths import build_wire_paths
 from service.pipeline.cost import mesh_size
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
@@ -26,13 +26,13 @@ SHAPES = ["utah-teapot", "cone", "tveit", "torus", "octahedral-sphere", "bspline
 def wires_of(source: Any, count: int | tuple[int, int] = 2, **options: Any) -> Mesh:
     """The wires alone."""
     counts = (count, count) if isinstance(count, int) else count
-    return mesh_of(source, isocurves=counts, surface=False, **options)
+    return mesh_of(source, isocurves=counts, has_faces=False, **options)
 
 
 def paths_of(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
     """How many paths of how many stations there are, closed or not."""
-    runs = isocurves(model, (4, 4), (count, count))
-    found = [wires.paths for wires in wire_paths(model, runs, np.radians(1))]
+    runs = sample_isocurves(model, (4, 4), (count, count))
+    found = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
     return sorted((*paths.points.shape[:2], paths.closed) for paths in found)
 
 
@@ -53,7 +53,7 @@ def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> No
         assert mesh.report.watertight == (wires == "tubes")
     (part,) = mesh.parts
     assert part.name == NAME
-    wanted = MeshOptions(isocurves=(3, 2), surface=False, **options)
+    wanted = MeshOptions(isocurves=(3, 2), has_faces=False, **options)
     size = mesh_size(find(example).surface().size(), wanted, BY_NAME["json"])
     assert size.vertices >= len(mesh.positions)
     assert size.triangles >= len(mesh.triangles)
@@ -150,8 +150,8 @@ def test_wires_of_a_coloured_surface_keep_their_colour() -> None:
 
 def test_the_width_follows_the_size_unless_it_is_told() -> None:
     model = patches_of("sphere")
-    assert width_of(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
-    assert width_of(model, MeshOptions(wire_width=0.25)) == 0.25
+    assert find_width(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
+    assert find_width(model, MeshOptions(wire_width=0.25)) == 0.25
 
 
 def test_groups_have_wires_of_their_members() -> None:

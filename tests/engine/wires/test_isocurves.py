@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from service.engine.wires.isocurves import IsoCurves, isocurves, most_isocurves
+from service.engine.wires.isocurves import IsoCurves, count_most_isocurves, sample_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import mesh_of
@@ -28,10 +28,10 @@ from tests.strategies import (
 def curves_of(
     model: PatchModel, counts: tuple[int, int], resolution: tuple[int, int] = (4, 4)
 ) -> list[IsoCurves]:
-    found = isocurves(model, resolution, counts)
+    found = sample_isocurves(model, resolution, counts)
     triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
     grids = model.patch_count - triangles
-    curves, points = most_isocurves(grids, triangles, resolution, counts)
+    curves, points = count_most_isocurves(grids, triangles, resolution, counts)
     assert sum(len(run.points) for run in found) <= curves
     assert sum(run.points[..., 0].size for run in found) <= points
     return found
