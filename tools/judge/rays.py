@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from service.bases.arrays import Bools
-from service.engine.models import as_patches
+from service.engine.models import to_patches
 from service.engine.queries.intersect import RayQuery, intersect_rays
 from service.settings.runtime import pin_blas
 from service.surface.examples import find
@@ -72,7 +72,7 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     """The findings about one surface."""
     name, seed, count = case
     surface = find(name).surface() if name in EXAMPLES else FAMILIES[name].surface(seed)
-    model = as_patches(surface.lower())
+    model = to_patches(surface.lower())
     sheets = sheets_of(model)
     points = np.concatenate([s.at(s.samples(200)) + s.origin for s in sheets])
     origins, directions = strewn(model, points, count, seed)
@@ -105,7 +105,7 @@ def _counted(
 def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     """The findings about the sphere or the torus: what is between crossings alternates in sign."""
     name, seed, count = case
-    model = as_patches(find(name).surface().lower())
+    model = to_patches(find(name).surface().lower())
     off = partial(sphere, radius=1.0) if name == "sphere" else partial(torus, radius=1.0, tube=0.4)
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))
