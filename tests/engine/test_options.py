@@ -43,7 +43,7 @@ def test_is_frozen() -> None:
         ({"wire_width": 0.0}, "/wire_width"),
         ({"wire_width": nan}, "/wire_width"),
         ({"wire_sides": 2}, "/wire_sides"),
-        ({"surface": False}, "/faces"),
+        ({"has_faces": False}, "/faces"),
     ],
 )
 def test_what_cannot_be_meshed_is_refused(options: dict[str, Any], pointer: str) -> None:

@@ -93,8 +93,8 @@ def test_examples(example: str, faces: Any) -> None:
         {"normals": False, "uvs": True},
         {"overlays": ("control_net", "boundary")},
         {"isocurves": (2, 2)},
-        {"isocurves": (2, 2), "surface": False},
-        {"overlays": ("boundary",), "surface": False},
+        {"isocurves": (2, 2), "has_faces": False},
+        {"overlays": ("boundary",), "has_faces": False},
         {"curvatures": True},
     ],
 )

@@ -211,7 +211,10 @@ def define(surface: RampSurface) -> dict[str, Any]:
                     "from service.surface.patches import PatchSurface\n",
                     "from service.surface.ramp import RampSurface\n",
                 ),
-                ("        BezierSurface: bezier.define,\n", "        RampSurface: ramp.define,\n"),
+                (
+                    "        BezierSurface: bezier.define_bezier,\n",
+                    "        RampSurface: ramp.define,\n",
+                ),
                 ('"multipatch", ', '"ramp", '),
                 (
                     '    | Annotated[bspline.BsplineDefinition, Tag("bspline")]\n',
