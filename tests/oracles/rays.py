@@ -99,7 +99,7 @@ def _newton(
         move = np.where(np.isfinite(move), move, 0.0)
         places = np.clip(places + move, low - 0.05 * (high - low), high + 0.05 * (high - low))
     at = sheet.at(places)
-    length = np.abs(at).max() + np.abs(o).max(axis=1)
+    length = np.abs(at).max(axis=1) + np.abs(o).max(axis=1)
     there = np.linalg.norm(np.cross(at - o, d), axis=1) / np.linalg.norm(d, axis=1)
     t = ((at - o) * d).sum(axis=1) / (d * d).sum(axis=1)
     inner = (np.abs(sheet.inside(places) - places) <= 0).all(axis=1)

@@ -148,12 +148,14 @@ def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
         at = begin[:, np.newaxis] + (end - begin)[:, np.newaxis] * steps
         places = origins[rows][:, np.newaxis] + at[..., np.newaxis] * d[rows][:, np.newaxis]
         side = off(places.reshape(-1, 3))[0].reshape(at.shape)
-        sign = np.sign(outside[rows])[:, np.newaxis]
+        unknown = outside[rows] == 0
+        outside[rows[unknown]] = np.sign(side[unknown, len(steps) // 2])
+        sign = outside[rows][:, np.newaxis]
         lost += int(((side * sign < -1e-12) & (end > begin)[:, np.newaxis]).any(axis=1).sum())
-        crossing = np.zeros(len(rows), bool)
-        kinds = np.asarray(found["kind"])
-        crossing[has_next] = kinds[firsts[rows[has_next]] + k] == "crossing"
-        outside[rows[crossing]] *= -1
+        next_kind = np.asarray(found["kind"])[firsts[rows[has_next]] + k]
+        outside[rows[has_next][next_kind == "crossing"]] *= -1
+        # What is touched may be passed through once; the next gap tells.
+        outside[rows[has_next][next_kind != "crossing"]] = 0.0
     return name, _counted(found, count, lost, invented, seconds)
 
 

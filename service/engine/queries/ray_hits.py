@@ -23,7 +23,7 @@ from enum import IntEnum
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries.ray_bounds import cross, dot
+from service.engine.queries.ray_bounds import Rays, cross, dot
 
 LONG = 32
 """Length from which a touching interval is called along, in units of √(thickness · diagonal)."""
@@ -109,23 +109,18 @@ class Hits:
         return dot(normal, direction) / np.where(length > 0, length, 1.0)
 
 
-def merge_hits(hits: Hits, sines: FloatArray, thickness: FloatArray, long: float) -> Hits:
+def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     """One hit for each place, in the order of rays and of t; `origin` becomes the `Kind`.
 
-    Parameters
-    ----------
-    hits : Hits
-    sines : ndarray of float64, shape (n,)
-        Of the angles with the surface.
-    thickness : ndarray of float64, shape (n,)
-    long : float
-        From which length of an interval on a hit is along.
+    `long` is the length of an interval from which on a hit is along. An interval that begins behind
+    the origin of its ray is told by the first end of a strip that does not.
     """
+    sines = hits.sines(rays.direction[:, hits.ray])
     # Where a ray is almost tangent, the surface is near it before and after it is very near.
     pad = np.where(hits.origin == Origin.STRIP, PAD * long, 0.0)
     order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
-    even = EVEN * thickness[order]
+    even, is_behind = EVEN * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
     cluster = _clusters(hits, pad)
     first = np.flatnonzero(np.diff(cluster, prepend=-1))
     sizes = np.diff(first, append=len(cluster))
@@ -135,7 +130,7 @@ def merge_hits(hits: Hits, sines: FloatArray, thickness: FloatArray, long: float
     for k in np.flatnonzero((special > 1) | ((sizes > 1) & (special > 0))).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
         keep[rows] = False
-        for row, what in _merge(hits, sines, (long, even), rows):
+        for row, what in _merge(hits, sines, (long, even, is_behind), rows):
             keep[row], kind[row] = True, what
     hits.origin[:] = kind
     found = hits.take(keep)
@@ -156,7 +151,7 @@ def _clusters(hits: Hits, pad: FloatArray) -> Ints:
 
 
 def _merge(
-    hits: Hits, sines: FloatArray, limits: tuple[float, FloatArray], rows: Ints
+    hits: Hits, sines: FloatArray, limits: tuple[float, FloatArray, Bools], rows: Ints
 ) -> list[tuple[int, Kind]]:
     """The hits that remain of a cluster, and what they are; intervals become those of all."""
     origin, t = hits.origin[rows], hits.t[rows]
@@ -171,9 +166,12 @@ def _merge(
         flat = proved[np.abs(sines[proved]) <= TANGENT]
         sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
         residuals = hits.residual[rows[origin == Origin.STRIP]]
-        long, even = limits
-        if high - low > long and len(residuals) and np.ptp(residuals) <= even[rows[0]]:
-            chosen, kind = strips[np.lexsort((hits.residual[strips], ends))[0]], Kind.ALONG
+        long, even, is_behind = limits
+        ahead = strips[~is_behind[strips]]
+        ahead = ahead if len(ahead) else strips
+        if high - low > long and _is_even(residuals, even[rows[0]]):
+            chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
+            kind = Kind.ALONG
             inner = (hits.low[flat] <= high) & (hits.high[flat] >= low)
             proved = np.setdiff1d(proved, flat[inner])
             high = max(high, hits.high[flat[inner]].max(initial=high))
@@ -186,7 +184,7 @@ def _merge(
                 hits.high[chosen] = max(hits.high[chosen], hits.high[row])
             chosen = None
         else:
-            chosen = strips[np.argmin(hits.residual[strips])]
+            chosen = ahead[np.argmin(hits.residual[ahead])]
             one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
             kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
         if chosen is not None:
@@ -202,3 +200,10 @@ def _merge(
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
         found.append((int(chosen), kind))
     return found + [(int(row), Kind.CROSSING) for row in proved]
+
+
+def _is_even(residuals: FloatArray, most: float) -> bool:
+    """Whether most ends of strips are as near to the ray: those at borders may be farther."""
+    if not len(residuals):
+        return False
+    return bool(np.quantile(residuals, 0.75) - residuals.min() <= most)

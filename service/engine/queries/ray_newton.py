@@ -11,7 +11,7 @@ from service.engine.queries.cells import CellTree
 from service.engine.queries.grazing import Strips
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.ray_bounds import Rays, RootBounds, cross, dot
-from service.engine.queries.ray_hits import Hits, Origin
+from service.engine.queries.ray_hits import Hits, Kind, Origin
 
 STEPS = 8
 """Of Newton's method, before a cell is halved instead."""
@@ -189,3 +189,32 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     wide = 2 * cells.models[columns.RADIUS, cell] + seen.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
     return seen.hits(rows, ray, net, (seen.t - wide, seen.t + wide), Origin.POINT)
+
+
+@np.errstate(all="ignore")
+def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
+    """Merged hits; those along the surface, from before the origin of their ray, begin there.
+
+    The place is looked for from the next known one, by least squares. Where it is not found, the
+    hit keeps that one.
+    """
+    rows = np.flatnonzero((hits.origin == Kind.ALONG) & (hits.low < rays.near[hits.ray]))
+    if not len(rows):
+        return hits
+    ray, net = hits.ray[rows], hits.net[rows]
+    point = rays.origin[:, ray] + rays.near[ray] * rays.direction[:, ray]
+    place = hits.place[:, rows]
+    for _ in range(STEPS):
+        position, du, dv = net_partials(cells.nets, net, place, 1)
+        y = point - position
+        uu, uv, vv, yu, yv = (dot(*two) for two in ((du, du), (du, dv), (dv, dv), (y, du), (y, dv)))
+        size = uu * vv - uv * uv
+        step = np.stack([vv * yu - uv * yv, uu * yv - uv * yu]) / size
+        place = np.clip(place + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)
+    position, du, dv = net_partials(cells.nets, net, place, 1)
+    y = point - position
+    found = np.sqrt(dot(y, y)) <= rays.thickness[ray]
+    for name, values in (("place", place), ("position", position), ("du", du), ("dv", dv)):
+        getattr(hits, name)[:, rows[found]] = values[:, found]
+    hits.t[rows[found]] = rays.near[ray[found]]
+    return hits

@@ -43,7 +43,12 @@ from service.engine.queries.ray_bounds import (
     sphere_misses,
 )
 from service.engine.queries.ray_hits import LONG, Hits, Kind, Origin, merge_hits
-from service.engine.queries.ray_newton import find_roots, find_strips, take_points
+from service.engine.queries.ray_newton import (
+    begin_at_origins,
+    find_roots,
+    find_strips,
+    take_points,
+)
 from service.engine.queries.shares import Share
 
 CHUNK, FEWEST = 4096, 16
@@ -161,9 +166,7 @@ class RaySearch:
         hits = chunk.search()
         if can_split and (chunk.is_crowded or self.cells.is_full):
             return None
-        sines = hits.sines(rays.direction[:, hits.ray])
-        thickness = rays.thickness[hits.ray]
-        return merge_hits(hits, sines, thickness, self.long), chunk.reached
+        return begin_at_origins(self.cells, rays, merge_hits(hits, rays, self.long)), chunk.reached
 
 
 def _firsts(hits: Hits) -> Hits:

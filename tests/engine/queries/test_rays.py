@@ -129,6 +129,7 @@ def test_a_torus_by_roots_of_50_digits() -> None:
         (SQUARE, [-1, 0.4, 0], [2, 0, 0], [("along", 0.5, 1)]),
         (SQUARE, [0.5, 0.4, 0], [2, 0, 0], [("along", 0, 0.25)]),
         (SQUARE, [-1, 0.1, 0], [1, 0.3, 0], [("along", 1, 2)]),
+        ("cylinder", [0.8, 0.6, 0.3], [0, 0, 1], [("along", 0, 0.7)]),
         (SQUARE, [-1, 0, 0], [1, 0, 0], [("along", 1, 2)]),
         (SQUARE, [-1, 1, 0], [1, -1, 0], [("touching", 1, 1)]),
         (SQUARE, [-1, -1, 0], [1, -1, 0], []),
@@ -160,6 +161,8 @@ def test_grazing_and_edge_on_rays(
     for (low, high), (kind, begin, end) in zip(found["t_bounds"], kinds, strict=True):
         assert low <= begin <= end <= high
         assert high - low <= end - begin + (1e-7 if kind != "touching" else 0.02)
+    there = np.array(origin) + found["t"][:, np.newaxis] * np.array(direction)
+    np.testing.assert_allclose(there, found["positions"], atol=2e-8)
     first = hits(surface, origin, direction, "first")
     assert first["kind"] == found["kind"][:1]
 
