@@ -16,7 +16,8 @@ from service.surface.lowered import PatchModel
 RELATIVE_THICKNESS = 1e-9
 """Of the diagonal, if nothing is said."""
 
-NAMES = {Kind.CROSSING: "crossing", Kind.TOUCHING: "touching", Kind.ALONG: "along"}
+NAMES = np.array([kind.name.lower() for kind in Kind])
+"""What a `Kind` is called."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,7 +92,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.place.T)
     columns |= surface_columns(model, patch, local, regular_normals(hits.du.T, hits.dv.T))
     return columns | {
-        "kind": [NAMES[Kind(k)] for k in kind.tolist()],
+        "kind": NAMES[kind].tolist(),
         "entering": [
             side if crosses else None
             for side, crosses in zip(entering, is_crossing.tolist(), strict=True)

@@ -15,12 +15,16 @@ Forum 28 (2009).
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import row_slices
 from service.engine.queries.cells import CellTree
 from service.engine.queries.distance_bounds import sphere_bounds
 from service.engine.queries.ray_bounds import Rays, sphere_misses
 
 FANOUT, FEW = 8, 24
 """Members of a sphere; patches at which each point looks at once."""
+
+PAIRS = 1 << 13
+"""Pairs of a ray and a sphere that are looked at at a time."""
 
 
 class PatchTree:
@@ -65,9 +69,11 @@ class PatchTree:
         ray = np.repeat(np.arange(m), first)
         sphere = np.tile(np.arange(first), m)
         for level, finer in zip(self.levels[:-1], self.levels[1:], strict=True):
-            farthest = np.full(len(ray), np.inf)
-            misses, _ = sphere_misses(level.take(sphere, axis=1), rays, ray, farthest)
-            ray, sphere = _members(ray[~misses], sphere[~misses], finer.shape[1])
+            meets = np.empty(len(ray), bool)
+            for rows in row_slices(len(ray), 1, PAIRS):
+                spheres, farthest = level.take(sphere[rows], axis=1), np.array(np.inf)
+                meets[rows] = ~sphere_misses(spheres, rays, ray[rows], farthest)[0]
+            ray, sphere = _members(ray[meets], sphere[meets], finer.shape[1])
         return ray, self.order[sphere]
 
 

@@ -47,7 +47,7 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.nets import QueryNets
 
-SETTLED = 0.7
+SETTLED = 0.5
 """ν of settled cells, at most: Newton's method finds their roots in few steps."""
 
 SAFE = 1 + 64 * UNIT
