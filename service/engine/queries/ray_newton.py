@@ -119,11 +119,11 @@ def find_roots(
         step = np.where(np.isfinite(step), step, 0.0)
         new = np.clip(seen.at + step, -1.0, 1.0)
         stuck = (np.abs(new - seen.at) <= 8 * UNIT).all(axis=0) | (left == 1)
-        near = seen.residual <= EXACT * seen.rounding
-        near |= stuck & (seen.residual <= rays.thickness[ray[rows]])
+        exact = seen.residual <= EXACT * seen.rounding
+        near = exact | stuck & (seen.residual <= rays.thickness[ray[rows]])
         hit = np.flatnonzero(near & ~outside)
         if len(hit):
-            seen = seen.moved(new, d)  # by a step that is as small as rounding
+            seen = seen.moved(np.where(exact, new, seen.at), d)  # by steps as small as rounding
             some = rows[hit]
             inside = (np.abs(seen.at[:, hit]) + reach[hit] <= 1).all(axis=0)
             model = cells.models[: columns.ROUND + 1, cell[some]]
