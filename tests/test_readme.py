@@ -69,13 +69,17 @@ def test_there_are_three_requests_to_begin_with() -> None:
 def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: Path) -> None:
     program("curl")
     np.save(tmp_path / "net.npy", np.arange(30_000.0).reshape(100, 100, 3))
+    np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
+    sent = set(tmp_path.iterdir())
     answer = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     shown = [after.text for before, after in SHOWN if before is request_]
     if shown:
         assert json.loads(answer) == json.loads(shown[0])
         return
-    (file,) = set(tmp_path.iterdir()) - {tmp_path / "net.npy"}
-    if file.suffix == ".json":
+    (file,) = set(tmp_path.iterdir()) - sent
+    if file.name == "closest.json":
+        assert len(json.loads(file.read_bytes())["distances"]) == 10
+    elif file.suffix == ".json":
         assert json.loads(file.read_bytes()).keys() == {"id", "links"}
     else:
         assert file.read_bytes()[:4] == b"glTF"
