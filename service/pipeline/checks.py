@@ -205,7 +205,7 @@ def require_patches(model: Model) -> PatchModel:
     """A model that has points at parameters; raises `InvalidRequest`: `not_parametric`."""
     if isinstance(model, GroupModel):
         raise InvalidRequest(NOT_PARAMETRIC)
-    return to_patches(model)
+    return require_all_patches(model)
 
 
 def require_all_patches(model: Model) -> PatchModel:

@@ -88,7 +88,7 @@ def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
 )
 @pytest.mark.parametrize("surface", [True, False])
 def test_every_form_of_wires(name: str, wires: Any, surface: bool) -> None:
-    mesh = mesh_of(name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, surface=surface)
+    mesh = mesh_of(name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, has_faces=surface)
     if wires == "lines":
         assert len(mesh.overlays[-1].segments) > 50
     else:
