@@ -10,10 +10,9 @@ space. In a cluster
   the same direction; the others become one hit, a crossing if all are crossed in one direction, as
   on a seam, else touching, as on a ridge;
 - strips and points become one hit: along where their interval is long and as near to the ray
-  everywhere, else touching; a crossing
-  where all are points, as at a pole, of which the normals are on one side. It takes near places at
-  its ends; but beside proved crossings that are almost tangent, strips only make their intervals
-  longer.
+  everywhere, else touching; a crossing where all are points, as at a pole, of which the normals are
+  on one side. It takes near places at its ends; but right beside a proved crossing that is almost
+  tangent, a strip only makes its interval longer.
 """
 
 from collections.abc import Sequence
@@ -159,47 +158,60 @@ def _merge(
     strips = rows[origin >= Origin.STRIP]
     found: list[tuple[int, Kind]] = []
     if len(strips):
-        low, high = hits.low[strips].min(), hits.high[strips].max()
         ends = t[origin >= Origin.STRIP]
         inner = (hits.low[near] > ends.min()) & (hits.high[near] < ends.max())
-        near = near[inner & (np.abs(sines[near]) > TANGENT)]
+        steep = inner & (np.abs(sines[near]) > TANGENT)
+        strips, near = np.concatenate([strips, near[~steep]]), near[steep]
         flat = proved[np.abs(sines[proved]) <= TANGENT]
         sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
         residuals = hits.residual[rows[origin == Origin.STRIP]]
         long, even, is_behind = limits
-        ahead = strips[~is_behind[strips]]
-        ahead = ahead if len(ahead) else strips
-        if high - low > long and _is_even(residuals, even[rows[0]]):
+        if np.ptp(ends) > long and _is_even(residuals, even[rows[0]]):
+            low, high = hits.low[strips].min(), hits.high[strips].max()
+            within = flat[(hits.low[flat] <= high) & (hits.high[flat] >= low)]
+            proved, strips = np.setdiff1d(proved, within), np.concatenate([strips, within])
+            ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
             chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
-            kind = Kind.ALONG
-            inner = (hits.low[flat] <= high) & (hits.high[flat] >= low)
-            proved = np.setdiff1d(proved, flat[inner])
-            high = max(high, hits.high[flat[inner]].max(initial=high))
-            low = min(low, hits.low[flat[inner]].min(initial=low))
-        elif len(flat):
-            # What else may be hit beside a crossing that is almost tangent is told with it.
-            for row in strips:
-                chosen = flat[np.argmin(np.abs(hits.t[flat] - hits.t[row]))]
-                hits.low[chosen] = min(hits.low[chosen], hits.low[row])
-                hits.high[chosen] = max(hits.high[chosen], hits.high[row])
-            chosen = None
+            found.append((_standing(hits, chosen, strips), Kind.ALONG))
         else:
-            chosen = ahead[np.argmin(hits.residual[ahead])]
-            one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
-            kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
-        if chosen is not None:
-            hits.low[chosen], hits.high[chosen] = low, high
-            found.append((int(chosen), kind))
+            # What may be hit right beside a crossing that is almost tangent is told with it.
+            strips = np.array([row for row in strips if not _joins(hits, row, flat)], np.intp)
+            if len(strips):
+                ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
+                chosen = ahead[np.argmin(hits.residual[ahead])]
+                one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
+                kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
+                found.append((_standing(hits, chosen, strips), kind))
     for sign in (-1, 1):
-        if (sines[proved] * sign > 0).any():
+        same = proved[sines[proved] * sign > 0]
+        if len(same):
+            for row in near[sines[near] * sign > 0]:
+                chosen = same[np.argmin(np.abs(hits.t[same] - hits.t[row]))]
+                _standing(hits, chosen, np.array([chosen, row]))
             near = near[sines[near] * sign <= 0]
     if len(near):
         chosen = near[np.argmin(hits.residual[near])]
         signs = np.sign(sines[near])
-        hits.low[chosen], hits.high[chosen] = hits.low[near].min(), hits.high[near].max()
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
-        found.append((int(chosen), kind))
+        found.append((_standing(hits, chosen, near), kind))
     return found + [(int(row), Kind.CROSSING) for row in proved]
+
+
+def _standing(hits: Hits, chosen: np.intp, rows: Ints) -> int:
+    """The chosen hit, which now stands for all of some rows: its interval becomes theirs."""
+    low, high = hits.low[rows].min(), hits.high[rows].max()
+    hits.low[chosen], hits.high[chosen] = low, high
+    return int(chosen)
+
+
+def _joins(hits: Hits, strip: np.intp, flat: Ints) -> bool:
+    """Joins a strip to a crossing of `flat` that is no farther from it than it is long, if any."""
+    low, high = hits.low[strip], hits.high[strip]
+    near = flat[np.maximum(low - hits.high[flat], hits.low[flat] - high) <= high - low]
+    if len(near):
+        chosen = near[np.argmin(np.abs(hits.t[near] - hits.t[strip]))]
+        _standing(hits, chosen, np.array([chosen, strip]))
+    return len(near) > 0
 
 
 def _is_even(residuals: FloatArray, most: float) -> bool:

@@ -157,9 +157,10 @@ def find_strips(
     ends, fine = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
         x = x0 + x1 * y
-        # The curve leaves the cell at x = ±1 where it runs as much along x as along y.
-        is_side = (np.abs(x) > 1) & (np.abs(x1) >= OBLIQUE)
-        side = np.sign(x)
+        # The curve leaves the cell at x = ±1 where it runs as much along x as along y: at one of
+        # these at its lower end, at the other at its upper end.
+        side = np.sign(x1) * y
+        is_side = (x * side > 1) & (np.abs(x1) >= OBLIQUE)
         fixed = np.where(is_side, side, y)
         free = np.clip(np.where(is_side, (side - x0) / x1, x), -1.0, 1.0)
         is_free_a = strips.is_along_b != is_side
