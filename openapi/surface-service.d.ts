@@ -1793,7 +1793,7 @@ export interface components {
         };
         /**
          * IntersectRequest
-         * @description A surface, and rays whose hits are looked for, or planes whose sections are.
+         * @description A surface, and rays to find the hits of, or planes to find the sections of.
          */
         IntersectRequest: {
             /** @description The surface, by its control points. */

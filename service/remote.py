@@ -4,6 +4,7 @@ import os
 import re
 import time
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import httpx
@@ -47,9 +48,9 @@ def remote_mesh(
     """
     if isinstance(source, str):
         path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
-        return _asked(url, fmt.media_type, "GET", path, params=dict(chosen))
+        return _request(url, fmt.media_type, "GET", path, params=dict(chosen))
     document = source | values_from_text(chosen.items())
-    return _posted(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
+    return _post(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
 
 
 def remote_mesh_of_file(
@@ -64,7 +65,7 @@ def remote_mesh_of_file(
     """
     params = {**query, "format": fmt.name}
     headers = {"Content-Type": media_type}
-    return _asked(
+    return _request(
         url, fmt.media_type, "POST", "/v1/mesh", params=params, content=content, headers=headers
     )
 
@@ -74,27 +75,26 @@ def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
 
     Raises as `remote_mesh` does.
     """
-    answer = orjson.loads(_posted(url, "application/json", "/v1/surfaces", document, {}))
+    answer = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
     links = {"self": answer["links"]["self"], **answer["links"]["mesh"]}
     return {"id": answer["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
 
 
-def remote_curve(
-    url: str, source: dict[str, Any], chosen: Mapping[str, str], fmt: FileFormat
+def remote_document(
+    url: str,
+    path: str,
+    document: dict[str, Any],
+    fmt: FileFormat | None = None,
+    query: Mapping[str, str] = MappingProxyType({}),
 ) -> bytes:
-    """The curve's file, computed by the service at `url`; raises as `remote_mesh` does."""
-    return remote_file(url, "/v1/curve", source | values_from_text(chosen.items()), fmt)
+    """The response to a document that is posted to a path of the service at `url`.
 
-
-def remote_file(url: str, path: str, document: dict[str, Any], fmt: FileFormat) -> bytes:
-    """The file in this format that the service at `url` answers; raises as `remote_mesh` does."""
-    return _posted(url, fmt.media_type, path, document, {"format": fmt.name})
-
-
-def remote_answer(
-    url: str, path: str, document: dict[str, Any], params: dict[str, str] | None = None
-) -> bytes:
-    """The JSON response to a document that is posted to a path of the service at `url`.
+    Parameters
+    ----------
+    fmt : FileFormat, optional
+        Of the response; default: JSON.
+    query : Mapping
+        Further parameters of the URL.
 
     Raises
     ------
@@ -102,19 +102,23 @@ def remote_answer(
         An error that the service reports, in the form of a local one.
     BadAddress, ServiceFailed
     """
-    return _posted(url, "application/json", path, document, params or {})
+    if fmt is None:
+        return _post(url, "application/json", path, document, query)
+    return _post(url, fmt.media_type, path, document, {**query, "format": fmt.name})
 
 
-def _posted(
-    url: str, wanted: str, path: str, document: dict[str, Any], params: dict[str, str]
+def _post(
+    url: str, media_type: str, path: str, document: dict[str, Any], params: Mapping[str, str]
 ) -> bytes:
-    """The response to a posted document."""
+    """The response of a media type to a document."""
     content = json_text(document)
     headers = {"Content-Type": "application/json"}
-    return _asked(url, wanted, "POST", path, params=params, content=content, headers=headers)
+    return _request(
+        url, media_type, "POST", path, params=dict(params), content=content, headers=headers
+    )
 
 
-def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> bytes:
+def _request(url: str, wanted: str, method: str, path: str, **request: Any) -> bytes:
     """The body of a response of the wanted media type; retries while the service is busy."""
     request["headers"] = {**request.get("headers", {}), **_credentials()}
     try:

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from service.errors import ServiceFailed
-from service.remote import LONGEST_WAIT, RETRIES, remote_answer
+from service.remote import LONGEST_WAIT, RETRIES, remote_document
 
 BUSY = {"status": 429, "code": "busy", "detail": "It has much to do.", "errors": []}
 
@@ -64,7 +64,7 @@ def waits(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def asked(server: Served, *refusals: tuple[int, dict[str, str]]) -> bytes:
     server.refusals = list(refusals)
-    return remote_answer(f"http://127.0.0.1:{server.server_port}", "/v1/points", {})
+    return remote_document(f"http://127.0.0.1:{server.server_port}", "/v1/points", {})
 
 
 def test_busy_service_is_asked_again_when_it_says(server: Served, waits: list[float]) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields, chosen_fields, field_line
 from service.cli.refusals import issue_line
 from service.cli.source import (
@@ -13,7 +14,6 @@ from service.cli.source import (
     add_output,
     add_source,
     check_output,
-    perform,
     surface_document,
     surface_source,
 )
@@ -81,30 +81,28 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.operations is not None:
         flags, operations = operations_from_text(arguments.operations)
         document = document | {"operations": operations}
-    return perform(
+    fields = chosen_fields(arguments)
+    return perform_document(
         arguments,
-        lambda: _local(document),
-        lambda remote: remote.remote_answer(arguments.url, "/v1/convert", document),
-        lambda issue: _operation_line(issue, flags, chosen_fields(arguments)),
+        "/v1/convert",
+        document,
+        _compute,
+        line=lambda issue: _operation_line(issue, flags, fields),
     )
 
 
-def _local(document: dict[str, Any]) -> bytes:
+def _compute(document: Mapping[str, Any]) -> bytes:
     """Converts the surface in this process."""
     from service.pipeline.documents import plan_conversion
     from service.schemas.convert import ConvertRequest
-    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
     from service.surface.convert.nets import SizeLimits
 
-    pin_blas()
+    request, limits = parse_request(ConvertRequest, document)
     settings = for_one_command()
-    request = validate_document(ConvertRequest, document, document_limits(settings))
     surface, operations = request.to_surface(), request.to_operations()
     allowed = SizeLimits(settings.max_control_points, settings.max_degree)
-    return plan_conversion(surface, operations, allowed, result_limits(settings)).run()
+    return plan_conversion(surface, operations, allowed, limits).run()
 
 
 def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:

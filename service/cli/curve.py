@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from service.cli.document import parse_request, perform_document
 from service.cli.refusals import issue_line
 from service.cli.source import (
     Commands,
@@ -11,7 +12,6 @@ from service.cli.source import (
     add_output,
     chosen_format,
     chosen_options,
-    perform,
     read_request,
 )
 
@@ -52,6 +52,7 @@ def _add_options(curve: argparse.ArgumentParser) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.curves.registry import CURVE_FORMATS
+    from service.schemas.query import values_from_text
 
     fmt = chosen_format(arguments, CURVE_FORMATS)
     source = read_request(arguments.source, "curve", "no such file")
@@ -59,27 +60,20 @@ def _run(arguments: argparse.Namespace) -> int:
     if "resolution" in chosen or "tolerance" in chosen:
         # Either of these two replaces both in the file.
         source = {key: value for key, value in source.items() if key not in OPTIONS[:2]}
-    return perform(
+    return perform_document(
         arguments,
-        lambda: _local(source, chosen, fmt),
-        lambda remote: remote.remote_curve(arguments.url, source, chosen, fmt),
-        lambda issue: issue_line(issue, chosen),
+        "/v1/curve",
+        source | values_from_text(chosen.items()),
+        lambda document: _compute(document, fmt),
+        fmt=fmt,
+        line=lambda issue: issue_line(issue, chosen),
     )
 
 
-def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
+def _compute(document: Mapping[str, Any], fmt: "CurveFormat") -> bytes:
     """Computes the curve's file in this process."""
     from service.pipeline.curve import plan_curve
     from service.schemas.curves import CurveRequest
-    from service.schemas.query import values_from_text
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(
-        CurveRequest, source | values_from_text(chosen.items()), document_limits(settings)
-    )
-    return plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings)).run()
+    wanted, limits = parse_request(CurveRequest, document)
+    return plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, limits).run()

@@ -1,11 +1,12 @@
 """`surface estimate`: writes the size of a mesh before it is computed."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from service.cli.document import parse_request, perform_document
 from service.cli.mesh import OPTIONS, add_options, overridden
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.nets import add_fields
 from service.cli.source import (
     Commands,
     add_command,
@@ -14,7 +15,6 @@ from service.cli.source import (
     check_output,
     chosen_options,
     named_format,
-    perform,
     surface_document,
     surface_source,
 )
@@ -47,33 +47,29 @@ def _run(arguments: argparse.Namespace) -> int:
     chosen = chosen_options(arguments, OPTIONS)
     document = overridden(source, chosen) | values_from_text(chosen.items())
     query = {} if arguments.format is None else {"format": str(arguments.format)}
-    return perform(
+    return perform_document(
         arguments,
-        lambda: _local(document, formats),
-        lambda remote: remote.remote_answer(arguments.url, "/v1/estimate", document, query),
-        lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
+        "/v1/estimate",
+        document,
+        lambda document: _compute(document, formats),
+        flags=chosen,
+        query=query,
     )
 
 
-def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
+def _compute(document: Mapping[str, Any], formats: "Sequence[Format]") -> bytes:
     """Computes the estimate in this process."""
     from service.encoders.text import json_text
     from service.pipeline.estimate import estimate_object, plan_estimate
     from service.pipeline.mesh import encode_options
     from service.schemas.request import MeshRequest
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(MeshRequest, document, document_limits(settings))
+    wanted, limits = parse_request(MeshRequest, document)
     found = plan_estimate(
         wanted.to_surface(),
         wanted.mesh_options(),
         encode_options(wanted),
-        result_limits(settings),
+        limits,
         formats,
     ).run()
     return json_text(estimate_object(found))

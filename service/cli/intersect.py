@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.document import parse_request, perform_document
+from service.cli.nets import add_fields
 from service.cli.points import coordinates
 from service.cli.project import read_points
 from service.cli.refusals import Refused
@@ -14,7 +15,6 @@ from service.cli.source import (
     add_output,
     add_source,
     check_output,
-    perform,
     surface_document,
     surface_source,
 )
@@ -65,25 +65,13 @@ def _run(arguments: argparse.Namespace) -> int:
         chosen["hits"] = "all"
     if arguments.relative_thickness is not None:
         (chosen["relative_thickness"],) = coordinates(arguments.relative_thickness)
-    flags = dict.fromkeys(chosen, "")
-    return perform(
-        arguments,
-        lambda: _local(document | chosen),
-        lambda remote: remote.remote_answer(arguments.url, "/v1/intersect", document | chosen),
-        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
-    )
+    return perform_document(arguments, "/v1/intersect", document | chosen, _compute, flags=chosen)
 
 
-def _local(document: Mapping[str, Any]) -> bytes:
+def _compute(document: Mapping[str, Any]) -> bytes:
     """Computes the hits in this process."""
     from service.pipeline.intersect import plan_intersect
     from service.schemas.intersect import IntersectRequest
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(IntersectRequest, document, document_limits(settings))
-    return plan_intersect(wanted.to_surface(), wanted.to_query(), result_limits(settings)).run()
+    wanted, limits = parse_request(IntersectRequest, document)
+    return plan_intersect(wanted.to_surface(), wanted.to_query(), limits).run()

@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.document import parse_request, perform_document
+from service.cli.nets import add_fields
 from service.cli.points import coordinates
 from service.cli.source import (
     Commands,
@@ -12,7 +13,6 @@ from service.cli.source import (
     add_output,
     add_source,
     check_output,
-    perform,
     surface_document,
     surface_source,
 )
@@ -42,25 +42,13 @@ def _run(arguments: argparse.Namespace) -> int:
     for name in ("tolerance", "weld_tolerance"):
         if (text := getattr(arguments, name)) is not None:
             (chosen[name],) = coordinates(text)
-    flags = dict.fromkeys(chosen, "")
-    return perform(
-        arguments,
-        lambda: _local(document | chosen),
-        lambda remote: remote.remote_answer(arguments.url, "/v1/measure", document | chosen),
-        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
-    )
+    return perform_document(arguments, "/v1/measure", document | chosen, _compute, flags=chosen)
 
 
-def _local(document: Mapping[str, Any]) -> bytes:
+def _compute(document: Mapping[str, Any]) -> bytes:
     """Measures in this process."""
     from service.pipeline.measure import plan_measure
     from service.schemas.measure import MeasureRequest
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(MeasureRequest, document, document_limits(settings))
-    return plan_measure(wanted.to_surface(), wanted.to_query(), result_limits(settings)).run()
+    wanted, limits = parse_request(MeasureRequest, document)
+    return plan_measure(wanted.to_surface(), wanted.to_query(), limits).run()

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from service.cli.document import parse_request
 from service.cli.nets import NetFile, add_fields, chosen_fields, field_line
 from service.cli.source import (
     Commands,
@@ -84,7 +85,7 @@ def _run(arguments: argparse.Namespace) -> int:
         source = overridden(source, chosen)
     return perform(
         arguments,
-        lambda: _local(source, chosen, fmt),
+        lambda: _compute(source, chosen, fmt),
         lambda remote: _remote(remote, arguments.url, source, chosen, fmt),
         lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
     )
@@ -107,31 +108,26 @@ def _remote(
     return content
 
 
-def _local(
+def _compute(
     source: str | dict[str, Any] | NetFile, chosen: Mapping[str, str], fmt: "Format"
 ) -> bytes:
     """Computes the file in this process."""
     from service.pipeline.mesh import encode_options, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest
-    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
+    from service.settings.values import result_limits
     from service.surface import Surface
     from service.surface.examples import find
 
-    pin_blas()
-    settings = for_one_command()
     if isinstance(source, str):
+        pin_blas()
+        limits = result_limits(for_one_command())
         surface: Surface = find(source).surface()
         wanted = options_from_text(chosen.items())
     else:
         source = source.document() if isinstance(source, NetFile) else source
-        request = validate_document(
-            MeshRequest, source | values_from_text(chosen.items()), document_limits(settings)
-        )
+        request, limits = parse_request(MeshRequest, source | values_from_text(chosen.items()))
         surface, wanted = request.to_surface(), request
-    return render(
-        surface, wanted.mesh_options(), fmt, encode_options(wanted), result_limits(settings)
-    )
+    return render(surface, wanted.mesh_options(), fmt, encode_options(wanted), limits)

@@ -4,14 +4,14 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.document import parse_request, perform_document
+from service.cli.nets import add_fields
 from service.cli.source import (
     Commands,
     add_command,
     add_output,
     add_source,
     check_output,
-    perform,
     surface_document,
     surface_source,
 )
@@ -45,13 +45,7 @@ def _run(arguments: argparse.Namespace) -> int:
         # Places on the command line replace those in the file.
         source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
     document = surface_document(source) | chosen
-    flags = dict.fromkeys(chosen, "")
-    return perform(
-        arguments,
-        lambda: _local(document),
-        lambda remote: remote.remote_answer(arguments.url, "/v1/points", document),
-        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
-    )
+    return perform_document(arguments, "/v1/points", document, _compute, flags=chosen)
 
 
 def _value(text: str | list[str]) -> Any:
@@ -75,16 +69,10 @@ def _number(text: str) -> int | float | str:
     return text
 
 
-def _local(document: Mapping[str, Any]) -> bytes:
+def _compute(document: Mapping[str, Any]) -> bytes:
     """Evaluates the points in this process."""
     from service.pipeline.points import plan_points
     from service.schemas.points import PointsRequest
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(PointsRequest, document, document_limits(settings))
-    return plan_points(wanted.to_surface(), wanted.to_query(), result_limits(settings)).run()
+    wanted, limits = parse_request(PointsRequest, document)
+    return plan_points(wanted.to_surface(), wanted.to_query(), limits).run()

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.document import parse_request, perform_document
+from service.cli.nets import add_fields
 from service.cli.points import coordinates
 from service.cli.refusals import Refused
 from service.cli.source import (
@@ -14,7 +15,6 @@ from service.cli.source import (
     add_output,
     add_source,
     check_output,
-    perform,
     surface_document,
     surface_source,
 )
@@ -59,13 +59,7 @@ def _run(arguments: argparse.Namespace) -> int:
         (chosen["relative_tolerance"],) = coordinates(arguments.relative_tolerance)
     if arguments.sign:
         chosen["sign"] = True
-    flags = dict.fromkeys(chosen, "")
-    return perform(
-        arguments,
-        lambda: _local(document | chosen),
-        lambda remote: remote.remote_answer(arguments.url, "/v1/project", document | chosen),
-        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
-    )
+    return perform_document(arguments, "/v1/project", document | chosen, _compute, flags=chosen)
 
 
 def read_points(name: str, flag: str) -> Any:
@@ -78,16 +72,10 @@ def read_points(name: str, flag: str) -> Any:
         raise Refused(*(f"{flag}: {issue.message}" for issue in error.issues)) from None
 
 
-def _local(document: Mapping[str, Any]) -> bytes:
+def _compute(document: Mapping[str, Any]) -> bytes:
     """Computes the closest points in this process."""
     from service.pipeline.project import plan_project
     from service.schemas.project import ProjectRequest
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(ProjectRequest, document, document_limits(settings))
-    return plan_project(wanted.to_shape(), wanted.to_query(), result_limits(settings)).run()
+    wanted, limits = parse_request(ProjectRequest, document)
+    return plan_project(wanted.to_shape(), wanted.to_query(), limits).run()

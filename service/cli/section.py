@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.document import parse_request, perform_document
+from service.cli.nets import add_fields
 from service.cli.points import coordinates
 from service.cli.source import (
     Commands,
@@ -12,7 +13,6 @@ from service.cli.source import (
     add_output,
     add_source,
     chosen_format,
-    perform,
     surface_document,
     surface_source,
 )
@@ -71,26 +71,20 @@ def _run(arguments: argparse.Namespace) -> int:
             # Either of the two replaces both in the file.
             document = {key: value for key, value in document.items() if key not in TOLERANCES}
             (chosen[name],) = coordinates(text)
-    flags = dict.fromkeys(chosen, "")
-    return perform(
+    return perform_document(
         arguments,
-        lambda: _local(document | chosen, fmt),
-        lambda remote: remote.remote_file(arguments.url, "/v1/intersect", document | chosen, fmt),
-        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
+        "/v1/intersect",
+        document | chosen,
+        lambda document: _compute(document, fmt),
+        flags=chosen,
+        fmt=fmt,
     )
 
 
-def _local(document: Mapping[str, Any], fmt: "SectionFormat") -> bytes:
+def _compute(document: Mapping[str, Any], fmt: "SectionFormat") -> bytes:
     """Computes the sections in this process."""
     from service.pipeline.section import plan_sections
     from service.schemas.intersect import IntersectRequest
-    from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
-    from service.settings.runtime import pin_blas
-    from service.settings.values import document_limits, result_limits
 
-    pin_blas()
-    settings = for_one_command()
-    wanted = validate_document(IntersectRequest, document, document_limits(settings))
-    limits = result_limits(settings)
+    wanted, limits = parse_request(IntersectRequest, document)
     return plan_sections(wanted.to_surface(), wanted.to_sections(), fmt, limits).run()

@@ -9,11 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from service.bases import triangle
-from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.curvatures.ranges import NAMES as CURVATURES
-from service.engine.measures.integrals import NODES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME as WIRES
@@ -32,14 +30,14 @@ SEAMS = 1000
 
 VERTEX, FACE, RIM, LINE = 80, 40, 280, 100
 """Bytes for each vertex while a mesh is built, beside its own numbers; for each triangle while open
-edges are counted; for each triangle along the border of a patch that folds, which is looked at by
-itself; and for each point, segment and cell of lines."""
+edges are counted; for each triangle along the border of a patch that folds; and for each point,
+segment and cell of lines."""
 
 STATION = 240
 """Bytes for each vertex that is swept along a curve."""
 
 WRITTEN, TEXT = 64, 6 << 20
-"""Bytes for each vertex while it is written, beside the file; and of a piece of text on its way."""
+"""Bytes for each vertex while a file is written, beside the file; and of one batch of its text."""
 
 CERTIFIED, CELLS = 416, 16 << 20
 """Bytes for each triangle of a mesh by tolerance while it is proved, and at least."""
@@ -49,34 +47,15 @@ SHARE = 3
 memory that a request may take. A mesh by tolerance may take as much as its surface in any case."""
 
 COARSEST, LEAST_BYTES = 64, 1
-"""Triangles for each patch that the coarsest mesh by tolerance may have; and bytes that no format
-writes a triangle in fewer of."""
+"""The most triangles for each patch of the coarsest mesh by tolerance; and the fewest bytes for a
+triangle in any format."""
 
 EFFORT, TRIANGLE = 2, 5_000
 """How many times the multiplications of other work a mesh by tolerance may take, or the search for
 one within a budget; and multiplications that a triangle of it takes at least."""
 
-PLACE, POINT, CONVERTED = 400, 700, 100
-"""Bytes for each place of a query, each point of a curve, and each number of a conversion."""
-
-SIGNS = 64 << 20
-"""Bytes while pairs of points and cells are looked at for signs."""
-
-MEASURED, CELLS_OF_MEASURES = 128, 64 << 20
-"""Bytes for each control point of the cells that are measured; and of arrays while a run of them
-is."""
-
-CELL, CELLS_OF_QUERIES = 1000, 384 << 20
-"""Bytes for each patch in which closest points are looked for, beside its net; and of all cells,
-and all pairs of a point and a cell, at most."""
-
-
-HIT, HIT_CHARS = 1000, 360
-"""Bytes of a hit of a ray in memory, and in JSON, at most."""
-
-PIECE, PIECE_POINT, CELLS_OF_SECTIONS = 700, 40, 64 << 20
-"""Bytes for each piece of a section, and each control point of its patch; and while planes are
-compared with patches."""
+POINT, CONVERTED = 700, 100
+"""Bytes for each point of a curve, and for each number of a conversion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,82 +88,19 @@ def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
 
 
 def compression_cost(length: int) -> Cost:
-    """Of an answer of `length` bytes in another coding."""
-    return Cost(0, 0, length, _add_scratch(2 * length), 1e-3 + length * 5e-8)
+    """The cost of a response of `length` bytes in another coding."""
+    return Cost(0, 0, length, with_scratch(2 * length), 1e-3 + length * 5e-8)
 
 
 def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
-    """Of a surface as JSON: 8 bytes become at most 32 characters."""
+    """The cost of a surface as JSON: 8 bytes become at most 32 characters."""
     most = min(1000 + 600 * size.members + 4 * size.own + 8 * size.name_bytes, limits.max_bytes)
     return Cost(0, 0, most, 3 * most, 1e-4 * size.members + most * 1e-8)
 
 
-def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
-    """Of the answer to a query of `count` places."""
-    file = json_points.byte_bound(count, order)
-    memory = _add_scratch(lowering_memory(size) + PLACE * count + 2 * file)
-    degree = max(size.degree)
-    work = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
-    work += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
-    return Cost(count, 0, file, memory, work)
-
-
-def project_cost(
-    patches: int, degree: tuple[int, int], own: int, count: int, file: int, *, sign: bool
-) -> Cost:
-    """Of the closest points to `count` points: of nets of this degree, with their cells.
-
-    Signs need the seams of the surface, and the cells once more.
-    """
-    p, q = degree
-    net = CELL + 2 * 32 * (p + 1) * (q + 1)
-    memory = LEAST + own + patches * net + min(CELLS_OF_QUERIES, count * net * 64)
-    work = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
-    if sign:
-        memory += 4 * own + SIGNS
-        work = 1e-2 + 4 * work
-    return Cost(count, 0, file, memory + PLACE * count + 2 * file, work)
-
-
-def rays_cost(patches: int, degree: tuple[int, int], own: int, count: int, hits: int) -> Cost:
-    """Of the hits of `count` rays, at most `hits`, with nets of this degree and their cells."""
-    file = 1000 + count * 16 + hits * HIT_CHARS
-    base = project_cost(patches, degree, own, count, file, sign=False)
-    return replace(base, memory=base.memory + HIT * hits)
-
-
-def piece_memory(net: int, file: int) -> int:
-    """Bytes for each piece of a section: its cell, of `net` control points, and its file."""
-    return PIECE + PIECE_POINT * net + 2 * file // 1000
-
-
-def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cost:
-    """The cost of sections by `planes` planes: at most `pieces` pieces of `each` bytes each."""
-    net = CELL + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
-    memory = CELLS_OF_SECTIONS + lowering_memory(size) + 3 * size.patches * net
-    work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
-    return Cost(pieces, 0, pieces * each, memory + pieces * each, work)
-
-
-def measure_effort(degree: tuple[int, int]) -> int:
-    """Multiplications for each patch that is measured, at least."""
-    p, q = max(degree), min(degree)
-    nodes = max(NODES, 2 * p)
-    return 18 * nodes * (q + 1) * (p + 1 + nodes) + 200 * nodes**2
-
-
-def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
-    """Of the measures of a surface, whose cells have at most `budget` control points more."""
-    (p, q), nets = size.degree, size.grids + 3 * size.triangles
-    points = nets * (p + 1) * (q + 1)
-    memory = 2 * lowering_memory(size) + MEASURED * (points + budget) + CELLS_OF_MEASURES
-    work = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
-    return Cost(0, 0, file, memory + 2 * file, work)
-
-
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
-    """Of a polyline of `points` points, from Bézier pieces of `numbers` numbers."""
-    memory = _add_scratch(8 * numbers + POINT * points + 2 * file)
+    """The cost of a polyline of `points` points, from Bézier pieces of `numbers` numbers."""
+    memory = with_scratch(8 * numbers + POINT * points + 2 * file)
     return Cost(points, 0, file, memory, 5e-4 + points * degree * 2e-6)
 
 
@@ -206,20 +122,20 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
     """The cost of a conversion that leads to at most `points` control points."""
     numbers = (4 + size.width) * points
-    memory = _add_scratch(size.peak + CONVERTED * numbers)
+    memory = with_scratch(size.peak + CONVERTED * numbers)
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
 
 
-def is_convertible(size: SurfaceSize, limits: Limits) -> int:
+def most_converted_points(size: SurfaceSize, limits: Limits) -> int:
     """Control points that the memory allows a surface to have after a conversion."""
     return max(0, limits.max_memory - SCRATCH - size.peak) // (CONVERTED * (4 + size.width))
 
 
 def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits: Limits) -> Cost:
-    """Of an estimate: what is counted where patches fold takes most."""
+    """The cost of an estimate; where patches fold, counting their vertices takes most."""
     most = mesh_counts(size, options)
     counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
-    memory = _add_scratch(lowering_memory(size) + VERTEX // 2 * counted)
+    memory = with_scratch(lowering_memory(size) + VERTEX // 2 * counted)
     work = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         work += 1e-4 * size.patches + 5e-3
@@ -234,7 +150,7 @@ def mesh_cost(
     file: int,
     form: tuple[Format, EncodeOptions],
 ) -> Cost:
-    """Of a mesh of this size and its file; a group in one mesh is built apart first."""
+    """The cost of a mesh of this size and its file; a flattened group is built twice."""
     fmt, encode = form
     degree = max(size.degree)
     # More than small meshes take that have no plan yet; large ones take a thread in any case.
@@ -265,7 +181,7 @@ def mesh_cost(
         built += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
         built += STATION * (mesh.vertices + mesh.patches)
-    memory = max(built, own + _add_writing(mesh, file, fmt, encode))
+    memory = max(built, own + _writing_memory(mesh, file, fmt, encode))
     return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
 
 
@@ -276,7 +192,7 @@ def adaptive_cost(
     form: tuple[Format, EncodeOptions],
     limits: Limits,
 ) -> Cost:
-    """Of a mesh by tolerance: as many triangles as limits, budget and memory allow."""
+    """The cost of a mesh by tolerance: as many triangles as limits, budget and memory allow."""
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
     empty, some = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     least = fmt.byte_bound(empty, encode)
@@ -400,8 +316,8 @@ def mesh_size(
     )
 
 
-def _add_writing(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
-    """Bytes of a file, and of what leads to it."""
+def _writing_memory(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
+    """Bytes of a file and of the arrays that become it."""
     faces = 12 * (mesh.triangles + 2 * mesh.quads)
     memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
     if encode.compression != "none":
@@ -412,6 +328,6 @@ def _add_writing(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) 
     return memory
 
 
-def _add_scratch(other: int) -> int:
-    """Bytes of something together with the work arrays in which it is computed."""
+def with_scratch(other: int) -> int:
+    """`other` bytes, and the bytes of the work arrays beside them."""
     return other + min(SCRATCH, LEAST + 4 * other)

@@ -12,7 +12,7 @@ from service.pipeline.cost import (
     conversion_cost,
     conversion_points,
     definition_cost,
-    is_convertible,
+    most_converted_points,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
@@ -64,7 +64,7 @@ def plan_conversion(
     if size.curves:
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     # A step that leads to more than the memory holds is refused as too large.
-    most = min(allowed.control_points, is_convertible(size, limits))
+    most = min(allowed.control_points, most_converted_points(size, limits))
     cost = conversion_cost(size, min(most, conversion_points(size, operations)), limits)
     allowed = replace(allowed, control_points=most)
     return ConversionWork(surface, operations, allowed, limits, cost)

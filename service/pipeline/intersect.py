@@ -7,9 +7,10 @@ from service.engine.queries.intersect import RayQuery, intersect_rays
 from service.errors import Issue
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import HIT_CHARS, Cost, rays_cost
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.pipeline.project import query_patches
+from service.pipeline.query_costs import HIT_CHARS, rays_cost
 from service.surface.sizes import SurfaceKind
 
 MOST_RAYS = 100_000

@@ -18,8 +18,9 @@ from service.engine.measures.sources import SidePlace
 from service.errors import InvalidRequest
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost, measure_cost, measure_effort
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.query_costs import measure_cost, measure_effort
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 

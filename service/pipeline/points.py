@@ -8,8 +8,9 @@ from service.engine.points.places import PointsQuery, locate
 from service.errors import Issue
 from service.measuring import Measured
 from service.pipeline.checks import check_surface, require_patches
-from service.pipeline.cost import Cost, points_cost
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
+from service.pipeline.query_costs import points_cost
 from service.surface.sizes import SurfaceKind
 
 

@@ -11,8 +11,9 @@ from service.engine.queries.project import ProjectQuery, project_on_curve, proje
 from service.errors import InvalidRequest, Issue
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost, project_cost
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
+from service.pipeline.query_costs import project_cost
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.sizes import SurfaceKind

@@ -14,9 +14,10 @@ from service.engine.sections.section import Sections, cut_surface
 from service.errors import Issue, TooLarge
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost, piece_memory, sections_cost
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.pipeline.project import query_patches
+from service.pipeline.query_costs import piece_memory, sections_cost
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 

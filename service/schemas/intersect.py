@@ -1,8 +1,7 @@
-"""Rays that shall hit a surface, or planes that shall cut it, as a document says it."""
+"""Rays and planes to intersect with a surface, in a document."""
 
 from typing import Annotated, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
@@ -14,22 +13,15 @@ from service.engine.sections.planes import (
     SectionTolerance,
 )
 from service.errors import InvalidRequest, Issue
-from service.schemas.arrays import NumberGrid
 from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
 from service.schemas.planes import PlaneSet
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import to_invalid
+from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import validate_points
-
-VECTORS = NumberGrid(
-    ("vectors", "coordinates"), width=3, width_rule="A ray is in space: three numbers [x, y, z]."
-)
 
 LEAST_THICKNESS = 1e-12
 """Thinner rays would hit nothing but rounding."""
-
-SHORTEST = 1e-100
-"""A vector of smaller numbers is no direction: their squares vanish."""
 
 
 class Rays(RequestModel):
@@ -50,7 +42,7 @@ OF_RAYS, OF_PLANES = ("hits", "relative_thickness"), ("tolerance", "relative_tol
 
 
 class IntersectRequest(SurfaceRequest):
-    """A surface, and rays whose hits are looked for, or planes whose sections are."""
+    """A surface, and rays to find the hits of, or planes to find the sections of."""
 
     rays: Annotated[Rays | None, Omittable()] = optional("The rays.")
     planes: Annotated[PlaneSet | None, Omittable()] = optional("Instead of rays: planes.")
@@ -117,20 +109,8 @@ class IntersectRequest(SurfaceRequest):
             raise ValueError("a request without rays has no hits")
         try:
             origins = validate_points(self.rays.origins, "origins", axes=2)
-            directions = validate_points(self.rays.directions, "directions", axes=2)
+            directions = validate_directions(self.rays.directions, "directions")
+            directions, origins = pair_rows(directions, "directions", origins, "origins")
         except InvalidRequest as error:
             raise error.within("/rays") from None
-        count = max(len(origins), len(directions))
-        if not {len(origins), len(directions)} <= {1, count}:
-            message = "There must be a direction for each origin, or one of all."
-            got = f"{len(origins)} origins, {len(directions)} directions"
-            needed = f"{len(origins)} directions, or 1"
-            issue = Issue("conflicting_options", message, "/rays/directions", got, needed)
-            raise InvalidRequest(issue)
-        zero = np.flatnonzero(np.abs(directions).max(axis=1) < SHORTEST)
-        if len(zero):
-            message = "A direction of length 0 leads nowhere."
-            where = f"/rays/directions/{zero[0]}"
-            raise InvalidRequest(Issue("zero_direction", message, where, "about 0", "a vector"))
-        origins, directions = (np.broadcast_to(rows, (count, 3)) for rows in (origins, directions))
         return RayQuery(origins, directions, self.hits == "first", self.relative_thickness)

@@ -1,4 +1,4 @@
-"""Planes that shall cut a surface, as a document says it."""
+"""Planes to cut a surface with, in a document."""
 
 from typing import Annotated, Self
 
@@ -7,19 +7,14 @@ from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
 from service.engine.sections.planes import Planes
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest
 from service.schemas.arrays import NumberGrid
 from service.schemas.fields import RequestModel, conflict_error, optional
 from service.schemas.validation import to_invalid
+from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import check_finite, check_stored, validate_points
 
-VECTORS = NumberGrid(
-    ("vectors", "coordinates"), width=3, width_rule="A plane is in space: three numbers [x, y, z]."
-)
 OFFSETS = NumberGrid(("offsets",))
-
-SHORTEST = 1e-100
-"""A vector of smaller numbers is no normal: their squares vanish."""
 
 
 class PlaneSet(RequestModel):
@@ -61,12 +56,7 @@ class PlaneSet(RequestModel):
             raise error.within("/planes") from None
 
     def _planes(self) -> Planes:
-        normals = validate_points(self.normals, "normals", axes=2)
-        zero = np.flatnonzero(np.abs(normals).max(axis=1) < SHORTEST)
-        if len(zero):
-            message = "A normal of length 0 has no direction."
-            where = f"/normals/{zero[0]}"
-            raise InvalidRequest(Issue("zero_direction", message, where, "about 0", "a vector"))
+        normals = validate_directions(self.normals, "normals")
         normals = normals / np.abs(normals).max(axis=1, keepdims=True)
         normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
         if self.points is not None:
@@ -75,13 +65,7 @@ class PlaneSet(RequestModel):
             name, places = "offsets", np.asarray(self.offsets, np.float64) + 0.0
             check_finite(places, "/offsets")
             check_stored(places, "/offsets")
-        count = max(len(normals), len(places))
-        if not {len(normals), len(places)} <= {1, count}:
-            message = f"There must be a normal for each of the {name}, or one of all."
-            got = f"{len(normals)} normals, {len(places)} {name}"
-            needed = f"{len(places)} normals, or 1"
-            raise InvalidRequest(Issue("conflicting_options", message, "/normals", got, needed))
-        normals = np.broadcast_to(normals, (count, 3))
+        normals, places = pair_rows(normals, "normals", places, name)
         if places.ndim == 2:
             places = (normals * places).sum(axis=1)
-        return Planes(normals, np.broadcast_to(places, (count,)))
+        return Planes(normals, places)

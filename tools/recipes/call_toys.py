@@ -29,8 +29,9 @@ from dataclasses import dataclass
 from service.encoders.text import json_text
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost, points_cost
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.query_costs import points_cost
 from service.surface.sizes import SurfaceKind
 
 

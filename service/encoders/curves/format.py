@@ -1,12 +1,12 @@
-"""The type of a format of curves: as for meshes, with a function from a polyline to bytes."""
+"""What formats of curves share: counts, coordinates and the report."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.encoders.format import FileFormat
+from service.encoders.lines import LineFormat
 from service.engine.curves.polyline import Polyline, PolylineReport
 
 
@@ -18,12 +18,7 @@ class CurveSize:
     name_bytes: int
 
 
-@dataclass(frozen=True, slots=True)
-class CurveFormat(FileFormat):
-    """A format of curves; `encode` gives the bytes, `byte_bound` bounds their number."""
-
-    encode: Callable[[Polyline], bytes]
-    byte_bound: Callable[[CurveSize], int]
+CurveFormat: TypeAlias = LineFormat[Polyline, CurveSize]
 
 
 def in_space(vectors: RealArray) -> RealArray:

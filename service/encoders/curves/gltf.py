@@ -10,16 +10,14 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 """
 
 from service.encoders.curves.format import CurveSize, in_space, report_object
+from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import Column, single
-from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, textual
+from service.encoders.gltf.document import LINE_STRIP, File, root_placement, textual, whole
 from service.encoders.gltf.glb import binary
-from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
+from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import Polyline
-
-LINE_STRIP = 3
-"""Primitive mode (3.7.2.1)."""
 
 POINT_BYTES = 12 + 12 + 4 + 4
 
@@ -57,40 +55,14 @@ def _document(line: Polyline) -> File:
         name: (buffer.add_positions if name == "POSITION" else buffer.add)(Column(single(values)))
         for name, values in columns.items()
     }
-    packed = buffer.packed()
-    document: JsonObject = {
-        "asset": {
-            "version": "2.0",
-            "generator": GENERATOR,
-            "extras": {"report": report_object(line.report)},
-        },
-        "extensionsUsed": [UNLIT],
-        "scene": 0,
-        "scenes": [{"name": line.name, "nodes": [0]}],
-        "nodes": [{"name": line.name, "mesh": 0, **_place(line)}],
-        "meshes": [
-            {
-                "name": line.name,
-                "primitives": [{"attributes": attributes, "mode": LINE_STRIP, "material": 0}],
-            }
-        ],
+    primitive = {"attributes": attributes, "mode": LINE_STRIP, "material": 0}
+    placement = root_placement(in_space(line.origin[None])[0], line.up)
+    arrays: JsonObject = {
+        "nodes": [{"name": line.name, "mesh": 0, **placement}],
+        "meshes": [{"name": line.name, "primitives": [primitive]}],
         "materials": [LINE_MATERIAL],
-        "accessors": buffer.accessors,
-        "bufferViews": packed.views,
     }
-    return document, packed
-
-
-def _place(line: Polyline) -> JsonObject:
-    """The transformation of the node: from the local origin, and to y up."""
-    x, y, z = in_space(line.origin[None])[0].tolist()
-    place: JsonObject = {}
-    if line.up == "z":
-        place["rotation"] = Z_UP_TO_Y_UP
-    if line.origin.any():
-        # glTF rotates first, so the origin is rotated here.
-        place["translation"] = [x, z, 0.0 - y] if line.up == "z" else [x, y, z]
-    return place
+    return whole(line.name, report_object(line.report), arrays, buffer, EncodeOptions())
 
 
 def _json_bound(size: CurveSize) -> int:

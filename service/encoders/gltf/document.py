@@ -2,13 +2,14 @@
 
 References
 ----------
-Khronos, glTF 2.0 Specification: 3.2 asset, 3.6.1 buffers, 3.12 extensions.
+Khronos, glTF 2.0 Specification: 3.2 asset, 3.5.3 transformations, 3.6.1 buffers, 3.12 extensions.
 """
 
 import base64
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
 
+from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
@@ -21,6 +22,9 @@ GENERATOR = "Surface Service"
 
 Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
 """Unit quaternion (x, y, z, w): a quarter turn about x, from z up to y up."""
+
+LINE_STRIP = 3
+"""Mode of a primitive (3.7.2.1)."""
 
 DATA_URI = "data:application/gltf-buffer;base64,"
 """A buffer inside the document (3.6.1.1)."""
@@ -67,6 +71,18 @@ def whole(
     }
     # An array that is present must not be empty (JSON schema of the specification, minItems 1).
     return {key: value for key, value in document.items() if value != []}, packed
+
+
+def root_placement(origin: FloatArray, up: str) -> JsonObject:
+    """Fields of the root node: from the local `origin` (3,), and with y up.
+
+    A reader rotates before it translates (3.5.3), so the translation is the rotated origin.
+    """
+    x, y, z = origin.tolist()
+    placement: JsonObject = {"rotation": Z_UP_TO_Y_UP} if up == "z" else {}
+    if origin.any():
+        placement["translation"] = [x, z, 0.0 - y] if up == "z" else [x, y, z]
+    return placement
 
 
 def textual(document: JsonObject, buffer: Packed) -> bytes:

@@ -1,12 +1,12 @@
-"""The type of a format of sections: a function from sections to bytes."""
+"""What formats of sections share: counts, points and the report."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.encoders.format import FileFormat
+from service.encoders.lines import LineFormat
 from service.engine.extent import choose_origin
 from service.engine.mesh.report import ENGINE
 from service.engine.sections.section import Polyline, Section, Sections
@@ -42,12 +42,7 @@ class SectionSize:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class SectionFormat(FileFormat):
-    """A format of sections; `encode` gives the bytes, `byte_bound` bounds their number."""
-
-    encode: Callable[[Sections], bytes]
-    byte_bound: Callable[[SectionSize], int]
+SectionFormat: TypeAlias = LineFormat[Sections, SectionSize]
 
 
 def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object]:

@@ -10,17 +10,15 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 """
 
 from service.bases.arrays import FloatArray
+from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import Column, single
-from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, textual
+from service.encoders.gltf.document import LINE_STRIP, File, root_placement, textual, whole
 from service.encoders.gltf.glb import binary
-from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
+from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.sections.format import SectionSize, report_object, stored
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.sections.section import Sections
-
-LINE_STRIP = 3
-"""Primitive mode (3.7.2.1)."""
 
 POINT_BYTES = 12
 
@@ -53,15 +51,10 @@ def gltf_bound(size: SectionSize) -> int:
 def _document(sections: Sections) -> File:
     origin, moved = stored(sections)
     buffer = BufferBuilder()
-    nodes: list[JsonObject] = [{"name": sections.name}]
+    children = list(range(1, len(sections.sections) + 1))
+    root = {"name": sections.name, **root_placement(origin, sections.up), "children": children}
+    nodes: list[JsonObject] = [root]
     meshes: list[JsonObject] = []
-    x, y, z = origin.tolist()
-    if sections.up == "z":
-        nodes[0]["rotation"] = Z_UP_TO_Y_UP
-    if origin.any():
-        # glTF rotates first, so the origin is rotated here.
-        nodes[0]["translation"] = [x, z, 0.0 - y] if sections.up == "z" else [x, y, z]
-    nodes[0]["children"] = list(range(1, len(sections.sections) + 1))
     for k, section in enumerate(sections.sections):
         normal, offset = sections.planes.normals[k].tolist(), float(sections.planes.offsets[k])
         node: JsonObject = {"name": f"section {k}", "extras": {"normal": normal, "offset": offset}}
@@ -70,26 +63,8 @@ def _document(sections: Sections) -> File:
             strips = [_strip(line.points - origin, buffer) for line in section.polylines]
             meshes.append({"name": f"section {k}", "primitives": strips})
         nodes.append(node)
-    packed = buffer.packed()
-    document: JsonObject = {
-        "asset": {
-            "version": "2.0",
-            "generator": GENERATOR,
-            "extras": {"report": report_object(sections, moved)},
-        },
-        "scene": 0,
-        "scenes": [{"name": sections.name, "nodes": [0]}],
-        "nodes": nodes,
-    }
-    if meshes:
-        document |= {
-            "extensionsUsed": [UNLIT],
-            "meshes": meshes,
-            "materials": [LINE_MATERIAL],
-            "accessors": buffer.accessors,
-            "bufferViews": packed.views,
-        }
-    return document, packed
+    arrays = {"nodes": nodes, "meshes": meshes, "materials": [LINE_MATERIAL] if meshes else []}
+    return whole(sections.name, report_object(sections, moved), arrays, buffer, EncodeOptions())
 
 
 def _strip(points: FloatArray, buffer: BufferBuilder) -> JsonObject:

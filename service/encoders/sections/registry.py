@@ -1,34 +1,19 @@
 """The registry of formats of sections."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.encoders.registry import BY_NAME
+from service.encoders.lines import LineFormat, line_format
 from service.encoders.sections import files, gltf, svg
-from service.encoders.sections.format import SectionFormat, SectionSize
-from service.engine.sections.section import Sections
-
-
-def _as_of_meshes(
-    name: str,
-    encode: Callable[[Sections], bytes],
-    byte_bound: Callable[[SectionSize], int],
-    title: str = "",
-) -> SectionFormat:
-    """A format that meshes have too, with the same name, media type and suffix."""
-    fmt = BY_NAME[name]
-    return SectionFormat(
-        fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.single, encode, byte_bound
-    )
-
+from service.encoders.sections.format import SectionFormat
 
 SECTION_FORMATS: tuple[SectionFormat, ...] = (
-    _as_of_meshes("glb", gltf.encode_glb, gltf.glb_bound),
-    _as_of_meshes("gltf", gltf.encode_gltf, gltf.gltf_bound),
-    _as_of_meshes("json", files.encode_json, files.json_bound, "Hits, or polylines, as JSON"),
-    _as_of_meshes("oogl", files.encode_oogl, files.oogl_bound),
-    _as_of_meshes("obj", files.encode_obj, files.obj_bound),
-    SectionFormat(
+    line_format("glb", gltf.encode_glb, gltf.glb_bound),
+    line_format("gltf", gltf.encode_gltf, gltf.gltf_bound),
+    line_format("json", files.encode_json, files.json_bound, "Hits, or polylines, as JSON"),
+    line_format("oogl", files.encode_oogl, files.oogl_bound),
+    line_format("obj", files.encode_obj, files.obj_bound),
+    LineFormat(
         "svg", "SVG in the planes", "image/svg+xml", "svg", False, svg.encode_svg, svg.svg_bound
     ),
 )

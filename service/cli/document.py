@@ -1,0 +1,73 @@
+"""Commands that turn one document into one file: in this process, or at a service (`--url`)."""
+
+import argparse
+from collections.abc import Callable, Collection, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from service.cli.nets import chosen_fields, field_line
+from service.cli.source import perform
+from service.errors import Issue
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from service.encoders.format import FileFormat
+    from service.pipeline.limits import Limits
+
+Request = TypeVar("Request", bound="BaseModel")
+
+
+def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[Request, Limits]":
+    """The request in a document and the limits of one command; sets up NumPy for this process.
+
+    Raises
+    ------
+    InvalidRequest
+        With JSON pointers into the document.
+    InvalidSettings
+    """
+    from service.schemas.validation import validate_document
+    from service.settings.environment import for_one_command
+    from service.settings.runtime import pin_blas
+    from service.settings.values import document_limits, result_limits
+
+    pin_blas()
+    settings = for_one_command()
+    request = validate_document(model, document, document_limits(settings))
+    return request, result_limits(settings)
+
+
+def perform_document(
+    arguments: argparse.Namespace,
+    path: str,
+    document: dict[str, Any],
+    compute: Callable[[Mapping[str, Any]], bytes],
+    *,
+    flags: Collection[str] = (),
+    fmt: "FileFormat | None" = None,
+    query: Mapping[str, str] = MappingProxyType({}),
+    line: Callable[[Issue], str] | None = None,
+) -> int:
+    """Writes what `compute` makes of a document, or the response to it at `--url`.
+
+    Parameters
+    ----------
+    path : str
+        Where the document is posted at a service.
+    flags : collection of str
+        Fields of the document that flags set: an error in one names its flag.
+    fmt : FileFormat, optional
+        Of the response; default: JSON.
+    query : Mapping
+        Further parameters of the URL.
+    line : callable, optional
+        Turns an error into a line; default: by `flags` and the flags of control points.
+    """
+    named = dict.fromkeys(flags, "") | chosen_fields(arguments)
+    return perform(
+        arguments,
+        lambda: compute(document),
+        lambda remote: remote.remote_document(arguments.url, path, document, fmt, query),
+        line or (lambda issue: field_line(issue, named)),
+    )

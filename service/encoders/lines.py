@@ -1,0 +1,32 @@
+"""The type of a format of lines (curves, sections), and how it follows from a format of meshes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from service.encoders.format import FileFormat
+from service.encoders.registry import BY_NAME
+
+Lines = TypeVar("Lines")
+Size = TypeVar("Size")
+
+
+@dataclass(frozen=True, slots=True)
+class LineFormat(FileFormat, Generic[Lines, Size]):
+    """A format of lines; `encode` gives the bytes, `byte_bound` bounds their number."""
+
+    encode: Callable[[Lines], bytes]
+    byte_bound: Callable[[Size], int]
+
+
+def line_format(
+    name: str,
+    encode: Callable[[Lines], bytes],
+    byte_bound: Callable[[Size], int],
+    title: str = "",
+) -> LineFormat[Lines, Size]:
+    """A format of lines with the name, media type and suffix of a format of meshes."""
+    fmt = BY_NAME[name]
+    return LineFormat(
+        fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.single, encode, byte_bound
+    )

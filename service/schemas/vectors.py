@@ -1,0 +1,56 @@
+"""Vectors of rays and planes in a document: directions, and rows that belong together."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue
+from service.schemas.arrays import NumberGrid
+from service.surface.checks import validate_points
+
+VECTORS = NumberGrid(
+    ("vectors", "coordinates"),
+    width=3,
+    width_rule="Rays and planes are in space: three numbers [x, y, z].",
+)
+
+SHORTEST = 1e-100
+"""A vector of smaller numbers has no direction: their squares vanish."""
+
+
+def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
+    """Vectors (n, 3) of any length but 0.
+
+    Raises
+    ------
+    InvalidRequest
+        `zero_direction`, and as `validate_points`; with pointers to `/name`.
+    """
+    directions = validate_points(vectors, name, axes=2)
+    zero = np.flatnonzero(np.abs(directions).max(axis=1) < SHORTEST)
+    if len(zero):
+        message = "A vector of length 0 has no direction."
+        where = f"/{name}/{zero[0]}"
+        raise InvalidRequest(Issue("zero_direction", message, where, "about 0", "a vector"))
+    return directions
+
+
+def pair_rows(
+    rows: FloatArray, name: str, others: FloatArray, other_name: str
+) -> tuple[FloatArray, FloatArray]:
+    """Two arrays with equally many rows; where one has a single row, it is that of all.
+
+    Raises
+    ------
+    InvalidRequest
+        `conflicting_options`, of other counts.
+    """
+    count = max(len(rows), len(others))
+    if not {len(rows), len(others)} <= {1, count}:
+        message = f"There must be as many {name} as {other_name}, or one of either."
+        got = f"{len(rows)} {name}, {len(others)} {other_name}"
+        needed = f"{len(others)} {name}, or 1"
+        raise InvalidRequest(Issue("conflicting_options", message, f"/{name}", got, needed))
+    return (
+        np.broadcast_to(rows, (count, *rows.shape[1:])),
+        np.broadcast_to(others, (count, *others.shape[1:])),
+    )
