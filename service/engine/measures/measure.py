@@ -24,11 +24,12 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.homogeneous import to_homogeneous
 from service.engine.joining.join import Allow, allow_any
+from service.engine.measures.boundaries import chain_open_sides
 from service.engine.measures.cells import Cells, cells_of
-from service.engine.measures.edges import DirectedEdges, direct_edges, open_loops
 from service.engine.measures.integrals import estimate, growth, integrate
 from service.engine.measures.local_nets import UPWARDS
 from service.engine.measures.sources import SidePlace, Source, sources
+from service.engine.mesh.orientation import OrientedSides, orient_sides
 from service.engine.options import MeshOptions
 from service.engine.queries.nets import QueryNets, frame, surface_nets
 from service.surface.lowered import Model, PatchModel
@@ -150,18 +151,17 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     given, part, source = sources(lowered, query.weld_tolerance, allow)
     count = len(given.parts)
     areas = _areas(given, part, source.noise, query)
-    edges = direct_edges(source.seams)
-    everything = np.ones(len(edges.edge), dtype=bool)
-    faults = edges.unbalanced(everything)
-    closed = not faults.any()
-    closed_parts = edges.balanced_parts(source.part, count)
+    oriented = orient_sides(source.seams)
+    faults = oriented.unbalanced()
+    closed = oriented.is_closed
+    closed_parts = oriented.closed_parts(source.part, count)
     solids = _solids(source, closed, closed_parts, areas, query)
-    total, boundaries = _boundaries(source, edges, query)
+    total, boundaries = _boundaries(source, oriented, query)
     own = tuple(
         PartMeasures(each.name, areas[1 + k], *solids[1 + k]) for k, each in enumerate(given.parts)
     )
     sides = np.flatnonzero(faults.ravel())
-    is_open = edges.is_open.ravel()[sides]
+    is_open = oriented.is_open.ravel()[sides]
     volume, centroid = solids[0]
     width = query.tolerance
     return Measures(
@@ -268,16 +268,16 @@ def _solid(sums: FloatArray, errors: FloatArray, nets: QueryNets) -> Solid:
 
 
 def _boundaries(
-    source: Source, edges: DirectedEdges, query: MeasureQuery
+    source: Source, oriented: OrientedSides, query: MeasureQuery
 ) -> tuple[Interval, list[Boundary]]:
     """The length of all open edges, and of each loop of them."""
-    loops = open_loops(source.seams, edges)
-    if not loops:
+    chains = chain_open_sides(source.seams, oriented)
+    if not chains:
         return Interval(0.0, 0.0, 0.0), []
-    numbers = np.concatenate([edges.edge.ravel()[list(loop.sides)] for loop in loops])
-    loop = np.repeat(np.arange(len(loops)), [len(each.sides) for each in loops])
+    edges = np.concatenate([oriented.edge.ravel()[list(chain.sides)] for chain in chains])
+    number = np.repeat(np.arange(len(chains)), [len(each.sides) for each in chains])
     owner = np.full(len(source.seams.users), -1)
-    owner[numbers] = loop
+    owner[edges] = number
     origin, scale, _ = frame(*source.model.bounds)
     noise = (source.noise + source.moved) / scale
     groups = []
@@ -287,8 +287,8 @@ def _boundaries(
             weights = None if curves.weights is None else curves.weights[rows]
             pieces = to_homogeneous((curves.points[rows] - origin) / scale, weights)
             groups.append(cells_of(pieces[:, :, np.newaxis], owner[curves.ids[rows]], noise))
-    total, *each_length = _sizes(groups, np.arange(len(loops)), len(loops), scale, query)
+    total, *each_length = _sizes(groups, np.arange(len(chains)), len(chains), scale, query)
     return total, [
         Boundary(length, len(each.sides), each.is_closed, source.place(each.sides[0]))
-        for length, each in zip(each_length, loops, strict=True)
+        for length, each in zip(each_length, chains, strict=True)
     ]

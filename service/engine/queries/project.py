@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
 from service.engine.evaluation.scattered import scattered_normals
-from service.engine.mesh.connect import connect
+from service.engine.mesh.connect import connect, connect_if_apart
 from service.engine.mesh.connectivity import triangular_patches
+from service.engine.mesh.seams import Seams
 from service.engine.queries.closest import ClosestSearch
 from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import QueryNets, curve_nets, surface_nets
-from service.engine.queries.signs import signs
+from service.engine.queries.signs import WELD_TOLERANCE, signs
 from service.engine.vectors import cross, dot
 from service.surface.curve_pieces import CurvePieces, to_space
 from service.surface.lowered import PatchModel
@@ -65,12 +66,14 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     """
     nets = surface_nets(model.batches)
     found, columns = _closest(nets, query)
+    seams = None
     if query.sign:
-        columns["signs"] = signs(model, nets, nets.local(query.points), found.low)
+        seams = connect_if_apart(model, WELD_TOLERANCE)
+        columns["signs"] = signs(model, seams, nets, nets.local(query.points), found.low)
     patch = nets.patch[found.net]
     local = nets.parameters(found.net, found.place)
     columns |= surface_columns(model, patch, local, net_normals(nets, found.net, found.place))
-    columns["on_boundary"] = _on_boundary(model, patch, local)
+    columns["on_boundary"] = _on_boundary(model, seams or connect(model), patch, local)
     return columns
 
 
@@ -160,9 +163,8 @@ def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Colum
     }
 
 
-def _on_boundary(model: PatchModel, patch: Ints, local: FloatArray) -> Bools:
+def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
     """Whether places lie on a side of their patch that is no other side's edge."""
-    seams = connect(model)
     is_open = (seams.users[seams.edge] == 1) & ~seams.collapsed
     u, v = local.T
     gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)

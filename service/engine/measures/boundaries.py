@@ -1,0 +1,56 @@
+"""Open borders: chains of edges that one side has alone, each with its patches on the left."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.engine.mesh.orientation import LEFT, OrientedSides
+from service.engine.mesh.seams import Seams
+from service.surface.sides import BEGINS, ENDS
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Sides one after another, as patch · 4 + side.
+
+    `is_closed` says whether the last side ends where the first begins.
+    """
+
+    sides: tuple[int, ...]
+    is_closed: bool
+
+
+def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
+    """The open sides as chains with the patches on their left, in the order of their first sides.
+
+    Where several open sides begin at a corner, a chain continues with the least unused one.
+    """
+    sides = np.flatnonzero(oriented.is_open.ravel())
+    begins, ends = (seams.corner[:, which].ravel()[sides] for which in (BEGINS, ENDS))
+    against = np.tile(LEFT < 0, len(seams.edge))[sides]
+    begins, ends = np.where(against, ends, begins), np.where(against, begins, ends)
+    after: dict[int, list[int]] = {}
+    for k in range(len(sides) - 1, -1, -1):
+        after.setdefault(int(begins[k]), []).append(k)
+    entered = set(ends.tolist())
+    left = np.ones(len(sides), dtype=bool)
+    chains = []
+    # Sides to which no other leads begin chains first, else their chains would be cut in two.
+    starts = [k for k, at in enumerate(begins.tolist()) if at not in entered]
+    for start in (*starts, *range(len(sides))):
+        if not left[start]:
+            continue
+        numbers, k = [], start
+        while True:
+            left[k] = False
+            numbers.append(int(sides[k]))
+            if ends[k] == begins[start]:
+                break
+            following = after.get(int(ends[k]), [])
+            while following and not left[following[-1]]:
+                following.pop()
+            if not following:
+                break
+            k = following[-1]
+        chains.append(Chain(tuple(numbers), bool(ends[k] == begins[start])))
+    return sorted(chains, key=lambda chain: chain.sides[0])

@@ -1,0 +1,76 @@
+"""Whether patches enclose a volume: how often they pass along each edge, and in which directions.
+
+A walk around the border of a patch with the patch on its left passes along each of its four sides
+once. An edge is *balanced* if these walks pass along it as often in one direction as in the other:
+then, for every vector field, the contributions of the patches to its boundary integral cancel. By
+Gauss's theorem patches whose edges are all balanced enclose a volume, in which a point counts as
+often as they wind around it. Two kinds of sides count as no passage: sides that are one point, and
+sides whose second half returns along the first.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.engine.mesh.seams import Seams
+
+LEFT = np.array([-1, 1, 1, -1])
+"""+1 for the sides on whose left the patch lies, seen from the normal's tip; −1 for the others."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class OrientedSides:
+    """The sides of P patches as passages along edges.
+
+    Attributes
+    ----------
+    edge : ndarray of int, shape (P, 4)
+        Number of the edge of each side.
+    passage : ndarray of int, shape (P, 4)
+        +1 along the direction of the edge, −1 against it, 0 for sides that do not count.
+    is_open : ndarray of bool, shape (P, 4)
+        Whether the side counts, and no other side that counts is the same edge.
+    """
+
+    edge: Ints
+    passage: Ints
+    is_open: Bools
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether every edge is balanced."""
+        return not np.bincount(self.edge.ravel(), self.passage.ravel()).any()
+
+    def unbalanced(self) -> Bools:
+        """Which sides, (P, 4), count and lie on edges that are not balanced."""
+        sums = np.bincount(self.edge.ravel(), self.passage.ravel())
+        return np.asarray((sums[self.edge] != 0) & (self.passage != 0))
+
+    def closed_parts(self, part: Ints, count: int) -> Bools:
+        """Which of `count` parts have patches, and balance all of their edges by themselves.
+
+        Patch k belongs to part[k]; shape (count,).
+        """
+        edges = int(self.edge.max()) + 1
+        keys, number = np.unique(part[:, np.newaxis] * edges + self.edge, return_inverse=True)
+        sums = np.bincount(number.ravel(), self.passage.ravel())
+        closed = np.zeros(count, dtype=bool)
+        closed[part] = True
+        closed[keys[sums != 0] // edges] = False
+        return closed
+
+
+def orient_sides(seams: Seams) -> OrientedSides:
+    """The passages of all sides along the edges of their seams."""
+    passage = np.where(seams.backward, -LEFT, LEFT)
+    passage[seams.collapsed] = 0
+    for group in seams.curves:
+        returns = (group.points == group.points[:, ::-1]).all(axis=(1, 2))
+        if group.weights is not None:
+            returns &= (group.weights == group.weights[:, ::-1]).all(axis=1)
+        if returns.any():
+            passage[np.isin(seams.edge, group.ids[returns])] = 0
+    counted = passage != 0
+    users = np.bincount(seams.edge[counted], minlength=len(seams.users))
+    return OrientedSides(seams.edge, passage, (users[seams.edge] == 1) & counted)

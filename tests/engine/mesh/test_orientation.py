@@ -1,0 +1,40 @@
+"""Orientation: walks around the borders of patches, of which each edge is balanced or not."""
+
+import numpy as np
+import pytest
+
+from service.engine.measures.measure import MeasureQuery, measure
+from service.engine.mesh.connect import connect
+from service.engine.mesh.orientation import orient_sides
+from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.surface.batches import TensorPatches
+from service.surface.lowered import Part, PatchModel
+
+BAG = np.array(
+    [
+        [[0, 0, 0], [4, 0, 0], [4, 0, 0], [0, 0, 0]],
+        [[0, 0, 2], [3, -3, 2], [3, 3, 2], [0, 0, 2]],
+        [[0, 0, 4]] * 4,
+    ],
+    float,
+)
+"""A closed patch: v = 0 and v = 1 are one edge, u = 1 is a point, and u = 0 returns along itself."""
+
+
+@pytest.mark.parametrize(
+    ("corner", "passages", "closed"),
+    [([0, 0, 0], [0, 0, 1, -1], True), ([0.5, 0, 0], [-1, 0, 1, -1], False)],
+)
+def test_a_side_that_returns_along_itself_does_not_count(
+    corner: list[float], passages: list[int], closed: bool
+) -> None:
+    net = BAG.copy()
+    net[0, 1] += corner
+    model = PatchModel("bag", (TensorPatches(net[np.newaxis]),), (Part("bag", 0, 1),))
+    oriented = orient_sides(connect(model))
+    assert oriented.passage.tolist() == [passages]
+    assert oriented.is_closed == oriented.closed_parts(np.zeros(1, int), 1)[0] == closed
+    assert oriented.unbalanced().tolist() == [[not closed, False, False, False]]
+    assert (measure(model, MeasureQuery(1e-2)).volume is not None) == closed
+    inner = ProjectQuery(np.array([[1.5, 0, 2.0]]), sign=True)
+    assert (project_on_surface(model, inner)["signs"] == -1).all() == closed
