@@ -114,6 +114,7 @@ class CellSearch:
         while len((opened := opened.take(_is_near(opened))).pair):
             checkpoint()
             kind, sense, both = classify(opened.nets)
+            checkpoint()
             kind[opened.coplanar] = COPLANAR
             along_u, along_v = self._to_halve(opened, kind, both)
             ends = ~(along_u | along_v)
@@ -141,6 +142,7 @@ class CellSearch:
             flat, wide = self._are_flat(cells.take(rows), axis, both[rows])
             along[axis, rows], along[1 - axis, rows] = ~flat, ~flat & wide
         for side in range(4):
+            checkpoint()
             axis = 1 - side // 2
             is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
             # Within a patch that lies in the plane nothing is drawn.
@@ -186,6 +188,7 @@ class CellSearch:
         kinds = np.where(tight, 2, axis)
         pieces = Pieces(cells.plane[first], cells.net[first], second, last, low, high, kinds)
         bound, slack = piece_bounds(self.group, self.planes, pieces)
+        checkpoint()
         worst = np.zeros(len(cells.pair))
         # What rounding adds does not become smaller: half of the tolerance is left for the rest.
         needed = np.minimum(slack, self.tolerance / 2) + bound
@@ -219,6 +222,7 @@ class CellSearch:
 
     def _end(self, cells: "_Open", kind: Ints, sense: FloatArray) -> None:
         if len(kind):
+            checkpoint()
             a, b, c, d = (take_side(cells.nets, side).copy() for side in range(4))
             rows = a, b, c, d
             self._ended.append(
@@ -313,6 +317,7 @@ def crossings(
         cells.append(row)
         places.append(where)
     cell, where = np.concatenate(cells), np.concatenate(places)
+    checkpoint()
     order = np.lexsort((where[:, axis], cell))
     return cell[order], where[order]
 
@@ -337,8 +342,10 @@ def _halves(cells: _Open, along_u: Bools, along_v: Bools) -> _Open:
         pieces = [some] if len(some.pair) else []
         for axis, is_on in ((0, on_u), (1, on_v)):
             if is_on:
+                checkpoint()
                 pieces = [half for each in pieces for half in _halved(each, axis)]
         parts += pieces
+    checkpoint()
     if not parts:
         return cells.take(np.zeros(0, np.intp))
     return _Open(

@@ -18,7 +18,7 @@ BAG = np.array(
     ],
     float,
 )
-"""A closed patch: v = 0 and v = 1 are one edge, u = 1 is a point, and u = 0 returns along itself."""
+"""A closed patch: v = 0 and v = 1 are one edge, u = 1 is a point, u = 0 returns along itself."""
 
 
 @pytest.mark.parametrize(
