@@ -15,9 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.cancellation import checkpoint
 from service.engine.sections.borders import ONE, Borders
 from service.engine.sections.cells import ABOVE, BELOW, COPLANAR, OVER_U, OVER_V, SINGULAR
-from service.engine.sections.segments import CellTable, Segments, root_places
+from service.engine.sections.segments import Segments
+from service.engine.sections.sides import CellSides, CellTable
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,7 +50,8 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     cell, side, root = _incidences(segments)
     node = segments.root_node[root]
     nodes = len(segments.node_net)
-    u, v = root_places(cells, borders, cell, side, segments.root_at[root])
+    u, v = CellSides.of(cells, borders).parameters(cells, cell, side, segments.root_at[root])
+    checkpoint()
     kind = cells.kind[cell]
     key = np.where(kind == OVER_U, u, v)
     around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
@@ -62,8 +65,10 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     loops = pairs[:, 0] == pairs[:, 1]
     keep = ~loops & ~_along_sides(segments, owner, pairs)
 
+    checkpoint()
     flat, flat_sense = _sides_in_plane(cells, segments)
     crossing = _crossings(cells, segments)
+    checkpoint()
     is_singular = kind == SINGULAR
     on_border = _cover(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
     joined = is_singular & on_border
@@ -183,6 +188,7 @@ def components(count: int, one: Ints, other: Ints) -> Ints:
     """Connected components of a graph of `count` vertices: the least vertex of each, (count,)."""
     label = np.arange(count)
     while True:
+        checkpoint()
         least = np.minimum(label[one], label[other])
         following = label.copy()
         for ends in (one, other):

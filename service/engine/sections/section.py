@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
 from service.engine.mesh.connectivity import triangular_patches
 from service.engine.mesh.seams import Seams
@@ -16,16 +17,18 @@ from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import QueryNets, surface_nets
 from service.engine.sections.arcs import Arcs, find_arcs
 from service.engine.sections.borders import ONE, Borders, find_borders
-from service.engine.sections.cells import Cells, CellSearch
+from service.engine.sections.cells import Cells
 from service.engine.sections.flatness import SLACK, cell_sizes
 from service.engine.sections.heights import Boxes, LocalPlanes, runs_of_planes
 from service.engine.sections.planes import Planes
-from service.engine.sections.segments import CellTable, Segments, find_segments
+from service.engine.sections.search import CellSearch
+from service.engine.sections.segments import Segments, find_segments
+from service.engine.sections.sides import CellTable
 from service.engine.sections.trace import trace
 from service.surface.checks import Up
 from service.surface.lowered import PatchModel
 
-PAIRS = 1 << 18
+PAIRS = 1 << 16
 """Coefficients of f, at the beginning, of planes that are looked at together."""
 
 LEAST = 2.0**-38
@@ -34,6 +37,9 @@ LEAST = 2.0**-38
 NEAR = 2.0**-14
 """Distance, in the coordinates of the nets, within which places where a surface touches a plane are
 one: cells that may touch the plane lie about it."""
+
+NODES = 1 << 14
+"""Points that are computed at a time."""
 
 ALL = 1 << 20
 """Pairs of a plane and a net whose boxes are compared at a time."""
@@ -178,6 +184,7 @@ class _Search:
         x, y = (axes[plane] for axes in self.planes.axes)
         flat = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
         model = self.nets.origin + points * self.nets.scale
+        checkpoint()
         touching = [arcs.touching]
         for line in trace(arcs.ends, arcs.sense, flat, self.tolerance):
             rows = model[line.nodes]
@@ -197,8 +204,10 @@ class _Search:
         points = np.zeros((len(plane), 3))
         used = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
         used = used[used < len(plane)]
-        at = net_partials(self.nets, segments.node_net[used], segments.node_place[:, used])
-        points[used] = at[0].T
+        for first, last in row_runs(len(used), NODES):
+            some = used[first:last]
+            at = net_partials(self.nets, segments.node_net[some], segments.node_place[:, some])
+            points[some] = at[0].T
         rows = np.flatnonzero(arcs.crossing >= 0)
         if len(rows):
             hub = arcs.crossing[rows]
@@ -211,6 +220,7 @@ class _Search:
             owner[hub] = cells.plane[rows]
             plane = np.concatenate([plane, owner])
             self._note_crossings(cells, rows, np.abs(at - means[hub]).max(axis=1))
+        checkpoint()
         height = self.local.heights(plane, points)
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
@@ -231,6 +241,7 @@ def _apart(points: FloatArray, some: Ints, crossings: Ints) -> Ints:
     kept: list[int] = []
     others = points[crossings]
     for k in some.tolist():
+        checkpoint()
         near = np.abs(np.concatenate([others, points[kept]]) - points[k]).max(axis=1) <= NEAR
         if not near.any():
             kept.append(k)

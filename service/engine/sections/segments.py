@@ -1,11 +1,12 @@
 """Sides of cells cut into segments that all cells on them share, and the roots of f on these.
 
-Cells of different sizes meet along a line. All of their sides on it are dyadic, so that two of them
-lie in each other or apart: the smallest are the *segments*, and each side is a row of them, but for
-gaps where f has no root. Whatever cell asks, a root is found once, on its segment, and is a *node*;
-so neighbours share their nodes, and polylines close. Likewise the sign of f at a place that is the
-corner of several cells is decided once, and the polynomial of each segment is given the signs of
-its ends: the numbers of two patches may differ there by rounding. Zero counts as positive.
+Cells of different sizes meet along a line. All of their sides on it are dyadic intervals, so two of
+them are nested or apart: the smallest are the *segments*, and each side is a row of segments, but
+for gaps in which f has no root. A root is computed once, on its segment, whichever cells have sides
+there, and is a *node*; so neighbours share their nodes, and polylines close. Likewise the sign of f
+at a place that is a corner of several cells is decided once, and the polynomial of each segment
+gets the signs of its ends: the numbers of two patches may differ there by rounding. Zero counts as
+positive.
 """
 
 from dataclasses import dataclass
@@ -13,51 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.sections.borders import LINE, ONE, Borders
-from service.engine.sections.cells import Cells
+from service.cancellation import checkpoint
+from service.engine.sections.borders import Borders
 from service.engine.sections.flatness import is_zero
 from service.engine.sections.roots import roots
+from service.engine.sections.sides import CellSides, CellTable, is_change, number_corners
 from service.surface.sides import BEGINS, ENDS
 
 TINY = 2.0**-1000
 """What a coefficient becomes whose sign is wrong by rounding."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class CellTable:
-    """Cells of all groups, n in number, one after another; columns as of `Cells`.
-
-    `parts` are the cells of each group, `first` the number of the first of each.
-    """
-
-    plane: Ints
-    net: Ints
-    kind: Ints
-    place: Ints
-    sense: FloatArray
-    parts: tuple[Cells, ...]
-    first: Ints
-
-    @staticmethod
-    def of(parts: tuple[Cells, ...]) -> "CellTable":
-        """The cells of some groups."""
-        return CellTable(
-            np.concatenate([part.plane for part in parts]),
-            np.concatenate([part.net for part in parts]),
-            np.concatenate([part.kind for part in parts]),
-            np.concatenate([part.place for part in parts], axis=1),
-            np.concatenate([part.sense for part in parts]),
-            parts,
-            np.cumsum([0, *(len(part.net) for part in parts)])[:-1],
-        )
-
-    def corner_values(self) -> FloatArray:
-        """Numbers f at the corners of cells, (n, 4)."""
-        ends = [
-            np.stack([p.rows[0][:, 0], p.rows[0][:, -1], p.rows[1][:, 0], p.rows[1][:, -1]], axis=1)
-            for p in self.parts
-        ]
-        return np.concatenate(ends)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -107,35 +72,19 @@ class Segments:
 
 def find_segments(cells: CellTable, borders: Borders) -> Segments:
     """The segments of all sides of cells, and the roots on them."""
-    corner, chosen = _corners(cells, borders)
+    corner, chosen = number_corners(cells, borders)
     value = cells.corner_values().ravel()[chosen]
-    sides = _Sides.of(cells, borders)
-    order = np.lexsort((-sides.high, sides.low, sides.across, sides.line, sides.plane))
-    order = order[sides.has_length[order]]
-    is_first = _changes(sides.plane[order], sides.line[order], sides.across[order])
-    run = np.cumsum(is_first).astype(np.int64)
-    low, high = sides.low[order], sides.high[order]
-    is_new = _changes(run, low, high)
-    lone = np.flatnonzero(is_new)
-    # Of sides that lie in each other the next is inside.
-    following = np.append(lone[1:], -1)
-    smallest = (run[following] != run[lone]) | (low[following] >= high[lone])
-    smallest[-1:] = True
-    chosen_sides = lone[smallest]
-    key = (run << 32) | low
-    first, last = np.zeros((2, len(cells.net) * 4), np.intp)
-    begins = key[chosen_sides]
-    first[order] = np.searchsorted(begins, key)
-    last[order] = np.searchsorted(begins, (run << 32) | high)
-
-    side = order[chosen_sides]
+    sides = CellSides.of(cells, borders)
+    checkpoint()
+    side, first, last = _find_smallest(sides)
+    checkpoint()
     cell, number = np.divmod(side, 4)
     ends = np.stack([corner[cell, BEGINS[number]], corner[cell, ENDS[number]]], axis=1)
     turned = sides.backward[side]
     ends[turned] = ends[turned, ::-1]
     segment, t, in_plane = _segment_roots(cells, side, turned, value[ends])
-    span = (high - low)[chosen_sides]
-    at = low[chosen_sides][segment] + t * span[segment]
+    low, high = sides.low[side][segment], sides.high[side][segment]
+    at = np.asarray(low + t * (high - low), np.float64)
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
     inner = np.flatnonzero((t > 0) & (t < 1))
     again = np.zeros(len(inner), bool)  # the second of a double root is the node of the first
@@ -143,11 +92,13 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     node[inner] = len(value) - 1 + np.cumsum(~again)
     inner = inner[~again]
 
-    places = _corner_places(cells)[:, chosen]
+    checkpoint()
+    places = cells.corner_places()[:, chosen]
     owner, which = np.divmod(side[segment[inner]], 4)
     net = np.concatenate([cells.net[chosen // 4], cells.net[owner]])
     plane = np.concatenate([cells.plane[chosen // 4], cells.plane[owner]])
-    where = sides.local(cells, owner, which, at[inner])
+    where = sides.parameters(cells, owner, which, at[inner])
+    checkpoint()
     zero = np.concatenate(
         [np.stack([is_zero(row) for row in part.rows], axis=1) for part in cells.parts]
     )
@@ -169,105 +120,32 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     )
 
 
-def root_places(
-    cells: CellTable, borders: Borders, cell: Ints, side: Ints, at: FloatArray
-) -> FloatArray:
-    """Parameters (2, k) of roots on sides of cells in the nets of these."""
-    return _Sides.of(cells, borders).local(cells, cell, side, at)
+def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
+    """The smallest of all sides with a length, each the first side on its interval.
 
-
-def _changes(*columns: Ints) -> Bools:
-    """Where a row of sorted columns differs from the one before."""
-    found = np.ones(len(columns[0]), bool)
-    found[1:] = False
-    for column in columns:
-        found[1:] |= column[1:] != column[:-1]
-    return found
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Sides:
-    """Sides of cells, (4 n,): the line, the coordinate across it, the interval along it."""
-
-    plane: Ints
-    line: Ints
-    across: Ints
-    low: Ints
-    high: Ints
-    backward: Bools
-    has_length: Bools
-    start: Ints
-    step: Ints
-
-    @staticmethod
-    def of(cells: CellTable, borders: Borders) -> "_Sides":
-        """The sides of all cells."""
-        n = len(cells.net)
-        line, across, low, high, start, step = np.zeros((6, n, 4), np.intp)
-        has_length = np.ones((n, 4), bool)
-        for side in range(4):
-            along = 1 - side // 2
-            outer = cells.place[side] == (side % 2) * ONE
-            own = borders.line[cells.net, side]
-            line[:, side] = np.where(outer, own, borders.count + 2 * cells.net + side // 2)
-            across[:, side] = np.where(outer, 0, cells.place[side])
-            start[:, side] = np.where(outer, borders.start[cells.net, side], 0)
-            step[:, side] = np.where(outer, borders.step[cells.net, side], 1)
-            ends = start[:, side] + step[:, side] * cells.place[2 * along : 2 * along + 2]
-            low[:, side], high[:, side] = ends.min(axis=0), ends.max(axis=0)
-            has_length[:, side] = ~(outer & borders.is_point[own])
-        plane = np.repeat(cells.plane, 4)
-        return _Sides(
-            plane,
-            line.ravel(),
-            across.ravel(),
-            low.ravel(),
-            high.ravel(),
-            (step < 0).ravel(),
-            has_length.ravel(),
-            start.ravel(),
-            step.ravel(),
-        )
-
-    def local(self, cells: CellTable, cell: Ints, side: Ints, at: FloatArray) -> FloatArray:
-        """Parameters (2, k) of places at coordinates on the lines of sides."""
-        k = 4 * cell + side
-        along = (at - self.start[k]) / self.step[k] / ONE
-        fixed = cells.place[side, cell] / ONE
-        is_u = side < 2
-        return np.stack([np.where(is_u, fixed, along), np.where(is_u, along, fixed)])
-
-
-def _corner_places(cells: CellTable) -> FloatArray:
-    """Parameters (2, 4 n) of the corners of cells."""
-    u, v = cells.place[[0, 0, 1, 1]], cells.place[[2, 3, 2, 3]]
-    return np.stack([u.T.ravel(), v.T.ravel()]) / ONE
-
-
-def _corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
-    """Numbers of the places at corners (n, 4), and for each the first of the 4 n corners there."""
-    n = len(cells.net)
-    names = np.zeros((2, n, 4), np.int64)
-    for corner in range(4):
-        u, v = cells.place[corner // 2], cells.place[2 + corner % 2]
-        names[0, :, corner] = borders.count + cells.net
-        names[1, :, corner] = u * LINE + v
-        for side, t, other in ((2 + corner % 2, v, u), (corner // 2, u, v)):
-            rows = np.flatnonzero(t == (side % 2) * ONE)
-            net = cells.net[rows]
-            line = borders.line[net, side]
-            x = borders.start[net, side] + borders.step[net, side] * other[rows]
-            at_end = (x == 0) | (x == LINE) | borders.is_point[line]
-            end = borders.ends[line, (x == LINE).astype(np.intp)]
-            names[0, rows, corner] = np.where(at_end, end[:, 0], line)
-            names[1, rows, corner] = np.where(at_end, end[:, 1], x)
-    plane = np.repeat(cells.plane, 4)
-    first_name, second_name = names.reshape(2, -1)
-    order = np.lexsort((second_name, first_name, plane))
-    is_new = _changes(plane[order], first_name[order], second_name[order])
-    number = np.empty(4 * n, np.intp)
-    number[order] = np.cumsum(is_new) - 1
-    return number.reshape(n, 4), order[is_new]
+    Returns
+    -------
+    side : ndarray of int, shape (G,)
+        The sides that are segments, along each line.
+    first, last : ndarray of int, shape (4 n,)
+        The segments of every side: first … last − 1; of sides without length none.
+    """
+    order = np.lexsort((-sides.high, sides.low, sides.across, sides.line, sides.plane))
+    order = order[sides.has_length[order]]
+    is_first = is_change(sides.plane[order], sides.line[order], sides.across[order])
+    line = np.cumsum(is_first).astype(np.int64)
+    low, high = sides.low[order], sides.high[order]
+    distinct = np.flatnonzero(is_change(line, low, high))
+    # Of nested sides the next is inside.
+    following = np.append(distinct[1:], -1)
+    is_smallest = (line[following] != line[distinct]) | (low[following] >= high[distinct])
+    is_smallest[-1:] = True
+    smallest = distinct[is_smallest]
+    first, last = np.zeros((2, len(sides.low)), np.intp)
+    key = (line << 32) | low
+    first[order] = np.searchsorted(key[smallest], key)
+    last[order] = np.searchsorted(key[smallest], (line << 32) | high)
+    return order[smallest], first, last
 
 
 def _segment_roots(

@@ -11,9 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.cancellation import checkpoint
 
 FAR = 64
 """Nodes that are looked at, at most, to tell in which direction an arc leaves a crossing."""
+
+
+CHECKED = 4096
+"""Nodes of a polyline after which work can be cancelled."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,6 +55,8 @@ def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> It
             continue
         half, path, votes = start, [nodes[start]], 0.0
         while True:
+            if not len(path) % CHECKED:
+                checkpoint()
             arc = half >> 1
             done[arc] = 1
             votes += senses[arc] if half & 1 == 0 else -senses[arc]
@@ -57,6 +64,7 @@ def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> It
             half = following[half ^ 1]
             if half < 0 or done[half >> 1]:
                 break
+        checkpoint()
         line = np.array(path if votes >= 0 else path[::-1])
         yield Line(line, path[0] == path[-1])
 
@@ -73,6 +81,7 @@ def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
     if len(crossings):
         known = mate.copy()
         for k in crossings.tolist():
+            checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
             angles = [_direction(int(h), node, known, places, reach) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]

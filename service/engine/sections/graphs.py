@@ -1,0 +1,122 @@
+"""Cells of patches in which the section is a graph, by the signs of Bézier coefficients alone.
+
+Theorem. Let f be the polynomial of `heights` over a rectangle of parameters.
+
+1. If all coefficients of f are positive, or all are negative, the section does not meet the
+   rectangle. If no coefficient is negative, or none is positive, and not all are zero, the section
+   meets at most the border of the rectangle: whole sides whose coefficients are all zero, and
+   corners whose coefficient is zero.
+2. If no coefficient of ∂f/∂v is negative and not all are zero, f(u, ·) increases for every u in the
+   open interval. So the section has at most one point at each such u: it is the graph of v over u,
+   without loops, and its pieces begin and end on the border. In the order of u, the points where it
+   crosses the border are in turn beginnings and ends of pieces. The same holds if f(u, ·)
+   decreases, and with u and v exchanged.
+
+Proof. A Bézier polynomial is a mean of its coefficients. In the open rectangle all weights of this
+mean are positive; at an inner point of a side, those of the coefficients of this side are. This
+proves 1, and that ∂f/∂v > 0 at every inner point. So f(u, ·) increases, and has a zero if and only
+if f(u, v₀) ≤ 0 ≤ f(u, v₁): the pieces of the graph are the connected parts of the set of all such
+u. Each part is an interval, and at its ends one of the two values changes its sign, or the interval
+of u ends. ∎
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.cancellation import checkpoint
+from service.engine.sections.cells import ABOVE, BELOW, OVER_U, OVER_V, SINGULAR, OpenCells
+from service.engine.sections.roots import roots
+from service.surface.sides import take_side
+
+
+def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
+    """Classify cells by the theorem.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (n, p+1, q+1)
+        Coefficients of f.
+
+    Returns
+    -------
+    kind : ndarray of int, shape (n,)
+        `ABOVE` or `BELOW` by part 1; `OVER_U` or `OVER_V` by part 2, the one in whose other
+        parameter f is steeper; else `SINGULAR`.
+    sense : ndarray of float64, shape (n,)
+        As of `Cells`.
+    is_monotone : ndarray of bool, shape (n,)
+        Whether the section is a graph over u, and over v as well.
+    """
+    count = len(nets)
+    kind, sense = np.full(count, SINGULAR), np.zeros(count)
+    steepest, graphs = np.zeros(count), np.zeros(count, np.intp)
+    for axis, which in ((1, OVER_V), (2, OVER_U)):
+        steps = np.diff(nets, axis=axis).reshape(count, -1)
+        low, high = steps.min(axis=1), steps.max(axis=1)
+        rises, falls = (low >= 0) & (high > 0), (high <= 0) & (low < 0)
+        slope = np.abs(steps.mean(axis=1)) * (nets.shape[axis] - 1)
+        better = (rises | falls) & (slope >= steepest)
+        graphs += rises | falls
+        steepest[better] = slope[better]
+        kind[better] = which
+        # To the left of (f_v, −f_u) in the plane of parameters f is larger.
+        sense[better] = np.where(rises == (which == OVER_U), 1.0, -1.0)[better]
+    flat = nets.reshape(count, -1)
+    for which, is_one in ((ABOVE, flat.min(axis=1) >= 0), (BELOW, flat.max(axis=1) <= 0)):
+        kind[is_one], sense[is_one] = which, 0.0
+    return kind, sense, graphs == 2
+
+
+def crossings(
+    nets: FloatArray, floor: FloatArray, place: FloatArray, axis: int
+) -> tuple[Ints, FloatArray]:
+    """Find where graphs cross the borders of their cells.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (n, p+1, q+1)
+        Coefficients of f.
+    floor : ndarray of float64, shape (n,)
+        As of `roots`.
+    place : ndarray of float64, shape (4, n)
+        u₀, u₁, v₀, v₁ of the cells.
+    axis : int
+        0 for graphs over u, 1 over v.
+
+    Returns
+    -------
+    cell : ndarray of int, shape (k,)
+        Ascending; each cell an even number of times.
+    place : ndarray of float64, shape (k, 2)
+        Parameters (u, v), ascending along the axis for each cell.
+    """
+    cells, places = [], []
+    for side in range(4):
+        row, t = roots(take_side(nets, side), floor)
+        across, along = side // 2, 1 - side // 2
+        where = np.empty((len(row), 2))
+        low, high = place[2 * along, row], place[2 * along + 1, row]
+        where[:, across], where[:, along] = place[side, row], low + t * (high - low)
+        cells.append(row)
+        places.append(where)
+    checkpoint()
+    cell, where = np.concatenate(cells), np.concatenate(places)
+    order = np.lexsort((where[:, axis], cell))
+    return cell[order], where[order]
+
+
+def bound_slopes(cells: OpenCells, axis: int) -> FloatArray:
+    """Bound the slopes of graphs over one parameter (`axis` 0 is u, 1 is v).
+
+        |dv/du| = |f_u| / |f_v| ≤ max |f_u| / min |f_v|
+
+    The coefficients of a partial derivative bound it. Shape (n,); 1e300 where the least is 0.
+    """
+    steps = []
+    for each in (0, 1):
+        long = cells.place[2 * each + 1] - cells.place[2 * each]
+        steps.append(np.diff(cells.nets, axis=each + 1).reshape(len(long), -1))
+        steps[-1] = np.abs(steps[-1]) * (cells.nets.shape[each + 1] - 1) / long[:, np.newaxis]
+    least = steps[1 - axis].min(axis=1)
+    most = steps[axis].max(axis=1)
+    return np.where(least > 0, most / np.where(least > 0, least, 1.0), 1e300)

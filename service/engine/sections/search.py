@@ -1,0 +1,195 @@
+"""The search for the cells in which a section is known: cells are halved, and no loop is lost.
+
+A cell that is no graph (`graphs`) is halved in both directions. A graph is halved along itself
+until each of its pieces is within the tolerance of its chord (`flatness`), as are sides that lie in
+the plane. A cell that is still no graph at the size `FINEST` is *singular*: near it the surface
+touches the plane, or the section crosses itself. If more than `CROWD` cells of one patch are no
+graphs they lie along a curve, and each is singular from a larger size on: `SHARE` of the tolerance.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
+from service.engine.queries.nets import NetGroup
+from service.engine.sections.borders import ONE
+from service.engine.sections.cells import (
+    COPLANAR,
+    OVER_U,
+    OVER_V,
+    SINGULAR,
+    Cells,
+    OpenCells,
+    join_cells,
+)
+from service.engine.sections.flatness import Pieces, is_zero, piece_bounds, side_bounds
+from service.engine.sections.graphs import bound_slopes, classify, crossings
+from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
+from service.surface.sides import take_side
+
+FINEST = 2.0**-20
+"""Size of singular cells, in the coordinates of the nets: heights in them are about `THICKNESS`."""
+
+CROWD = 128
+"""Open cells of one patch above which they lie along a curve. Around a point where a section
+crosses itself there are about 16."""
+
+SHARE = 1 / 8
+"""Size of singular cells along a curve, in units of the tolerance."""
+
+ROOM = 1 << 18
+"""Numbers of one array of coefficients that is worked on at a time."""
+
+
+@dataclass(eq=False, slots=True)
+class CellSearch:
+    """The search for the cells of one group of nets.
+
+    Attributes
+    ----------
+    tolerance : float
+        In the coordinates of the nets.
+    allow : callable
+        Takes a lower bound of the number of cells; raises if that is too large.
+    deviation : float
+        Largest bound of the distance of a piece from its chord.
+    """
+
+    group: NetGroup
+    planes: LocalPlanes
+    tolerance: float
+    allow: Callable[[int], None]
+    deviation: float = 0.0
+    _ended: list[Cells] = field(default_factory=list)
+
+    def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
+        """The cells of pairs that the section meets, and which pairs (m,) are coplanar."""
+        nets, floor, coplanar = height_nets(self.group, self.planes, plane, net)
+        place = np.zeros((4, len(plane)), np.int64)
+        place[1], place[3] = ONE, ONE
+        cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, coplanar, floor)
+        count = 0
+        while len(cells := _near(cells)):
+            kind, sense, is_monotone = _classify(cells.nets)
+            kind[cells.coplanar] = COPLANAR
+            along_u, along_v = self._to_halve(cells, kind, is_monotone)
+            ends = ~(along_u | along_v)
+            count += int(np.count_nonzero(ends))
+            self.allow(count + len(cells))
+            checkpoint()
+            if ends.any():
+                self._ended.append(cells.take(ends).end(kind[ends], sense[ends]))
+            cells = cells.halve(along_u, along_v)
+        return join_cells(self._ended), coplanar
+
+    def _to_halve(self, cells: OpenCells, kind: Ints, is_monotone: Bools) -> tuple[Bools, Bools]:
+        """Which cells are halved along u, and along v."""
+        checkpoint()
+        long = cells.place[1::2] - cells.place[::2]
+        is_open = kind == SINGULAR
+        crowded = np.bincount(cells.pair[is_open], minlength=1)
+        crowd = np.zeros(len(cells), bool)
+        crowd[is_open] = crowded[cells.pair[is_open]] > CROWD
+        least = np.where(crowd, self.tolerance * SHARE, FINEST)
+        is_open &= self._sizes(cells, long) > least
+        along = np.stack([is_open, is_open])
+        for axis in (OVER_U, OVER_V):
+            graphs = np.flatnonzero(kind == axis)
+            for some in row_slices(len(graphs), cells.nets[0].size, ROOM):
+                rows = graphs[some]
+                flat, wide = self._are_flat(cells.take(rows), axis, is_monotone[rows])
+                along[axis, rows], along[1 - axis, rows] = ~flat, ~flat & wide
+        for side in range(4):
+            checkpoint()
+            axis = 1 - side // 2
+            is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
+            # Within a patch that lies in the plane nothing is drawn.
+            is_flat &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
+            rows = np.flatnonzero(is_flat & ~along[axis])
+            if len(rows):
+                along[axis, rows] = ~self._have_flat_side(cells.take(rows), side, axis)
+        along &= long > 1
+        return along[0], along[1]
+
+    def _sizes(self, cells: OpenCells, long: Ints) -> FloatArray:
+        """Sizes (n,) of cells on the surface, approximately."""
+        points = self.group.nets[..., :3]
+        if self.group.is_rational:
+            points = points / self.group.nets[..., 3:]
+        speeds = []
+        for axis in (1, 2):
+            steps = np.abs(np.diff(points, axis=axis)).max(axis=(1, 2, 3))
+            speeds.append(steps * (points.shape[axis] - 1))
+        net = cells.net - self.group.first
+        return np.asarray((speeds[0][net] * long[0] + speeds[1][net] * long[1]) / ONE)
+
+    def _are_flat(self, cells: OpenCells, axis: int, is_monotone: Bools) -> tuple[Bools, Bools]:
+        """Which graphs over one parameter have all of their pieces near enough to their chords.
+
+        And in which the other parameter of a piece may be any in the cell.
+        """
+        cell, place = crossings(cells.nets, cells.floor, cells.place / ONE, axis)
+        checkpoint()
+        first, begin, end = cell[::2], place[::2], place[1::2]
+        low = np.stack([cells.place[0], cells.place[2]], axis=1)[first] / ONE
+        high = np.stack([cells.place[1], cells.place[3]], axis=1)[first] / ONE
+        low[:, axis], high[:, axis] = begin[:, axis], end[:, axis]
+        across = 1 - axis
+        # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends.
+        middle = (begin[:, across] + end[:, across]) / 2
+        reach = bound_slopes(cells, axis)[first] * (end[:, axis] - begin[:, axis]) / 2 + 2.0**-50
+        low[:, across] = np.maximum(low[:, across], middle - reach)
+        high[:, across] = np.minimum(high[:, across], middle + reach)
+        tight = is_monotone[first]
+        low[tight] = np.minimum(begin[tight], end[tight])
+        high[tight] = np.maximum(begin[tight], end[tight])
+        kinds = np.where(tight, 2, axis)
+        pieces = Pieces(cells.plane[first], cells.net[first], begin, end, low, high, kinds)
+        bound, slack = piece_bounds(self.group, self.planes, pieces)
+        worst = np.zeros(len(cells))
+        # Halving does not reduce rounding: at least half of the tolerance is left for the rest.
+        np.maximum.at(worst, first, np.minimum(slack, self.tolerance / 2) + bound)
+        is_wide = np.zeros(len(worst), bool)
+        is_wide[first] = (high - low)[:, across] * ONE >= cells.place[2 * across + 1, first] - (
+            cells.place[2 * across, first]
+        )
+        flat = self._are_small(worst, cells.place[2 * axis + 1] - cells.place[2 * axis])
+        self._note((bound + slack)[flat[first]])
+        return flat, is_wide & ~is_monotone
+
+    def _have_flat_side(self, cells: OpenCells, side: int, axis: int) -> Bools:
+        """Which cells have a side in the plane that is near enough to its chord."""
+        low = np.stack([cells.place[0], cells.place[2]], axis=1) / ONE
+        high = np.stack([cells.place[1], cells.place[3]], axis=1) / ONE
+        low[:, 1 - axis] = high[:, 1 - axis] = cells.place[side] / ONE
+        bounds = side_bounds(self.group, cells.net, low, high, axis)
+        flat = self._are_small(bounds, cells.place[2 * axis + 1] - cells.place[2 * axis])
+        self._note(bounds[flat])
+        return flat
+
+    def _are_small(self, bounds: FloatArray, long: Ints) -> Bools:
+        """Which bounds are small enough, or belong to cells that cannot be halved."""
+        return np.asarray((bounds <= self.tolerance) | (long <= 1))
+
+    def _note(self, bounds: FloatArray) -> None:
+        """Keep the largest bound."""
+        self.deviation = max(self.deviation, float(bounds.max(initial=0.0)))
+
+
+def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
+    """The results of `graphs.classify`, for a limited number of cells at a time."""
+    parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, ROOM)]
+    kind, sense, is_monotone = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return kind, sense, is_monotone
+
+
+def _near(cells: OpenCells) -> OpenCells:
+    """The cells that the section may meet, rounding included."""
+    checkpoint()
+    low, high = cells.nets.min(axis=(1, 2)), cells.nets.max(axis=(1, 2))
+    checkpoint()
+    return cells.take((low <= NOISE) & (high >= -NOISE))
