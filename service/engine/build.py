@@ -1,8 +1,8 @@
 """From a model of any form to what formats write: its mesh, its scene or its lines."""
 
-from service.engine.adaptive.meshing import meshing
+from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.storage import Storage
-from service.engine.adaptive.tolerances import goal_of
+from service.engine.adaptive.tolerances import build_goal
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
 from service.engine.mesh.mesh_value import Mesh, Overlay
@@ -27,8 +27,8 @@ def build(
 ) -> Mesh:
     """The model as one mesh; `single` and `allow` as in `tessellate`."""
     if options.accuracy is not None and not isinstance(model, SweepModel):
-        storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
-        made = meshing(model, options, storage, nodes=False).made(goal, MOST)
+        storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
+        made = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MOST)
         return flatten(made) if isinstance(made, Scene) else made
     if isinstance(model, GroupModel):
         mesh = flatten(build_scene(model, options, allow=allow))
@@ -77,8 +77,8 @@ def build_scene(
     `quantized` puts positions on the grids of the models.
     """
     if options.accuracy is not None:
-        storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
-        made = meshing(model, options, storage, nodes=True).made(goal, MOST)
+        storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
+        made = build_mesher(model, options, storage, nodes=True).build_mesh(goal, MOST)
         if isinstance(made, Scene):
             return made
     joined = join_group(model, options, allow)

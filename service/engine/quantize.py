@@ -17,8 +17,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.unique_rows import unique_rows
-from service.engine.adaptive.storage import Storage, slack
-from service.engine.bounds.mesh_deviation import largest
+from service.engine.adaptive.storage import Storage, bound_origin_error
+from service.engine.bounds.mesh_deviation import find_largest_bound
 from service.engine.extent import find_extent
 from service.engine.grid import CORNER, find_step, round_to_grid
 from service.engine.mesh.mesh_value import Mesh
@@ -79,7 +79,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     origin = round_to_grid(mesh.origin, step)
 
     def moved(positions: RealArray) -> RealArray:
-        return storage.written(positions.astype(np.float64) + mesh.origin, origin)
+        return storage.store_positions(positions.astype(np.float64) + mesh.origin, origin)
 
     positions = moved(mesh.positions)
     on = replace(
@@ -93,12 +93,12 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     # Both differences are exact, but for the rounding of coordinates far from zero.
     apart = positions.astype(np.float64) - mesh.positions.astype(np.float64)
     apart += origin - mesh.origin
-    further = float(np.sqrt(np.square(apart).sum(axis=1).max(initial=0.0))) + slack(
+    further = float(np.sqrt(np.square(apart).sum(axis=1).max(initial=0.0))) + bound_origin_error(
         mesh.origin, low, high
     )
 
     def grown(bound: float | None) -> float | None:
-        return None if bound is None else largest(np.array([bound + further]))
+        return None if bound is None else find_largest_bound(np.array([bound + further]))
 
     report = replace_bounds(mesh.report, low, high)
     return replace(

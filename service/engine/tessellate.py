@@ -13,7 +13,7 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
-from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, largest
+from service.engine.bounds.mesh_deviation import bound_deviations, bound_parts, find_largest_bound
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
@@ -62,12 +62,12 @@ def tessellate(
         bent = layout_curvatures(model, layout, dtype)
         rows = replace(rows, channels=(*rows.channels, *bent))
     checkpoint()
-    bounds = deviations(model, seams, layout, options, rows, origin=origin) + model.moved
+    bounds = bound_deviations(model, seams, layout, options, rows, origin=origin) + model.moved
     checkpoint()
     plan = plan_faces(layout, options, _find_sharing(layout, rows, options), model.sequence)
     rows = fill_vertices(rows, plan)
     checkpoint()
-    bound = largest(bounds)
+    bound = find_largest_bound(bounds)
     may_close = seams.connectivity.is_joined or model.domain is None
     low, high = find_stored_bounds(rows.positions, origin)
     uvs, colors, attributes = split_by_kind(rows.channels) if rows.channels else (None, None, ())
@@ -172,5 +172,5 @@ def _build_parts(
             (int(quads[part.first]), int(quads[part.last])),
             deviation_bound=bound,
         )
-        for part, bound in zip(model.parts, bounds_of_parts(model, bounds), strict=True)
+        for part, bound in zip(model.parts, bound_parts(model, bounds), strict=True)
     )

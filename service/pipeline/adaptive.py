@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from service.encoders.format import MeshSize
 from service.encoders.pieces import Content
-from service.engine.adaptive.budget import Attempt, nearest_within
+from service.engine.adaptive.budget import Attempt, search_tolerances
 from service.engine.adaptive.limits import Effort
-from service.engine.adaptive.meshing import meshing
+from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.tolerances import goal_of
+from service.engine.adaptive.tolerances import build_goal
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
@@ -61,7 +61,7 @@ class AdaptiveMesher:
             raise InvalidRequest(NOT_PATCHES)  # refused when it was planned
         fmt, self._work, self._model = work.fmt, work, model
         self._effort = effort or Effort(EFFORT * work.limits.max_multiplications)
-        self._meshing = meshing(
+        self._meshing = build_mesher(
             model,
             options,
             Storage(fmt.single, fmt.local),
@@ -87,12 +87,12 @@ class AdaptiveMesher:
         asked = adaptive_triangles(stated_first, work.limits, work.stored.patches)
         memory = work.cost.memory if work.cost.triangles < min(asked, most) else None
         most = min(most, work.cost.triangles)
-        goal = goal_of(accuracy, self._model)
+        goal = build_goal(accuracy, self._model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
             with Measured("adaptive"):
-                mesh = self._meshing.made(goal, most, self._effort)
+                mesh = self._meshing.build_mesh(goal, most, self._effort)
         except TooLarge as error:
             issues = (_explain(issue, limit, most, accuracy, memory) for issue in error.issues)
             raise TooLarge(*issues) from None
@@ -147,7 +147,7 @@ def search_budget(
     _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
 
     def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, Content]] | None:
-        effort.allow(most)
+        effort.reserve_rest(most)
         try:
             return tried(accuracy, tolerance)
         except TooLarge:
@@ -158,7 +158,7 @@ def search_budget(
                 raise
             return None
 
-    return nearest_within(attempt, coarsest, finest).result
+    return search_tolerances(attempt, coarsest, finest).result
 
 
 def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:

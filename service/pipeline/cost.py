@@ -198,7 +198,7 @@ def adaptive_cost(
     least = fmt.byte_bound(empty, encode)
     each = -(-(fmt.byte_bound(some, encode) - least) >> 16) + 1
     # While a budget is sought, the nearest file so far is kept, and the coarsest.
-    files = 4 if accuracy.budgeted else 2
+    files = 4 if accuracy.is_budgeted else 2
     lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface = lowering_memory(size)
     fixed = surface + CELLS + files * least + lines

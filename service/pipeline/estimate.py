@@ -8,13 +8,13 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
-from service.engine.adaptive.size_bound import MostTriangles, most_triangles
+from service.engine.adaptive.size_bound import MostTriangles, bound_triangles
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import (
-    each_alone,
-    goal_of,
-    goals_of_models,
-    without,
+    build_goal,
+    build_model_goals,
+    separate_copies,
+    subtract_rounding,
 )
 from service.engine.curvatures.limit_curvature import is_affordable
 from service.engine.curvatures.placement_scale import add_stretches
@@ -228,7 +228,7 @@ class EstimateWork:
             return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)
         allowed = adaptive_triangles(accuracy, limits)
         # What a budget or an angle leads to has no other bound.
-        bounded = not accuracy.budgeted and accuracy.angle_tolerance is None
+        bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
         degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
         effort = 16 * (degree + 1) ** 2 * (2 * degree)
         certain = (
@@ -278,14 +278,14 @@ def _take_largest(
     InvalidRequest
         `tolerance_too_small` if placing takes most of the tolerance; without a pointer.
     """
-    goal = goal_of(accuracy, model)
+    goal = build_goal(accuracy, model)
     if isinstance(model, PatchModel):
-        alone = most_triangles(model, without(goal, moved, model.bounds), options)
+        alone = bound_triangles(model, subtract_rounding(goal, moved, model.bounds), options)
         return alone, alone
-    group = model if goal.view is None else each_alone(model)
-    goals = goals_of_models(goal, group, moved)
+    group = model if goal.view is None else separate_copies(model)
+    goals = build_model_goals(goal, group, moved)
     found = [
-        most_triangles(own, aim, options)
+        bound_triangles(own, aim, options)
         for own, aim in zip(group.models, goals, strict=True)
         if isinstance(own, PatchModel)
     ]
@@ -298,7 +298,7 @@ def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
 
 def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
     """Whether the tolerance leaves room for the rounding of every format."""
-    goal = goal_of(accuracy, model)
+    goal = build_goal(accuracy, model)
     seen = inf if goal.view is None else goal.view.rate * goal.view.near
     least = min(goal.tolerance, seen)
     return least >= SURE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved

@@ -8,7 +8,7 @@ import numpy as np
 from service.cancellation import checkpoint
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.pieces import Content
-from service.engine.bounds.mesh_deviation import largest
+from service.engine.bounds.mesh_deviation import find_largest_bound
 from service.engine.build import build, build_scene, draw_lines
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import Allow, allow_any
@@ -88,7 +88,7 @@ class MeshWork:
         self.check(model, options)
         if self.is_exact:
             return self.encode_patches(model, options)
-        if options.accuracy is not None and options.accuracy.budgeted:
+        if options.accuracy is not None and options.accuracy.is_budgeted:
             mesh, content = build_within_budget(self, model, options, options.accuracy)
         else:
             mesh = self.build(model, options)
@@ -168,7 +168,9 @@ class MeshWork:
         moved = self.fmt.coarseness(mesh, self.encode)
         if not moved:
             return report
-        return replace(report, deviation_bound=largest(np.array([report.deviation_bound + moved])))
+        return replace(
+            report, deviation_bound=find_largest_bound(np.array([report.deviation_bound + moved]))
+        )
 
 
 def plan_mesh(

@@ -48,7 +48,7 @@ def as_triangles(mesh: Mesh) -> np.ndarray:
 
 
 def check_sound(mesh: Mesh) -> None:
-    """What is promised of every mesh of a sensible surface."""
+    """Check the promises for meshes of surfaces without degenerate shapes."""
     check_values(mesh)
     # A face that names a place twice has no area and no place in a mesh.
     shape = shape_of(mesh)
@@ -57,7 +57,7 @@ def check_sound(mesh: Mesh) -> None:
 
 
 def check_values(mesh: Mesh) -> None:
-    """What is promised of every mesh, whatever it shows."""
+    """Check the promises for every mesh."""
     count = len(mesh.positions)
     assert mesh.positions.shape == (count, 3)
     assert np.isfinite(mesh.positions).all()

@@ -88,7 +88,7 @@ def test_surfaces_of_two_requests_fit_together(rational: bool, single: bool) -> 
 
 @pytest.mark.parametrize("weld", [False, True])
 def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
-    """The same number on both sides of a seam, so that vertices merge; breaks as they are."""
+    """Both sides of a seam get one number, so that vertices merge; breaks keep two."""
     vector = np.array([-1, -1, -1, 0.1, 0.7, 2, 2, 2])
     surface = BsplineSurface(field(5, 5), (2, 3), (vector, "uniform"))
     mesh = mesh_of(surface.lower(), resolution=(2, 3), uvs=True, weld=weld)

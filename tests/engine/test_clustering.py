@@ -36,7 +36,7 @@ def test_groups_are_what_they_are_said_to_be(
 
 
 def test_a_crowd_at_one_place_ends_single() -> None:
-    """More groups than are told apart: the rest stay alone, and none is lost."""
+    """More groups than rounds can separate: the rest stay alone, and none is lost."""
     count = 3 * MAX_ROUNDS
     leader = find_leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
     np.testing.assert_array_equal(leader, np.arange(count))

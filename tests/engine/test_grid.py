@@ -1,4 +1,4 @@
-"""Grids of positions: their steps, and what is exact about them."""
+"""Grids of positions: their steps, and the sums on them that are exact."""
 
 from math import log2
 

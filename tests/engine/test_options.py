@@ -1,4 +1,4 @@
-"""What may be asked of the engine."""
+"""Options of meshes: valid and invalid values."""
 
 from dataclasses import FrozenInstanceError
 from math import inf, nan, pi, radians

@@ -29,7 +29,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.bounds.second_derivatives import blocks_along, second_derivative_bounds
+from service.engine.bounds.second_derivatives import bound_second_derivatives, count_blocks
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
@@ -215,7 +215,7 @@ def uniform(model: PatchModel, tolerance: float) -> int:
 
     def misses(times: int, shape: tuple[int, int]) -> bool:
         u, v = times * shape[0], times * shape[1]
-        bends = second_derivative_bounds(batch, (u, v), (blocks_along(u, p), blocks_along(v, q)))
+        bends = bound_second_derivatives(batch, (u, v), (count_blocks(u, p), count_blocks(v, q)))
         return float(bends.deviations(1 / u, 1 / v).max()) > tolerance
 
     def least(shape: tuple[int, int]) -> int:

@@ -7,13 +7,13 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.adaptive.samples import (
-    Samples,
-    samples_of,
-    scattered_channels,
-    scattered_curvatures,
+    PatchSamples,
+    evaluate_channels,
+    evaluate_curvatures,
+    find_samples,
 )
-from service.engine.adaptive.storage import Storage, slack
-from service.engine.adaptive.triangulation import Triangulation, without_flat
+from service.engine.adaptive.storage import Storage, bound_origin_error
+from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.engine.bounds.faces import Faces
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.evaluation.scattered import scattered_normals
@@ -52,20 +52,20 @@ def assemble(
     origin : ndarray of float64, shape (3,)
         Where positions are stored from.
     """
-    dtype, stored = storage.dtype, storage.written(made.positions, origin)
+    dtype, stored = storage.dtype, storage.store_positions(made.positions, origin)
     if not storage.step:  # on a grid triangles may have no area
-        made = without_flat(made, stored)
-    samples, corners = samples_of(faces, made)
-    order, parts = _in_parts(model, faces.first[made.face[made.triangles[:, 0]]])
+        made = drop_flat_triangles(made, stored)
+    samples, corners = find_samples(faces, made)
+    order, parts = _sort_by_part(model, faces.first[made.face[made.triangles[:, 0]]])
     corners, bounds = corners[order], made.bounds[order]
     normals, limits = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
     if options.normals or angle_matters:
         normals, limits = scattered_normals(model.batches, samples.patch, samples.u, samples.v)
-    channels = scattered_channels(model, samples, dtype, uvs=options.uvs)
+    channels = evaluate_channels(model, samples, dtype, uvs=options.uvs)
     if options.curvatures:
-        channels += scattered_curvatures(model, samples, dtype)
-    welding = _welded(samples, normals, channels, options)
+        channels += evaluate_curvatures(model, samples, dtype)
+    welding = _weld_samples(samples, normals, channels, options)
     triangles = welding.vertex.astype(np.uint32)[corners]
     welds = find_shared_positions(welding) if options.weld else None
     boundary, watertight = count_borders((triangles, _NO_QUADS), welds)
@@ -73,7 +73,7 @@ def assemble(
     shown = None if normals is None else normals[welding.samples]
     uvs, colors, attributes = split_by_kind(tuple(c.take(welding.samples) for c in channels))
     low, high = find_stored_bounds(positions, origin)
-    adding = slack(origin, np.array(low), np.array(high))
+    adding = bound_origin_error(origin, np.array(low), np.array(high))
     return Mesh(
         name=model.name,
         positions=positions,
@@ -82,7 +82,9 @@ def assemble(
         triangles=triangles,
         quads=_NO_QUADS,
         parts=tuple(
-            replace(part, deviation_bound=_largest(bounds[slice(*part.triangles)], adding))
+            replace(
+                part, deviation_bound=_find_largest_bound(bounds[slice(*part.triangles)], adding)
+            )
             for part in parts
         ),
         grids=(),
@@ -101,12 +103,12 @@ def assemble(
             boundary_edges=boundary,
             poles_repaired=limits,
             closure=find_closure(model),
-            deviation_bound=_largest(bounds, adding),
+            deviation_bound=_find_largest_bound(bounds, adding),
             curvature=find_ranges(attributes),
             merged_knots=model.merged_knots,
             moved=model.moved,
             mesh_deviation_bound=(
-                None if made.mesh_bounds is None else _largest(made.mesh_bounds, adding)
+                None if made.mesh_bounds is None else _find_largest_bound(made.mesh_bounds, adding)
             ),
             normal_angle=(
                 find_largest_angle(triangles, shown)
@@ -124,8 +126,8 @@ _NO_QUADS: IndexArray = np.empty((0, 4), np.uint32)
 _NO_QUADS.flags.writeable = False
 
 
-def _welded(
-    samples: Samples,
+def _weld_samples(
+    samples: PatchSamples,
     normals: FloatArray | None,
     channels: tuple[ChannelRows, ...],
     options: MeshOptions,
@@ -139,7 +141,7 @@ def _welded(
     return weld(place, None, normals, options.crease_angle, options.weld, alike=alike)
 
 
-def _in_parts(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
+def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
     """The order of triangles, of patches (T,), in which every part is a run, and these runs.
 
     All patches of a face are pieces of one surface, and in one part.
@@ -156,6 +158,6 @@ def _in_parts(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
     ]
 
 
-def _largest(bounds: FloatArray, adding: float) -> float | None:
+def _find_largest_bound(bounds: FloatArray, adding: float) -> float | None:
     """The bound of all triangles together; None where there are none."""
     return float(bounds.max(initial=-inf)) + adding if len(bounds) else None

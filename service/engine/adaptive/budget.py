@@ -46,7 +46,7 @@ class Attempt(Generic[Result]):
     result: Result
 
 
-def nearest_within(
+def search_tolerances(
     attempt: Callable[[float], Attempt[Result] | None], first: Attempt[Result], least: float
 ) -> Attempt[Result]:
     """The attempt of least bound that costs no more than the budget, a cost of 1.
@@ -70,7 +70,7 @@ def nearest_within(
     for _ in range(MAX_ATTEMPTS):
         if best.cost >= SPENT or fits <= least or fits <= refused * CLOSE:
             break
-        tolerance = max(_guess(fits, cost, refused, cost_there), least)
+        tolerance = max(_guess_tolerance(fits, cost, refused, cost_there), least)
         found = attempt(tolerance)
         if found is None or found.cost > 1:
             refused, cost_there = tolerance, inf if found is None else found.cost
@@ -81,7 +81,7 @@ def nearest_within(
     return best
 
 
-def _guess(fits: float, cost: float, refused: float, cost_there: float) -> float:
+def _guess_tolerance(fits: float, cost: float, refused: float, cost_there: float) -> float:
     """A tolerance between one that fits and one that does not."""
     if cost_there < inf and cost < 1:
         # τ is about a + b/cost: where the line through both meets the budget.

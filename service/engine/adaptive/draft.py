@@ -12,19 +12,23 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells, Leaves
-from service.engine.adaptive.cutting.subdivision import divided
+from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.cutting.task import Task
-from service.engine.adaptive.polygons.cell_boundaries import Outline, Rim, outlined
+from service.engine.adaptive.polygons.cell_boundaries import (
+    BorderPlaces,
+    CellBoundaries,
+    trace_boundaries,
+)
 from service.engine.adaptive.polygons.triangles import (
     INDEX,
-    Rows,
-    among,
-    crossed,
-    edges,
-    foster,
-    neighbours,
-    pairs,
-    triangulated,
+    TriangleRows,
+    assign_hosts,
+    build_triangles,
+    find_crossed_edges,
+    find_neighbours,
+    is_among,
+    number_directed_edges,
+    number_edges,
 )
 from service.engine.adaptive.triangulation import Triangulation
 
@@ -61,7 +65,7 @@ class Draft:
     vanished : ndarray of bool, shape (T,)
         Whether two of them are one.
     leaf, segment, base : ndarray of int, shape (T,)
-        See `Rows`.
+        See `TriangleRows`.
     host : ndarray of int, shape (T,)
         The triangle to which the surface over this one falls: itself, unless two of its vertices
         are one; then one beside it, or −1 if the whole face has none.
@@ -81,7 +85,7 @@ class Draft:
 
     def __init__(self, task: Task, border: Border, stored: Store) -> None:
         self.task, self.border, self.stored = task, border, stored
-        self.rim = Rim.of(task.faces, border)
+        self.rim = BorderPlaces.of(task.faces, border)
         self.halvings = np.zeros(len(border.at), dtype=np.intp)
         self.leaves: Leaves | None = None
         self.present = np.zeros(0, dtype=bool)
@@ -107,18 +111,20 @@ class Draft:
             near, far = self._around(cut, flat)
             old = np.concatenate([near, far])
             parts = [fresh] if self.leaves is None else [fresh, self.leaves.take(old)]
-            some = Leaves.together(parts)
+            some = Leaves.concatenate(parts)
             self.task.budget.spend(OVERHEAD * len(some))
-            outline = outlined(self.rim, some.cells, self.halvings)
+            outline = trace_boundaries(self.rim, some.cells, self.halvings)
             size = outline.start[1:] - outline.start[:-1]
             crowd = self._crowded(size[: len(fresh) + len(near)], some)
             if not len(crowd):
                 break
             along_v = _crowded_along_v(outline, some.cells, crowd)
-            halves = some.cells.take(crowd).halved(along_v)
+            halves = some.cells.take(crowd).halve(along_v)
             mine = crowd < len(fresh)
             rest = np.delete(np.arange(len(fresh)), crowd[mine])
-            fresh = Leaves.together([fresh.take(rest), divided(self.task, Cells.joined([*halves]))])
+            fresh = Leaves.concatenate(
+                [fresh.take(rest), divide_cells(self.task, Cells.concatenate([*halves]))]
+            )
             cut = np.concatenate([cut, near[crowd[~mine] - len(fresh.take(rest)) - mine.sum()]])
         found = [self._replace(outline, some, len(fresh), near, (cut, far))]
         # What is beside triangles takes memory of its own.
@@ -135,7 +141,7 @@ class Draft:
         u, v = (u0 + u1) // 2, (v0 + v1) // 2
         us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])
         face = np.concatenate([leaves.cells.face[many]] * 8)
-        at = self.task.positions(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
+        at = self.task.evaluate_points(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
         away, along = at[1::2] - at[::2], at[[2, 4, 6, 0]] - at[::2]
         square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)
         away -= ((away * along).sum(axis=2) / square)[..., np.newaxis] * along
@@ -169,12 +175,12 @@ class Draft:
 
     def _replace(
         self,
-        outline: Outline,
+        outline: CellBoundaries,
         some: Leaves,
         count: int,
         near: Ints,
         others: tuple[Ints, Ints],
-    ) -> tuple[Rows, Bools]:
+    ) -> tuple[TriangleRows, Bools]:
         """Take over what is new of an outline, the first leaves of which are new, others near.
 
         Returns
@@ -195,15 +201,15 @@ class Draft:
         segments = np.zeros(len(self.border.at), dtype=bool)
         segments[outline.touching[0, changed[outline.touching[1]]]] = True
         points = self.places[self.vertex[sample]]
-        rows = triangulated(outline, some, points, changed, segments)
+        rows = build_triangles(outline, some, points, changed, segments)
         gone = np.zeros(begin + count + 1, dtype=bool)
         gone[cut], gone[number[mine]] = True, True
         gone[-1] = False
         dead = self.alive & (gone[self.leaf] | ((self.leaf < 0) & segments[self.segment]))
         leaf = np.where(rows.leaf < 0, -1, number[rows.leaf])
-        return Rows(sample[rows.corners], leaf, rows.segment, rows.base), dead
+        return TriangleRows(sample[rows.corners], leaf, rows.segment, rows.base), dead
 
-    def _samples(self, outline: Outline, leaves: Ints) -> Ints:
+    def _samples(self, outline: CellBoundaries, leaves: Ints) -> Ints:
         """The samples of an outline among all; those that are new are added."""
         known = NONE
         number = np.full(len(outline.face), -1)
@@ -233,7 +239,7 @@ class Draft:
         vertex[inner] = len(self.places) + np.arange(len(inner))
         row = fresh[inner]
         if len(row):
-            points = self.task.positions(outline.face[row], outline.u[row], outline.v[row])
+            points = self.task.evaluate_points(outline.face[row], outline.u[row], outline.v[row])
             self.places = np.concatenate([self.places, points])
             self.positions = np.concatenate([self.positions, self.stored(points)])
         self.face = np.concatenate([self.face, outline.face[fresh]])
@@ -243,7 +249,7 @@ class Draft:
         self.entry = number[outline.entry]
         return number
 
-    def _differs(self, outline: Outline, polygon: Ints, count: int, near: Ints) -> Bools:
+    def _differs(self, outline: CellBoundaries, polygon: Ints, count: int, near: Ints) -> Bools:
         """Which leaves have another polygon than before: of those after the first ones."""
         start = outline.start[count : count + len(near) + 1]
         size = start[1:] - start[:-1]
@@ -258,7 +264,7 @@ class Draft:
 
     def _store(
         self,
-        outline: Outline,
+        outline: CellBoundaries,
         some: Leaves,
         count: int,
         which: tuple[Ints, Ints, Ints],
@@ -272,7 +278,7 @@ class Draft:
             self.first, self.size, self.polygon = outline.start[:-1], size, polygon
             self.owner, self.touching = np.repeat(np.arange(count), size), outline.touching
             return
-        self.leaves = Leaves.together([self.leaves, some.take(np.arange(count))])
+        self.leaves = Leaves.concatenate([self.leaves, some.take(np.arange(count))])
         self.present[cut] = False
         self.present = np.concatenate([self.present, np.ones(count, dtype=bool)])
         more = np.zeros(count, dtype=np.intp)
@@ -298,7 +304,7 @@ class Draft:
         before = self.touching[:, self.present[self.touching[1]]]
         self.touching = np.concatenate([before, added], axis=1)
 
-    def _add(self, rows: Rows, dead: Bools) -> None:
+    def _add(self, rows: TriangleRows, dead: Bools) -> None:
         """Add triangles, and find out again what is beside them and those around."""
         begin, count = len(self.alive), len(rows.leaf)
         self.corners = _more(self.corners, rows.corners)
@@ -340,7 +346,7 @@ class Draft:
         if not kept.all():
             self._find_hosts(number, kept, both)
         vertex, corners = self.vertices[some], self.corners[some]
-        beside, across, crowd = neighbours(vertex, kept, self.face[corners[:, 0]])
+        beside, across, crowd = find_neighbours(vertex, kept, self.face[corners[:, 0]])
         if not isinstance(some, slice):
             beside = np.where(beside >= 0, number[beside], -1)
         changed = both & (self.across[some] != across)
@@ -349,7 +355,9 @@ class Draft:
         del across
         self.beside[some] = np.where(both, beside, self.beside[some])
         crowd = crowd[both.ravel()[crowd]]
-        self.crossed = crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
+        self.crossed = (
+            find_crossed_edges(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
+        )
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
     def _find_hosts(self, some: Ints, kept: Bools, both: Bools) -> None:
@@ -359,24 +367,24 @@ class Draft:
         host[lost] = np.where(self.alive[host[lost]], host[lost], -1)
         moved = host < 0
         if moved.any():
-            foster(corners, self.leaf[some], host)
+            assign_hosts(corners, self.leaf[some], host)
         self.host[some] = host
         self.dirty[some[moved]] = True
         del host
         side = ((~kept[:, np.newaxis] & both).ravel()).nonzero()[0]
-        there, back = edges(corners)
+        there, back = number_directed_edges(corners)
         back = back[side]
         del corners
-        side = side[~among(back, there)]
+        side = side[~is_among(back, there)]
         del there, back
         vertex = self.vertices[some]
-        keys = pairs(vertex)
+        keys = number_edges(vertex)
         ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
         del vertex
-        open_ = (ends[0] != ends[1]) & ~among(keys[side], keys[np.repeat(kept, 3)])
+        open_ = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(kept, 3)])
         self.bare = np.unique(self.leaf[some[side[open_] // 3]])
 
-    def finished(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
+    def finish(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
         """The mesh, with the greatest bound of all that falls to each triangle."""
         # What was found beside triangles is not looked up any more.
         self.beside = self.across = self.vertices = np.empty((0, 3), dtype=np.intp)
@@ -416,7 +424,7 @@ def _more(rows: Ints, new: Ints) -> Ints:
     return np.concatenate([rows, new]) if len(rows) else new
 
 
-def _crowded_along_v(outline: Outline, cells: Cells, crowd: Ints) -> Bools:
+def _crowded_along_v(outline: CellBoundaries, cells: Cells, crowd: Ints) -> Bools:
     """Which leaves with too many corners have more of them along v."""
     along_v = np.empty(len(crowd), dtype=bool)
     for row, leaf in enumerate(crowd.tolist()):

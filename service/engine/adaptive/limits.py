@@ -36,13 +36,13 @@ class Effort:
             )
         self.spent += work
 
-    def allow(self, work: float) -> None:
+    def reserve_rest(self, work: float) -> None:
         """Reserve all but so much of what is left."""
         self.reserve = max(self.whole - self.spent - work, 0.0)
 
 
 @dataclass(slots=True)
-class Budget:
+class MeshLimits:
     """What may be spent: triangles, and work."""
 
     triangles: float = inf
@@ -66,7 +66,7 @@ class Budget:
             )
 
 
-def too_deep() -> InvalidRequest:
+def build_depth_error() -> InvalidRequest:
     """The places are too coarse for the tolerance."""
     return InvalidRequest(
         Issue(

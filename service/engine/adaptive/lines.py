@@ -18,13 +18,13 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.limits import MeshLimits
 from service.engine.adaptive.storage import Storage
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import (
-    blocks_along,
-    second_derivative_bounds,
-    triangle_deviations,
+    bound_second_derivatives,
+    bound_triangle_deviations,
+    count_blocks,
 )
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.mesh_value import Overlay
@@ -46,7 +46,7 @@ PARTS = 8
 """Parts of a direction whose second derivatives are bounded one by one."""
 
 
-def goal_isocurves(
+def sample_goal_isocurves(
     model: PatchModel, seams: Seams, goal: Goal, options: MeshOptions, most: int
 ) -> list[IsoCurves]:
     """The curves, as lines that are within the tolerance of a goal.
@@ -57,68 +57,70 @@ def goal_isocurves(
         `too_many_triangles` if they have more than `most` samples, or as tubes or ribbons more
         triangles than that.
     """
-    divisions = goal_divisions(model, seams, goal)
-    Budget(most).count(most_pieces(divisions.size(seams, options.isocurves), options))
+    divisions = count_goal_divisions(model, seams, goal)
+    MeshLimits(most).count(count_line_pieces(divisions.size(seams, options.isocurves), options))
     return sample_divided_isocurves(model, seams, divisions, options.isocurves)
 
 
-def most_pieces(size: tuple[int, int], options: MeshOptions) -> int:
+def count_line_pieces(size: tuple[int, int], options: MeshOptions) -> int:
     """What curves of a size (curves, samples) count: their samples; tubes and ribbons triangles."""
     return count_most_solids(*size, options)[1] if options.has_solid_wires else size[1]
 
 
-def goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
+def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
     """How often the curves are divided."""
     edges = np.ones(len(seams.users), dtype=np.intp)
     for group in seams.curves:
-        edges[group.ids] = _of_edges(group, goal)
-    across = [_across(batch, goal) for batch in model.batches]
+        edges[group.ids] = _divide_edges(group, goal)
+    across = [_divide_batch(batch, goal) for batch in model.batches]
     along_u, along_v = (np.concatenate([both[axis] for both in across]) for axis in (0, 1))
     return Divisions(edges, along_u, along_v)
 
 
-def _of_edges(group: EdgeCurves, goal: Goal) -> Ints:
+def _divide_edges(group: EdgeCurves, goal: Goal) -> Ints:
     """Divisions of edges (E,): curves, as patches of which the other direction has degree 0."""
     weights = None if group.weights is None else group.weights[:, :, None]
-    return _across(TensorPatches(group.points[:, :, None], weights), goal)[0]
+    return _divide_batch(TensorPatches(group.points[:, :, None], weights), goal)[0]
 
 
-def _across(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
+def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
     """Divisions along u and along v of the patches of a batch, (P,) each."""
     points = batch.points.reshape(batch.count, -1, 3)
-    allowed = SHARE * goal.allowed(goal.distances_to_eye(points.min(axis=1), points.max(axis=1)))
+    allowed = SHARE * goal.find_allowed(
+        goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
+    )
     if isinstance(batch, TrianglePatches):
-        bound = triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
-        pieces = _pieces(8 * bound, allowed)
+        bound = bound_triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
+        pieces = _count_pieces(8 * bound, allowed)
         if goal.angle < np.inf:
             square = batch.to_tensor().points
-            turns = np.maximum(_turns(square), _turns(square.swapaxes(1, 2)))
-            pieces = np.maximum(pieces, _by_angle(turns, goal))
+            turns = np.maximum(_measure_turns(square), _measure_turns(square.swapaxes(1, 2)))
+            pieces = np.maximum(pieces, _count_pieces_by_angle(turns, goal))
         return pieces, pieces
     p, q = batch.degree
-    blocks = blocks_along(PARTS, max(p, 1)), blocks_along(PARTS, max(q, 1))
-    bends = second_derivative_bounds(batch, (PARTS, PARTS), blocks)
+    blocks = count_blocks(PARTS, max(p, 1)), count_blocks(PARTS, max(q, 1))
+    bends = bound_second_derivatives(batch, (PARTS, PARTS), blocks)
     found = []
     for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
-        pieces = _pieces(bend.max(axis=(0, 1)), allowed)
+        pieces = _count_pieces(bend.max(axis=(0, 1)), allowed)
         if goal.angle < np.inf:
-            pieces = np.maximum(pieces, _by_angle(_turns(points), goal))
+            pieces = np.maximum(pieces, _count_pieces_by_angle(_measure_turns(points), goal))
         found.append(pieces)
     return found[0], found[1]
 
 
-def _pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
+def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
     """The least R with bend / (8 R²) within what is allowed, at most `MAX_RESOLUTION`."""
     with np.errstate(over="ignore", divide="ignore"):
         pieces = np.ceil(np.sqrt(bend / allowed / 8))
     return np.clip(pieces, 1, MAX_RESOLUTION).astype(np.intp)
 
 
-def _by_angle(turns: FloatArray, goal: Goal) -> Ints:
+def _count_pieces_by_angle(turns: FloatArray, goal: Goal) -> Ints:
     return np.clip(np.ceil(turns / goal.angle), 1, FINEST).astype(np.intp)
 
 
-def _turns(points: FloatArray) -> FloatArray:
+def _measure_turns(points: FloatArray) -> FloatArray:
     """By how many radians control polygons along the second axis (P, n+1, m, 3) turn: (P,)."""
     legs = np.diff(points, axis=1)
     length = np.sqrt(np.square(legs).sum(axis=-1))
@@ -136,30 +138,30 @@ def draw_lines(
 ) -> tuple[Overlay, ...]:
     """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
     return tuple(
-        _control_net(model, storage, origin)
+        _draw_control_net(model, storage, origin)
         if name == "control_net"
-        else _sides(border, storage, origin)
+        else _draw_sides(border, storage, origin)
         for name in options.overlays
     )
 
 
-def _control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
+def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
     """All control points, as they are stored."""
     if not storage.step:
         return control_net(model, origin, storage.dtype)
     net = control_net(model, np.zeros(3), np.float64)
-    return replace(net, positions=storage.written(net.positions.astype(np.float64), origin))
+    return replace(net, positions=storage.store_positions(net.positions.astype(np.float64), origin))
 
 
-def _sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
+def _draw_sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
     """Every side of every face once, through the vertices that the triangles have there."""
-    ends = _segments(border)
+    ends = _list_segments(border)
     used, back = np.unique(ends, return_inverse=True)
     segments = back.reshape(-1, 2).astype(np.uint32)
-    return Overlay("boundary", storage.written(border.points[used], origin), segments)
+    return Overlay("boundary", storage.store_positions(border.points[used], origin), segments)
 
 
-def _segments(border: Border) -> Ints:
+def _list_segments(border: Border) -> Ints:
     """Pairs (L, 2) of neighbouring vertices on the sides, each pair once, in order of sides."""
     follows = np.ones(len(border.vertex), dtype=bool)
     follows[border.start[1:] - 1] = False

@@ -12,20 +12,20 @@ from math import pi
 
 from service.engine.adaptive.assemble import assemble
 from service.engine.adaptive.borders.border import divide_border
-from service.engine.adaptive.borders.side_normals import SideNormals, side_normals
-from service.engine.adaptive.limits import Budget, Effort
-from service.engine.adaptive.lines import draw_lines, goal_isocurves
+from service.engine.adaptive.borders.side_normals import SideNormals, build_side_normals
+from service.engine.adaptive.limits import Effort, MeshLimits
+from service.engine.adaptive.lines import draw_lines, sample_goal_isocurves
 from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.size_bound import least_by_angle
-from service.engine.adaptive.storage import Storage, slack
+from service.engine.adaptive.size_bound import estimate_least_triangles
+from service.engine.adaptive.storage import Storage, bound_origin_error
 from service.engine.adaptive.tolerances import (
-    each_alone,
-    for_border,
-    goals_of_models,
-    in_place,
-    within_reach,
+    build_model_goals,
+    limit_tolerance,
+    move_goal,
+    separate_copies,
+    tighten_for_border,
 )
-from service.engine.bounds.certificate_rounding import check_goal, floor
+from service.engine.bounds.certificate_rounding import check_goal, find_least_tolerance
 from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
@@ -41,16 +41,16 @@ from service.engine.wires.draw import add_wires, build_line_mesh
 from service.surface.lowered import GroupModel, PatchModel
 
 
-class Meshing:
+class ModelMesher:
     """A model of which meshes are wanted; what its meshes have in common is computed once."""
 
     def __init__(self, model: PatchModel, options: MeshOptions, storage: Storage) -> None:
         self.model, self._options, self._storage = model, options, storage
-        self._origin = storage.origin(*model.bounds)
+        self._origin = storage.choose_origin(*model.bounds)
         self._ground, self.seams = PatchNets.of(model), find_seams(model.batches)
         self._faces = find_faces(model, self.seams)
 
-    def made(
+    def build_mesh(
         self,
         goal: Goal,
         most: int,
@@ -79,16 +79,20 @@ class Meshing:
         """
         model, options, storage = self.model, self._options, self._storage
         origin = self._origin
-        goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
-        goal = within_reach(goal, model.diagonal)
-        rounding = storage.rounding(origin, *model.bounds)
-        check_goal(goal, floor(self._ground, rounding), goal.nearest(*model.bounds))
+        goal = move_goal(goal, None, model.bounds, bound_origin_error(origin, *model.bounds))
+        goal = limit_tolerance(goal, model.diagonal)
+        rounding = storage.bound_rounding(origin, *model.bounds)
+        check_goal(
+            goal,
+            find_least_tolerance(self._ground, rounding),
+            goal.find_nearest_distance(*model.bounds),
+        )
         if goal.angle < pi:
             # What cannot be is refused at once, not after all the work that is allowed.
-            Budget(most).count(int(least_by_angle(model, goal.angle)))
+            MeshLimits(most).count(int(estimate_least_triangles(model, goal.angle)))
         if normals is None and goal.angle < pi:
-            (normals,) = side_normals([(model.batches, self.seams)])
-        edges = for_border(goal, rounding, model.bounds)
+            (normals,) = build_side_normals([(model.batches, self.seams)])
+        edges = tighten_for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self.seams, edges, most, normals)
         overlays = draw_lines(model, border, options, storage, origin)
         if options.has_faces:
@@ -97,7 +101,7 @@ class Meshing:
                 self._faces,
                 border,
                 goal,
-                stored=lambda positions: storage.stored(positions, origin),
+                stored=lambda positions: storage.restore_positions(positions, origin),
                 most=most,
                 effort=effort,
             )
@@ -109,12 +113,12 @@ class Meshing:
             mesh = replace(lines, step=storage.step)
         if options.has_wires:
             left = most - len(mesh.triangles)
-            curves = goal_isocurves(model, self.seams, goal, options, left)
+            curves = sample_goal_isocurves(model, self.seams, goal, options, left)
             mesh = add_wires(mesh, model, options, curves)
         return mesh
 
 
-class GroupMeshing:
+class GroupMesher:
     """The same of a group: every different model is meshed once, for its most demanding copy.
 
     Seen from a camera every copy has a mesh of its own.
@@ -142,32 +146,34 @@ class GroupMeshing:
     ) -> None:
         seen = options.accuracy is not None and options.accuracy.camera is not None
         self._joined, self._is_welded = joined, options.weld
-        self._group = each_alone(joined.group) if seen else joined.group
+        self._group = separate_copies(joined.group) if seen else joined.group
         self._storage, self._nodes = storage, nodes
         own = storage if nodes else Storage()
         models = self._group.models
         steps = find_grid_steps(self._group, options) if quantized else (0.0,) * len(models)
         self._models = [
-            Meshing(model, options, replace(own, step=step))
+            ModelMesher(model, options, replace(own, step=step))
             for model, step in zip(models, steps, strict=True)
             if isinstance(model, PatchModel)
         ]
 
-    def made(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
-        """The scene, or the mesh, that meets a goal; raises what a `Meshing` raises."""
+    def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
+        """The scene, or the mesh, that meets a goal; raises what a `ModelMesher` raises."""
         group, low, high = self._group, *self._group.bounds
         # In one mesh the copies are placed first, and rounded then.
         flat = self._storage.single and not self._nodes
-        origin = self._storage.origin(low, high)
-        rounding = self._storage.rounding(origin, low, high) if flat else 0.0
-        goals = goals_of_models(goal, group, rounding)
+        origin = self._storage.choose_origin(low, high)
+        rounding = self._storage.bound_rounding(origin, low, high) if flat else 0.0
+        goals = build_model_goals(goal, group, rounding)
         copies = Counter(member.model for member in group.members)
         meshes = []
         normals: list[SideNormals | None] = [None] * len(self._models)
         if goal.angle < pi:
-            normals[:] = side_normals([(own.model.batches, own.seams) for own in self._models])
+            normals[:] = build_side_normals(
+                [(own.model.batches, own.seams) for own in self._models]
+            )
         for number, (model, own) in enumerate(zip(self._models, goals, strict=True)):
-            mesh = model.made(own, most // copies[number], effort, normals[number])
+            mesh = model.build_mesh(own, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
         scene = arrange(group, tuple(meshes))
@@ -177,18 +183,18 @@ class GroupMeshing:
         return round_to_single(flatten(scene), origin) if flat else flatten(scene)
 
 
-def meshing(
+def build_mesher(
     model: PatchModel | GroupModel,
     options: MeshOptions,
     storage: Storage,
     *,
     nodes: bool,
     quantized: bool = False,
-) -> Meshing | GroupMeshing:
+) -> ModelMesher | GroupMesher:
     """What makes meshes of a model, for a format with or without nodes, on grids or not."""
     if isinstance(model, GroupModel):
         joined = join_group(model, options)
-        return GroupMeshing(joined, options, storage, nodes=nodes, quantized=quantized)
+        return GroupMesher(joined, options, storage, nodes=nodes, quantized=quantized)
     model, _ = join(model, options.weld_tolerance)
     step = find_grid_steps(model, options)[0] if quantized else 0.0
-    return Meshing(model, options, replace(storage, step=step))
+    return ModelMesher(model, options, replace(storage, step=step))

@@ -28,16 +28,17 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import row_runs
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.cells import Cells, whole
-from service.engine.adaptive.cutting.subdivision import divided
+from service.engine.adaptive.cutting.cells import Cells, build_whole_cells
+from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft, Store
-from service.engine.adaptive.limits import Budget, Effort
+from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.adaptive.refined_bound import CLOSE, refine_bounds
 from service.engine.adaptive.triangulation import Triangulation
-from service.engine.bounds.certificate import Parts, certify
+from service.engine.bounds.certificate import certify
 from service.engine.bounds.faces import Faces
 from service.engine.bounds.goal import Goal
+from service.engine.bounds.parts import Parts
 from service.engine.bounds.patch_nets import PatchNets
 
 SOME = 1 << 15
@@ -48,7 +49,7 @@ FLATTER = 2
 
 
 def triangulate(
-    ground: PatchNets,
+    patch_nets: PatchNets,
     faces: Faces,
     border: Border,
     goal: Goal,
@@ -75,19 +76,19 @@ def triangulate(
     InvalidRequest
         `tolerance_too_small` if places are not fine enough.
     """
-    task = Task(ground, faces, goal, Budget(most, effort or Effort()))
+    task = Task(patch_nets, faces, goal, MeshLimits(most, effort or Effort()))
     draft, proofs = Draft(task, border, stored), Proofs()
-    draft.renew(divided(task, whole(faces)))
+    draft.renew(divide_cells(task, build_whole_cells(faces)))
     while True:
         task.budget.count(int(draft.kept.sum()))
         proofs.renew(draft)
-        cut, along_v, strips = _failing(draft, proofs.passed)
+        cut, along_v, strips = _find_failing(draft, proofs.passed)
         if not len(cut) and not len(strips):
-            return draft.finished(proofs.deviation, proofs.mesh if goal.two_sided else None)
+            return draft.finish(proofs.deviation, proofs.mesh if goal.two_sided else None)
         draft.halvings[strips] += FLATTER
         assert draft.leaves is not None
-        halves = draft.leaves.cells.take(cut).halved(along_v)
-        draft.renew(divided(task, Cells.joined([*halves])), cut, strips)
+        halves = draft.leaves.cells.take(cut).halve(along_v)
+        draft.renew(divide_cells(task, Cells.concatenate([*halves])), cut, strips)
 
 
 class Proofs:
@@ -134,10 +135,10 @@ class Proofs:
         own = hosts == rows
         corners = draft.corners[rows]
         face, places = draft.face[corners[:, 0]], np.stack([draft.u[corners], draft.v[corners]], 2)
-        task.budget.spend(task.certifying(face, places))
+        task.budget.spend(task.estimate_work(face, places))
         vertices = draft.vertices[hosts]
         parts = Parts(face, places, vertices, draft.across[hosts], own)
-        found = certify(task.ground, task.faces, parts, draft.positions, task.goal)
+        found = certify(task.patch_nets, task.faces, parts, draft.positions, task.goal)
         deviation, allowed, passed = found.deviation[:count], found.allowed, found.passed[:count]
         mesh = np.zeros(count) if found.mesh is None else found.mesh[:count]
         if len(other):
@@ -154,7 +155,7 @@ class Proofs:
         self.deviation[these], self.mesh[these], self.passed[these] = deviation, mesh, passed
 
 
-def _failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
+def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
     """Leaves to be cut, whether along v, and segments of the border whose strips do not pass."""
     leaves = draft.leaves
     assert leaves is not None

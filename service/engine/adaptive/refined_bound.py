@@ -11,8 +11,9 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.draft import Draft
-from service.engine.bounds.certificate import Parts, certify
+from service.engine.bounds.certificate import certify
 from service.engine.bounds.faces import SPAN
+from service.engine.bounds.parts import Parts
 
 CLOSE = 1.5
 """Bounds of parts that are tried are at most so many times what is allowed."""
@@ -38,11 +39,11 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
     cut = (inner.all(axis=1) & even.all(axis=(1, 2))).nonzero()[0]
     places = (QUARTERS @ places[cut, np.newaxis] // 2).reshape(-1, 3, 2)
     face, host = draft.face[corners[cut, 0]].repeat(4), draft.host[rows[cut]].repeat(4)
-    bounds, passed = _against(draft, face, places, host)
+    bounds, passed = _certify_against(draft, face, places, host)
     # Quarters that fail, and the triangles beside their own.
     beside = draft.beside[host]
     quarter, side = (~passed[:, np.newaxis] & (beside >= 0)).nonzero()
-    others, near = _against(draft, face[quarter], places[quarter], beside[quarter, side])
+    others, near = _certify_against(draft, face[quarter], places[quarter], beside[quarter, side])
     bounds[~passed] = np.inf
     np.minimum.at(bounds, quarter[near], others[near])
     found = np.full(len(rows), np.inf)
@@ -50,11 +51,13 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
     return found, found < np.inf
 
 
-def _against(draft: Draft, face: Ints, places: Ints, host: Ints) -> tuple[FloatArray, Bools]:
+def _certify_against(
+    draft: Draft, face: Ints, places: Ints, host: Ints
+) -> tuple[FloatArray, Bools]:
     """Bounds of triangles of places (m, 3, 2), each against one of the mesh; which pass."""
     task = draft.task
-    task.budget.spend(task.certifying(face, places))
+    task.budget.spend(task.estimate_work(face, places))
     own = np.zeros(len(face), dtype=bool)
     parts = Parts(face, places, draft.vertices[host], draft.across[host], own)
-    bounds = certify(task.ground, task.faces, parts, draft.positions, task.goal)
+    bounds = certify(task.patch_nets, task.faces, parts, draft.positions, task.goal)
     return bounds.deviation, bounds.deviation <= bounds.allowed

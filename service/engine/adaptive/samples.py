@@ -28,7 +28,7 @@ from service.surface.lowered import PatchModel
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Samples:
+class PatchSamples:
     """N places of patches.
 
     Attributes
@@ -47,14 +47,14 @@ class Samples:
     vertex: Ints
 
 
-def samples_of(faces: Faces, made: Triangulation) -> tuple[Samples, IndexArray]:
+def find_samples(faces: Faces, made: Triangulation) -> tuple[PatchSamples, IndexArray]:
     """Samples that occur in triangles, and the triangles as (T, 3) of them."""
     spans = faces.spans[made.face]
     below = np.zeros(made.triangles.shape, dtype=np.intp)
     for axis, at in enumerate((made.u, made.v)):
         inner = (at % SPAN == 0) & (at > 0) & (at < spans[:, axis] * SPAN)
         if inner.any():
-            below |= _goes_down(at, made.triangles, inner).astype(np.intp) << axis
+            below |= _is_before_knot(at, made.triangles, inner).astype(np.intp) << axis
     # Four numbers for each sample: in which of the patches around it.
     key = made.triangles * 4 + below
     used = np.zeros(4 * len(made.face), dtype=bool)
@@ -62,43 +62,43 @@ def samples_of(faces: Faces, made: Triangulation) -> tuple[Samples, IndexArray]:
     kept = used.nonzero()[0]
     number = np.cumsum(used, dtype=np.uint32) - np.uint32(1)
     row, side = kept // 4, kept % 4
-    span_u, u = _within(made.u[row], side & 1, spans[row, 0])
-    span_v, v = _within(made.v[row], side >> 1, spans[row, 1])
+    span_u, u = _split_places(made.u[row], side & 1, spans[row, 0])
+    span_v, v = _split_places(made.v[row], side >> 1, spans[row, 1])
     face = made.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
-    return Samples(patch, u, v, made.vertex[row]), number[key]
+    return PatchSamples(patch, u, v, made.vertex[row]), number[key]
 
 
-def _goes_down(at: Ints, triangles: Ints, inner: Bools) -> Bools:
+def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
     """Whether a triangle lies before the knot line on which its corner is, (T, 3)."""
     places = at[triangles]
     before: Bools = inner[triangles] & (places.sum(axis=1, keepdims=True) < 3 * places)
     return before
 
 
-def _within(at: Ints, below: Ints, spans: Ints) -> tuple[Ints, FloatArray]:
+def _split_places(at: Ints, below: Ints, spans: Ints) -> tuple[Ints, FloatArray]:
     """Span and parameter of places along one direction; the last span has its end, too."""
     span = np.minimum(at // SPAN, spans - 1) - below
     return span, (at - span * SPAN) / SPAN
 
 
-def scattered_channels(
-    model: PatchModel, samples: Samples, dtype: Real, *, uvs: bool
+def evaluate_channels(
+    model: PatchModel, samples: PatchSamples, dtype: Real, *, uvs: bool
 ) -> tuple[ChannelRows, ...]:
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
     carried = model.batches[0].channels
     found = [
-        ChannelRows(channel.name, channel.kind, _rows(model, samples, number, dtype))
+        ChannelRows(channel.name, channel.kind, _evaluate_channel(model, samples, number, dtype))
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
-        rows: RealArray = _parameters(model, samples).astype(dtype)
+        rows: RealArray = _find_parameters(model, samples).astype(dtype)
         found.append(ChannelRows("uvs", "uvs", rows, exact=True))
     return tuple(found)
 
 
-def scattered_curvatures(
-    model: PatchModel, samples: Samples, dtype: Real
+def evaluate_curvatures(
+    model: PatchModel, samples: PatchSamples, dtype: Real
 ) -> tuple[ChannelRows, ...]:
     """Gaussian and mean curvature."""
     rows = np.empty((2, len(samples.patch)), dtype=dtype)
@@ -113,7 +113,9 @@ def scattered_curvatures(
     return to_channels(model, rows)
 
 
-def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> FloatArray:
+def _evaluate_channel(
+    model: PatchModel, samples: PatchSamples, number: int, dtype: Real
+) -> FloatArray:
     """Values (N, d) of one channel, computed in float64."""
     values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
     for batch, first, rows in group_by_batch(model.batches, samples.patch):
@@ -137,7 +139,7 @@ def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> Floa
     return (values + 0.0).astype(dtype)
 
 
-def _parameters(model: PatchModel, samples: Samples) -> FloatArray:
+def _find_parameters(model: PatchModel, samples: PatchSamples) -> FloatArray:
     """Parameters (N, 2): in the surface's own domain, or in the patch; of triangles (s, t)."""
     rows = np.stack([samples.u, samples.v], axis=1)
     for batch, _, here in group_by_batch(model.batches, samples.patch):

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases.row_batches import row_slices
-from service.engine.adaptive.lines import goal_divisions
+from service.engine.adaptive.lines import count_goal_divisions
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.second_derivatives import second_derivative_bounds
+from service.engine.bounds.second_derivatives import bound_second_derivatives
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
@@ -46,14 +46,14 @@ class MostTriangles(NamedTuple):
     points: int
 
 
-def most_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostTriangles:
+def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostTriangles:
     """Bounds for one model; vertices count once for every patch, cuts for angles do not count."""
-    cells, pieces = _cells(model, goal)
+    cells, pieces = _bound_cells(model, goal)
     vertices, triangles = (2 * cells + pieces, 4 * cells + pieces) if options.has_faces else (0, 0)
     points = pieces if "boundary" in options.overlays else 0
     if options.has_wires:
         seams = find_seams(model.batches)
-        curves, samples = goal_divisions(model, seams, goal).size(seams, options.isocurves)
+        curves, samples = count_goal_divisions(model, seams, goal).size(seams, options.isocurves)
         if options.has_solid_wires:
             more = count_most_solids(curves, samples, options)
             vertices, triangles = vertices + more[0], triangles + more[1]
@@ -62,7 +62,7 @@ def most_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostT
     return MostTriangles(vertices, triangles, points)
 
 
-def least_by_angle(model: PatchModel, angle: float) -> float:
+def estimate_least_triangles(model: PatchModel, angle: float) -> float:
     """Triangles that normals need at least, about, to turn by so little along each edge.
 
     On the unit sphere the normals of a mesh are triangles with sides up to the angle α, of the area
@@ -85,14 +85,14 @@ def least_by_angle(model: PatchModel, angle: float) -> float:
     return area / (sqrt(3) / 4 * angle**2) / 8
 
 
-def _cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
+def _bound_cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     """Upper bounds of the cells, and of the pieces of the borders of patches."""
-    nearest = np.array([goal.nearest(*model.bounds)])
-    part = max(float(goal.allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
+    nearest = np.array([goal.find_nearest_distance(*model.bounds)])
+    part = max(float(goal.find_allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
     cells = pieces = 0
     for batch in model.batches:
         patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
-        bends = second_derivative_bounds(patches, (1, 1), (1, 1))
+        bends = bound_second_derivatives(patches, (1, 1), (1, 1))
         uu, uv, vv = (each[0, 0] / (8 * part) for each in (bends.uu, 2 * bends.uv, bends.vv))
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
         # A twist asks for the product of both numbers.

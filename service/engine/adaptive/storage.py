@@ -36,17 +36,17 @@ class Storage:
         """The type of the numbers."""
         return np.float32 if self.single else np.float64
 
-    def origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
+    def choose_origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """The origin of positions between these bounds."""
         origin = choose_origin(low, high) if self.single and self.local else np.zeros(3)
         return round_to_grid(origin, self.step) if self.step else origin
 
-    def rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
+    def bound_rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
         """How far a vertex between these bounds may be moved when it is stored."""
         moved = CORNER * self.step
         return moved + single_error(low, high, origin) if self.single else moved
 
-    def written(self, positions: FloatArray, origin: FloatArray) -> RealArray:
+    def store_positions(self, positions: FloatArray, origin: FloatArray) -> RealArray:
         """Positions (N, 3) in model coordinates as the file has them, about the origin."""
         if self.step:
             positions = round_to_grid(positions, self.step)
@@ -55,15 +55,15 @@ class Storage:
         # People read these numbers: adding 0.0 turns -0.0 into 0.0.
         return positions + 0.0
 
-    def stored(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
-        """What these are in model coordinates, float64: up to `slack` where there is an origin."""
+    def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
+        """Positions in model coordinates after storing, float64, right to `bound_origin_error`."""
         if not (self.single or self.step):
             return positions
-        read: FloatArray = self.written(positions, origin).astype(np.float64) + origin
+        read: FloatArray = self.store_positions(positions, origin).astype(np.float64) + origin
         return read
 
 
-def slack(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
+def bound_origin_error(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
     """What adding the origin may be wrong by: half a unit in the last place of each coordinate."""
     if not origin.any():
         return 0.0

@@ -10,7 +10,7 @@ from service.surface.checks import MAX_COORDINATE
 TOLERANCES = ("tolerance", "relative_tolerance", "pixel_tolerance")
 BUDGETS = ("max_triangles", "max_bytes")
 
-STATED = (*TOLERANCES, "angle_tolerance", *BUDGETS)
+ACCURACY_OPTIONS = (*TOLERANCES, "angle_tolerance", *BUDGETS)
 """Options by which a mesh can be asked for, the first of them first."""
 
 
@@ -35,7 +35,7 @@ class Camera:
     def __post_init__(self) -> None:
         # NaN is within no bounds.
         if not all(abs(x) <= MAX_COORDINATE for x in self.position):
-            raise _refusal(
+            raise _build_error(
                 "out_of_range",
                 "/camera/position",
                 "The camera stands at a point of the model's space.",
@@ -43,7 +43,7 @@ class Camera:
                 f"coordinates up to {MAX_COORDINATE:.7g}",
             )
         if not 0 < self.field_of_view < pi:
-            raise _refusal(
+            raise _build_error(
                 "out_of_range",
                 "/camera/field_of_view",
                 "The field of view is the angle between its upper and its lower border.",
@@ -51,7 +51,7 @@ class Camera:
                 "an angle between 0 and π radians",
             )
         if self.height < 1:
-            raise _refusal(
+            raise _build_error(
                 "out_of_range",
                 "/camera/height",
                 "The height of the picture is counted in pixels.",
@@ -105,9 +105,9 @@ class Accuracy:
             for name in names:
                 value = getattr(self, name)
                 if value is not None and not 0 < value <= most:
-                    raise _refusal("out_of_range", f"/{name}", message, f"{value:.6g}", needed)
+                    raise _build_error("out_of_range", f"/{name}", message, f"{value:.6g}", needed)
         if self.tolerance is not None and self.relative_tolerance is not None:
-            raise _refusal(
+            raise _build_error(
                 "conflicting_options",
                 "/relative_tolerance",
                 "The tolerance is given in model units, or relative to the model's size.",
@@ -115,8 +115,8 @@ class Accuracy:
                 "one of the two",
             )
         # An angle alone bounds no distance.
-        if self.two_sided and not self._states(*TOLERANCES, *BUDGETS):
-            raise _refusal(
+        if self.two_sided and not self._has_any(*TOLERANCES, *BUDGETS):
+            raise _build_error(
                 "missing_field",
                 "/tolerance",
                 "The distance from the mesh to the surface is bounded beside the other one.",
@@ -124,7 +124,7 @@ class Accuracy:
                 "a tolerance or a budget as well",
             )
         if (self.camera is None) != (self.pixel_tolerance is None):
-            raise _refusal(
+            raise _build_error(
                 "missing_field",
                 "/camera" if self.camera is None else "/pixel_tolerance",
                 "A camera tells what is seen, and a tolerance how much of it matters.",
@@ -132,20 +132,20 @@ class Accuracy:
                 "both of camera and pixel_tolerance, or neither",
             )
 
-    def _states(self, *names: str) -> bool:
+    def _has_any(self, *names: str) -> bool:
         """Whether any of these options is given."""
         return any(getattr(self, name) is not None for name in names)
 
     @property
-    def budgeted(self) -> bool:
+    def is_budgeted(self) -> bool:
         """Whether nothing but a budget says how near the mesh must be."""
-        return self._states(*BUDGETS) and not self._states(*TOLERANCES, "angle_tolerance")
+        return self._has_any(*BUDGETS) and not self._has_any(*TOLERANCES, "angle_tolerance")
 
     @property
     def pointer(self) -> str:
         """JSON pointer to the option by which a mesh was asked for."""
-        return f"/{next((name for name in STATED if self._states(name)), 'tolerance')}"
+        return f"/{next((name for name in ACCURACY_OPTIONS if self._has_any(name)), 'tolerance')}"
 
 
-def _refusal(code: str, where: str, message: str, got: str, needed: str) -> InvalidRequest:
+def _build_error(code: str, where: str, message: str, got: str, needed: str) -> InvalidRequest:
     return InvalidRequest(Issue(code, message, where, got, needed))

@@ -13,12 +13,12 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.bounds.goal import Goal, View, too_small
+from service.engine.bounds.goal import Goal, View, build_tolerance_error
 from service.engine.scenes.placing import placing_error, scalings
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_bounds
 
-Bounds: TypeAlias = tuple[FloatArray, FloatArray]
+Box: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
 
 ANYTHING = 4.0
@@ -42,7 +42,7 @@ LESS = 1 - 2.0**-40
 """What is divided by a stretch and multiplied by it again must not come out larger."""
 
 
-def goal_of(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
+def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
     """What is asked of the mesh of a model, in the coordinates of the whole.
 
     The eye sees a pixel where h = 2 d tan(φ/2) / n: the height of the picture at the distance d,
@@ -65,7 +65,7 @@ def goal_of(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
     return Goal(tolerance, angle, accuracy.two_sided, view)
 
 
-def goals_of_models(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, ...]:
+def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, ...]:
     """What is asked of each model of a group, so that all its copies meet the goal.
 
     Parameters
@@ -73,7 +73,7 @@ def goals_of_models(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, 
     goal : Goal
         In the coordinates of the group.
     group : GroupModel
-        With a view, every copy must be a model of its own (`each_alone`).
+        With a view, every copy must be a model of its own (`separate_copies`).
     error : float
         What is rounded after copies are placed.
 
@@ -84,21 +84,21 @@ def goals_of_models(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, 
     """
     goals: dict[int, Goal] = {}
     for member in group.members:
-        own = in_place(goal, member.matrix, group.models[member.model].bounds, error)
+        own = move_goal(goal, member.matrix, group.models[member.model].bounds, error)
         before = goals.setdefault(member.model, own)
         if own.tolerance < before.tolerance:
             goals[member.model] = own
     return tuple(goals[number] for number in sorted(goals))
 
 
-def in_place(goal: Goal, matrix: FloatArray | None, bounds: Bounds, error: float) -> Goal:
+def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) -> Goal:
     """What is asked of a model between these bounds, so that its copy meets the goal.
 
     What is d away from the eye in the model is at least s d away in its place, where a rate r
     allows r s d; and an error there is at most S times that of the model.
     """
     (least, most), taken = scalings(matrix), placing_error(matrix, *bounds) + error
-    goal = without(goal, taken, place_bounds(bounds, matrix))
+    goal = subtract_rounding(goal, taken, place_bounds(bounds, matrix))
     view = goal.view
     if view is not None:
         eye = view.eye
@@ -108,7 +108,7 @@ def in_place(goal: Goal, matrix: FloatArray | None, bounds: Bounds, error: float
     return replace(goal, tolerance=goal.tolerance / most * LESS, view=view)
 
 
-def without(goal: Goal, taken: float, bounds: Bounds) -> Goal:
+def subtract_rounding(goal: Goal, taken: float, bounds: Box) -> Goal:
     """The goal for what lies between these bounds, without what rounding takes of it.
 
     Raises
@@ -118,35 +118,35 @@ def without(goal: Goal, taken: float, bounds: Bounds) -> Goal:
     """
     if not taken:
         return goal
-    tolerance, view = _left(goal.tolerance, taken), goal.view
+    tolerance, view = _subtract(goal.tolerance, taken), goal.view
     if view is not None:
-        nearest = view.rate * max(view.near, goal.nearest(*bounds))
-        view = replace(view, rate=view.rate * (_left(nearest, taken) / nearest))
+        nearest = view.rate * max(view.near, goal.find_nearest_distance(*bounds))
+        view = replace(view, rate=view.rate * (_subtract(nearest, taken) / nearest))
     return replace(goal, tolerance=tolerance, view=view)
 
 
-def _left(tolerance: float, taken: float) -> float:
+def _subtract(tolerance: float, taken: float) -> float:
     """The tolerance without what rounding takes of it."""
     if tolerance < SHARE * taken:
-        raise too_small(f"a distance of {tolerance:.6g}", SHARE * taken)
+        raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * taken)
     return tolerance - taken
 
 
-def for_border(goal: Goal, taken: float, bounds: Bounds) -> Goal:
+def tighten_for_border(goal: Goal, taken: float, bounds: Box) -> Goal:
     """The goal by which edges are divided, if vertices are rounded by so much when they are stored.
 
     Edges are divided until they are within 0.95 of the tolerance of their chords. Rounding moves
     the chords; where it may move them by more than is left, edges must be nearer to theirs.
     Elsewhere they are divided by what they are themselves, whatever they are part of.
     """
-    less = without(goal, taken, bounds)
+    less = subtract_rounding(goal, taken, bounds)
     tight = less.tolerance < ENOUGH * goal.tolerance
     if goal.view is not None and less.view is not None:
         tight |= less.view.rate < ENOUGH * goal.view.rate
     return less if tight else goal
 
 
-def within_reach(goal: Goal, diagonal: float) -> Goal:
+def limit_tolerance(goal: Goal, diagonal: float) -> Goal:
     """The goal, its tolerance no larger than what comes to the same for a model of this diagonal.
 
     All edges are nearer to their chords than this, so that they are divided as before.
@@ -154,7 +154,7 @@ def within_reach(goal: Goal, diagonal: float) -> Goal:
     return replace(goal, tolerance=min(goal.tolerance, ANYTHING * diagonal or inf))
 
 
-def each_alone(group: GroupModel) -> GroupModel:
+def separate_copies(group: GroupModel) -> GroupModel:
     """The group with a model of its own for every copy: each is seen from another distance."""
     models = tuple(group.models[member.model] for member in group.members)
     members = tuple(replace(member, model=k) for k, member in enumerate(group.members))

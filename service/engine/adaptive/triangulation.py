@@ -55,7 +55,7 @@ class Triangulation:
 NEXT = ((0, 1), (1, 2), (2, 0))
 
 
-def without_flat(made: Triangulation, stored: RealArray) -> Triangulation:
+def drop_flat_triangles(made: Triangulation, stored: RealArray) -> Triangulation:
     """The triangulation without triangles that have two corners at one place.
 
     Parameters
@@ -74,16 +74,16 @@ def without_flat(made: Triangulation, stored: RealArray) -> Triangulation:
     if not equal.any():
         return made
     pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(NEXT)])
-    vertex = _one_vertex(len(stored), pairs)
+    vertex = _merge_vertices(len(stored), pairs)
     corners = vertex[corners]
     flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
-    beside = _beside(made.face[made.triangles[:, 0]], corners, flat)
+    beside = _find_triangles_beside(made.face[made.triangles[:, 0]], corners, flat)
     if (beside < 0).any():
         return made
-    raised = _raised(made.bounds, flat, beside)
+    raised = _raise_bounds(made.bounds, flat, beside)
     mesh_bounds = made.mesh_bounds
     if mesh_bounds is not None:
-        mesh_bounds = _raised(mesh_bounds, flat, beside)[~flat]
+        mesh_bounds = _raise_bounds(mesh_bounds, flat, beside)[~flat]
     return replace(
         made,
         vertex=vertex[made.vertex],
@@ -93,7 +93,7 @@ def without_flat(made: Triangulation, stored: RealArray) -> Triangulation:
     )
 
 
-def _one_vertex(count: int, pairs: Ints) -> Ints:
+def _merge_vertices(count: int, pairs: Ints) -> Ints:
     """For each vertex the least one that pairs (n, 2) lead to."""
     vertex = np.arange(count)
     while True:
@@ -106,7 +106,7 @@ def _one_vertex(count: int, pairs: Ints) -> Ints:
             return vertex
 
 
-def _beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
+def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     """For each flat triangle one of the same face that is not, and has its segment; else −1."""
     kept = np.flatnonzero(~flat)
     edges = np.sort(corners[kept][:, NEXT].reshape(-1, 2), axis=1)
@@ -122,7 +122,7 @@ def _beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     return np.where(keys[row] == wanted, kept[row // 3], -1)
 
 
-def _raised(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
+def _raise_bounds(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
     """Bounds of all triangles, those beside flat ones no less than theirs."""
     raised = bounds.copy()
     np.maximum.at(raised, beside, bounds[flat])

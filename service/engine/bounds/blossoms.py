@@ -10,7 +10,7 @@ control points:
                               corners giving their u to the first p and their v to the others.
 
 Both are products of matrices with the net: the blossoms of the Bernstein polynomials along u, those
-along v (`rows`), and the shares of the means. All numbers in them are not negative and every row
+along v (`build_blossoms`), and the shares of the means. No number in them is negative and every row
 adds up to one, so products are means of the given points, whatever their order of summation. Hence
 rounding moves a point by a few units in the last place of the net's size, also where homogeneous
 points are divided by their weights.
@@ -37,14 +37,15 @@ NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
 
 
 @lru_cache(maxsize=256)
-def mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
-    """How often each argument is taken, in the order of `rows`.
+def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
+    """How often each argument is taken, in the order of `build_blossoms`.
 
-    Those that end in the first argument come first: they are made of those that have no other.
+    A mixture is made of a shorter one by adding one argument; mixtures to which the first argument
+    was added come first.
     """
     if degree == 0:
         return ((0,) * arguments,)
-    shorter = mixtures(arguments, degree - 1)
+    shorter = list_mixtures(arguments, degree - 1)
     return tuple(
         (*one[:last], one[last] + 1, *one[last + 1 :])
         for last in range(arguments)
@@ -53,14 +54,14 @@ def mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
 
 
 @lru_cache(maxsize=256)
-def _parents(arguments: int, degree: int) -> tuple[Ints, Ints]:
-    """Of which mixture of one argument less each is made, and which argument is added."""
+def _find_parents(arguments: int, degree: int) -> tuple[Ints, Ints]:
+    """The mixture of one argument less that each mixture is made of, and the argument added."""
     counts = [comb(degree - 1 + last, last) for last in range(arguments)]
     parent = np.concatenate([np.arange(count) for count in counts])
     return parent, np.repeat(np.arange(arguments), counts)
 
 
-def rows(degree: int, arguments: FloatArray) -> FloatArray:
+def build_blossoms(degree: int, arguments: FloatArray) -> FloatArray:
     """Blossoms of the Bernstein polynomials of a degree at all mixtures of some arguments.
 
     b(t_1 … t_d) of B_i^d is (1 − t_d) b(t_1 … t_{d−1}) of B_i^{d−1} + t_d b(…) of B_{i−1}^{d−1}.
@@ -78,20 +79,20 @@ def rows(degree: int, arguments: FloatArray) -> FloatArray:
         Row r times the control points of a curve is its blossom at mixture r.
     """
     rest = 1.0 - arguments
-    made = np.stack([rest, arguments], axis=1)
+    blossoms = np.stack([rest, arguments], axis=1)
     for d in range(2, degree + 1):
-        parent, last = _parents(len(arguments), d)
-        before = made[parent]
-        made = np.empty((len(parent), d + 1, arguments.shape[1]))
-        np.multiply(before, rest[last][:, np.newaxis], out=made[:, :d])
-        made[:, d] = 0.0
+        parent, last = _find_parents(len(arguments), d)
+        before = blossoms[parent]
+        blossoms = np.empty((len(parent), d + 1, arguments.shape[1]))
+        np.multiply(before, rest[last][:, np.newaxis], out=blossoms[:, :d])
+        blossoms[:, d] = 0.0
         before *= arguments[last][:, np.newaxis]
-        made[:, 1:] += before
-    return np.ascontiguousarray(made.transpose(2, 0, 1))
+        blossoms[:, 1:] += before
+    return np.ascontiguousarray(blossoms.transpose(2, 0, 1))
 
 
-def box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
-    """Nets times matrices: over boxes, if these are rows of two arguments.
+def build_box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+    """Nets times matrices: nets over boxes if the matrices are blossoms of two arguments.
 
     Parameters
     ----------
@@ -104,12 +105,14 @@ def box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> Floa
     """
     size, p1, q1 = nets.shape[1:]
     lines = nets.reshape(-1, size * p1, q1) @ along_v.swapaxes(1, 2)
-    made: FloatArray = along_u[:, np.newaxis] @ lines.reshape(len(lines), size, p1, -1)
-    return made
+    products: FloatArray = along_u[:, np.newaxis] @ lines.reshape(len(lines), size, p1, -1)
+    return products
 
 
-def triangle_nets(nets: FloatArray, places: FloatArray, *, ordered: bool = True) -> FloatArray:
-    """Nets (m, D, N) over triangles of parameters, in the order of `exponents`.
+def build_triangle_nets(
+    nets: FloatArray, places: FloatArray, *, ordered: bool = True
+) -> FloatArray:
+    """Nets (m, D, N) over triangles of parameters, in the order of `list_exponents`.
 
     Parameters
     ----------
@@ -117,36 +120,41 @@ def triangle_nets(nets: FloatArray, places: FloatArray, *, ordered: bool = True)
     places : ndarray of float64, shape (3, 2, m)
         The corners (u_k, v_k).
     ordered : bool
-        Whether the corners of a net are in that order. If they need not be, nets of triangles that
-        are halves of boxes are made of those of the boxes, which have fewer points.
+        Whether the corners of a net must be in the order of `places`. Otherwise the nets of
+        triangles that are halves of boxes are made of nets over the boxes, which have fewer points.
     """
     p, q = nets.shape[2] - 1, nets.shape[3] - 1
     if ordered:
-        return _combined(nets, places, _dealt(p, q))
-    right, sides = _right_angles(places)
+        return _combine(nets, places, _build_triangle_shares(p, q))
+    right, sides = _find_right_angles(places)
     if right.all():
-        return _combined(nets, sides, _halved(p, q))
-    made = np.empty((*nets.shape[:2], _dealt(p, q).shape[1]))
-    for some, at, shares in ((right, sides, _halved(p, q)), (~right, places, _dealt(p, q))):
+        return _combine(nets, sides, _build_half_shares(p, q))
+    made = np.empty((*nets.shape[:2], _build_triangle_shares(p, q).shape[1]))
+    for some, at, shares in (
+        (right, sides, _build_half_shares(p, q)),
+        (~right, places, _build_triangle_shares(p, q)),
+    ):
         if some.any():
-            made[some] = _combined(nets[some], at[..., some], shares)
+            made[some] = _combine(nets[some], at[..., some], shares)
     return made
 
 
-def _combined(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
+def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
     """Shares of the blossoms of nets at arguments (k, 2, m): shape (m, D, N)."""
     p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
     if p == q:  # both directions in one go
-        along = rows(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
-        both = box_nets(nets, along[:count], along[count:])
+        along = build_blossoms(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
+        both = build_box_nets(nets, along[:count], along[count:])
     else:
-        both = box_nets(nets, rows(p, places[:, 0]), rows(q, places[:, 1]))
+        both = build_box_nets(
+            nets, build_blossoms(p, places[:, 0]), build_blossoms(q, places[:, 1])
+        )
     made: FloatArray = both.reshape(*both.shape[:2], -1) @ shares
     return made
 
 
-def _right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
-    """Which triangles (3, 2, m) are halves of boxes, and the sides (2, 2, m) of these.
+def _find_right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
+    """Which triangles (3, 2, m) are halves of boxes, and the sides (2, 2, m) of the boxes.
 
     The right angle is at (u_0, v_0), the other corners are (u_1, v_0) and (u_0, v_1).
     """
@@ -157,16 +165,16 @@ def _right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
 
 
 @lru_cache(maxsize=256)
-def exponents(degree: int) -> tuple[Exponents, ...]:
+def list_exponents(degree: int) -> tuple[Exponents, ...]:
     """(i, j, k) of the points of a triangular net, in its order."""
     return tuple((degree - j - k, j, k) for k in range(degree + 1) for j in range(degree + 1 - k))
 
 
 @lru_cache(maxsize=64)
-def _dealt(p: int, q: int) -> FloatArray:
+def _build_triangle_shares(p: int, q: int) -> FloatArray:
     """Shares of the blossoms (u, v) in the points of a triangle: shape (U V, N)."""
-    along_u, along_v = mixtures(3, p), mixtures(3, q)
-    place = {key: number for number, key in enumerate(exponents(p + q))}
+    along_u, along_v = list_mixtures(3, p), list_mixtures(3, q)
+    place = {key: number for number, key in enumerate(list_exponents(p + q))}
     shares = np.zeros((len(along_u), len(along_v), len(place)))
     for j, b in enumerate(along_v):
         for i, a in enumerate(along_u):
@@ -179,12 +187,15 @@ def _dealt(p: int, q: int) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _halved(p: int, q: int) -> FloatArray:
+def _build_half_shares(p: int, q: int) -> FloatArray:
     """Shares of the points of a box in those of its half, ((p+1) (q+1), N).
 
     The corners (0, 0), (1, 0), (0, 1) of the unit square make blossoms of its own points.
     """
-    along_u, along_v = rows(p, np.array([[0.0], [1], [0]])), rows(q, np.array([[0.0], [0], [1]]))
-    matrix: FloatArray = np.kron(along_u[0], along_v[0]).T @ _dealt(p, q)
+    along_u, along_v = (
+        build_blossoms(p, np.array([[0.0], [1], [0]])),
+        build_blossoms(q, np.array([[0.0], [0], [1]])),
+    )
+    matrix: FloatArray = np.kron(along_u[0], along_v[0]).T @ _build_triangle_shares(p, q)
     matrix.flags.writeable = False
     return matrix

@@ -1,10 +1,10 @@
-"""What rounding may do to the bounds of the certificate, and the least tolerance it leaves.
+"""The rounding in the bounds of the certificate, and the least tolerance that it leaves room for.
 
-u = 2^-53 is what one operation may do, relative to its result. All of a piece happens in units in
+One operation is wrong by at most u = 2^-53, relative to its result. A piece is computed in units in
 which no coordinate about the middle of the patch is above 1, neither of control points nor of
 vertices of hosts; hence no difference of two points is longer than 2√3 < 4.
 
-**Nets.** On its way from the given control points to a net over a triangle a number meets
+**Nets.** On its way from the given control points to a net over a triangle, a number is rounded by
 
     P − M, times its weight                                2
     three a level where a row of a triangle is raised      3 max(p, q)
@@ -14,78 +14,78 @@ vertices of hosts; hence no difference of two points is longer than 2√3 < 4.
     its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1); where degrees are
                                                            reduced, p + q + 4 are enough
 
-roundings, r in all. Only combinations with factors that are not negative are made of the points, so
-a coordinate (of a homogeneous point: relative to the weight that it is of) is right to r u times 4,
-and a weight to r u times itself; dividing by it doubles this. A point is right to
-√3 · 2 r · 4 u < 16 r u.
+r roundings in all. Points are only combined with factors that are not negative. So a coordinate (of
+a homogeneous point: relative to its weight) is right to r u times 4, and a weight to r u times
+itself; dividing by the weight doubles this. A point is right to √3 · 2 r · 4 u < 16 r u.
 
 A sum of k products is right to k u times the sum of their sizes in whatever order it is added, with
 fused operations or without (Higham, Accuracy and stability of numerical algorithms, section 3.1).
 The order of such sums is the library's own; it is the same for every item of stacked matrices.
 
-**Distances.** `distances` and `highest` do a few operations more with such coordinates: at most 16
-in a row, and one a point of an edge where values half-way are added up, p + q + 1. The greatest
-value of Q has a factor 4/3, and what is taken off for R has at most 8/3 in one row, for 4 Σ i_k
-i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is below 16 (16
-+ p + q) u. Wedges are right to 8 u times the length of an edge: see `reference_triangles`.
+**Distances.** `bound_distances` and `bound_heights` do a few more operations with such coordinates:
+at most 16 in a row, and one for each point of an edge whose values half-way are added, p + q + 1.
+The greatest value of Q has a factor 4/3, and the part subtracted for R has at most 8/3 in one row,
+for 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is
+below 16 (16 + p + q) u. Wedges are right to 8 u times the length of an edge: see
+`reference_triangles`.
 
-**Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and told
-here as one number, may be off by u |X| in each coordinate; so may the middle of the patch added to
-a point, which is no matter here, for the surface is what the control points say.
+**Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and given
+here as one number, may be off by u |X| in each coordinate. Adding the middle of the patch to a
+point rounds too, but that does not matter here: the control points define the surface.
 """
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.bounds.degree_reduction import DIRECT, SHIFT
-from service.engine.bounds.goal import Goal, too_small
+from service.engine.bounds.goal import Goal, build_tolerance_error
 from service.engine.bounds.patch_nets import PatchNets
 
 UNIT = 2.0**-53
-"""Half the distance from 1 to the next number: what one rounding may do."""
+"""Half the distance from 1 to the next number: the relative error of one rounding."""
 
 
-def roundings(p: int, q: int) -> int:
-    """The sum of all that, in units u, for patches of degree (p, q)."""
+def count_roundings(p: int, q: int) -> int:
+    """The sum of the roundings above, in units u, for patches of degree (p, q)."""
     path = 2 + 3 * max(p, q) + 13 + 3 * (p + q) + 2 + 2 + (p + 1) * (q + 1)
     return 16 * path + 16 * (16 + p + q) + 64
 
 
-def stored(far: FloatArray) -> FloatArray:
-    """What vertices with coordinates up to `far` may be off by, shape (m,)."""
+def bound_storage_error(far: FloatArray) -> FloatArray:
+    """Bounds of the error of stored vertices with coordinates up to `far`, shape (m,)."""
     slack: FloatArray = 4 * UNIT * far
     return slack
 
 
-def floor(ground: PatchNets, step: float = 0.0) -> float:
+def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
     """The least tolerance that is worth an attempt, in model units.
 
-    However fine a mesh is, its bounds have all of the above in them, and how far its vertices are
+    However fine a mesh is, its bounds contain the rounding above and the distance of its vertices
     from the surface: by their evaluation, which rounds less than the certificate does, and by
-    `step`, what they lose when they are stored. As much again is left for the surface to bend.
+    `step`, the error of storing them. The sum is doubled, so that the surface has room to bend.
     """
     least = 0.0
-    for nets in ground.groups:
-        sizes = ground.sizes[nets.patches]
-        far = sizes + np.abs(ground.middles[:, nets.patches]).max(axis=0)
+    for nets in patch_nets.groups:
+        sizes = patch_nets.sizes[nets.patches]
+        far = sizes + np.abs(patch_nets.middles[:, nets.patches]).max(axis=0)
         # Units are powers of two, up to twice the size.
-        share = 2 * UNIT * roundings(*nets.degree)
+        share = 2 * UNIT * count_roundings(*nets.degree)
         if sum(nets.degree) > DIRECT:
             share += SHIFT
-        slack = 2 * share * sizes + stored(far)
+        slack = 2 * share * sizes + bound_storage_error(far)
         least = max(least, float(slack.max()))
-    return 4 * (least + ground.lowering) + 2 * step
+    return 4 * (least + patch_nets.lowering) + 2 * step
 
 
 def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:
-    """Refuses a goal of which rounding takes too much, nothing being nearer to the eye than that.
+    """Refuses a goal that allows less than `least` at the distance `nearest` from the eye.
 
     Raises
     ------
     InvalidRequest
         `tolerance_too_small`.
     """
-    asked = float(goal.allowed(np.array([nearest]))[0])
-    if asked < least:
+    allowed = float(goal.find_allowed(np.array([nearest]))[0])
+    if allowed < least:
         pointer = "/tolerance" if goal.view is None else "/pixel_tolerance"
-        raise too_small(f"{asked:.6g}", least, pointer)
+        raise build_tolerance_error(f"{allowed:.6g}", least, pointer)

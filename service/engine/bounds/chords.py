@@ -1,4 +1,4 @@
-"""How far a Bézier curve is from a chord: the bound, and the halves on which it is better.
+"""Bounds of the distance from a Bézier curve to a chord, and the halves of a curve.
 
 A point of a Bézier curve is a mean of its control points, Σ_i R_i P_i, also of a rational one with
 positive weights. The distance to a segment is a convex function d, so
@@ -6,7 +6,7 @@ positive weights. The distance to a segment is a convex function d, so
     d(C(t)) ≤ Σ_i R_i(t) d(P_i) ≤ f max_{0<i<n} d(P_i) + max(d(P_0), d(P_n)),
 
 where f bounds R_1 + … + R_{n−1}: polynomial, 1 − B_0 − B_n ≤ 1 − 2^{1−n}. That is ½ at degree 2 and
-¾ at degree 3, so that the bound is what an arch really rises to.
+¾ at degree 3, so for a symmetric arch the bound is its true height.
 
 Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1). Every number depends on its own curve
 alone, to the last bit, whatever others are computed with it.
@@ -17,8 +17,8 @@ import numpy as np
 from service.bases.arrays import FloatArray
 
 
-def deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
-    """How far each curve may be from its chord, by the bound above.
+def bound_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
+    """Bounds of the distances from curves to their chords.
 
     Parameters
     ----------
@@ -30,30 +30,32 @@ def deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
     ndarray of float64, shape (M,)
     """
     weights = nets[..., -1] if nets.shape[-1] > chords.shape[-1] else None
-    return bounds(distances(projected(nets, chords.shape[-1]), chords), weights)
+    return bound_from_distances(measure_distances(project(nets, chords.shape[-1]), chords), weights)
 
 
-def bounds(distance: FloatArray, weights: FloatArray | None) -> FloatArray:
-    """The same of distances d(P_i) and weights, shape (M, n+1), that are known."""
+def bound_from_distances(distance: FloatArray, weights: FloatArray | None) -> FloatArray:
+    """Bounds (M,) of d(C), given distances d(P_i) and weights of shape (M, n+1)."""
     ends = np.maximum(distance[:, 0], distance[:, -1])
     if distance.shape[1] == 2:
         return ends
     least = 0.5 ** (distance.shape[1] - 2)  # of B_0 + B_n
     inner, outer = np.full(len(distance), 1.0 - least), np.full(len(distance), least)
     if weights is not None:
-        inner *= largest(weights[:, 1:-1])
+        inner *= find_row_maxima(weights[:, 1:-1])
         outer *= np.minimum(weights[:, 0], weights[:, -1])
-    bound: FloatArray = inner / (inner + outer) * largest(distance[:, 1:-1]) + ends
+    bound: FloatArray = inner / (inner + outer) * find_row_maxima(distance[:, 1:-1]) + ends
     return bound
 
 
-def distances(points: FloatArray, chords: FloatArray) -> FloatArray:
+def measure_distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     """Distances of points (M, m, d) to segments (M, 2, d): shape (M, m)."""
     axes = range(points.shape[2])
     away = [points[..., k] - chords[:, :1, k] for k in axes]
     along = [chords[:, 1, k] - chords[:, 0, k] for k in axes]
     # In units of the largest coordinate, lest squares of small ones vanish.
-    size = largest(np.stack([*(largest(np.abs(x)) for x in away), *np.abs(along)], axis=1))
+    size = find_row_maxima(
+        np.stack([*(find_row_maxima(np.abs(x)) for x in away), *np.abs(along)], axis=1)
+    )
     unit = np.where(size > 0, size, 1.0)
     away, along = [x / unit[:, None] for x in away], [x / unit for x in along]
     squared = _dot(along, along)
@@ -65,12 +67,12 @@ def distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     return distance
 
 
-def largest(values: FloatArray) -> FloatArray:
+def find_row_maxima(values: FloatArray) -> FloatArray:
     """Largest number of every row (M, m): column by column, which is faster where m is small."""
-    found = values[:, 0].copy()
+    maxima = values[:, 0].copy()
     for k in range(1, values.shape[1]):
-        np.maximum(found, values[:, k], out=found)
-    return found
+        np.maximum(maxima, values[:, k], out=maxima)
+    return maxima
 
 
 def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
@@ -81,12 +83,12 @@ def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
     return total
 
 
-def projected(nets: FloatArray, dimension: int) -> FloatArray:
+def project(nets: FloatArray, dimension: int) -> FloatArray:
     """Points of nets that may be homogeneous."""
     return nets if nets.shape[-1] == dimension else nets[..., :-1] / nets[..., -1:]
 
 
-def halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
+def halve(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The nets of both halves, the middle point in both."""
     left, right = [nets[:, 0]], [nets[:, -1]]
     row = nets

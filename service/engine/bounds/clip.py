@@ -1,4 +1,4 @@
-"""Parts of a face, which are triangles of places, cut at its knot lines.
+"""Parts of faces cut at knot lines: pieces, each over one patch, that together cover each part.
 
 Where an edge of a part crosses a knot line it is cut at the nearest whole place. That place is
 computed from the two ends of the edge, in dictionary order, so it is the same for the two parts
@@ -19,17 +19,17 @@ ON_EDGE = 2.0**-16
 """Share of a part's height within which a place counts as on its edge."""
 
 THIN = 2.0**17
-"""Least height of a part, in units of places, where that is more than rounding does."""
+"""Height of a part, in units of places, from which on `ON_EDGE` is more than rounding does."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Pieces:
-    """M triangles, each over one patch.
+class PatchPieces:
+    """M triangles of parameters, each over one patch.
 
     Attributes
     ----------
     part : ndarray of int, shape (M,)
-        What each is a piece of; rising.
+        The part that each is a piece of; rising.
     patch : ndarray of int, shape (M,)
     places : ndarray of float64, shape (3, 2, M)
         The corners, as parameters of the patch: multiples of 1 / SPAN, exactly.
@@ -43,8 +43,8 @@ class Pieces:
     corners: Ints
 
 
-def clipped(faces: Faces, face: Ints, corners: Ints) -> Pieces:
-    """The pieces of parts.
+def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
+    """Cut parts, triangles of places, at the knot lines of their faces.
 
     Parameters
     ----------
@@ -57,22 +57,22 @@ def clipped(faces: Faces, face: Ints, corners: Ints) -> Pieces:
     counts = faces.spans[face].T
     if int(counts.max(initial=1)) > 1:
         for axis in range(2):
-            source, pieces, found = _cut(pieces, counts[axis, part], axis)
+            source, pieces, found = _cut_at_knots(pieces, counts[axis, part], axis)
             part, spans = part[source], spans[:, source]
             spans[axis] = found
         order = np.argsort(part, kind="stable")
         part, pieces, spans = part[order], pieces[..., order], spans[:, order]
     owner = face[part]
     patch = faces.first[owner] + spans[0] * faces.stride[owner] + spans[1]
-    return Pieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)
+    return PatchPieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)
 
 
-def images(pieces: Pieces, corners: Ints) -> FloatArray:
-    """Where the corners of pieces are in their parts (3, 2, m): barycentric, (3, 3, M).
+def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
+    """Barycentric coordinates (3, 3, M) of the corners of pieces in their parts (3, 2, m).
 
-    Corners that were cut out of an edge lie on it but for the rounding of their place. They are put
-    on it, for the images of the pieces have to fill that of the part: all corners within 2^-16 of
-    an edge are. Of parts that are so thin that rounding might exceed this nothing is said: NaN.
+    A corner cut out of an edge lies on the edge, except for the rounding of its place. The images
+    of the pieces have to fill the image of the part, so each corner within 2^-16 of an edge is put
+    on the edge. Where a part is thin enough for rounding to exceed that, coordinates are NaN.
     """
     shares = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
     if len(pieces.part) == corners.shape[2]:
@@ -83,17 +83,26 @@ def images(pieces: Pieces, corners: Ints) -> FloatArray:
     for k in range(3):
         one, two = own[(k + 1) % 3], own[(k + 2) % 3]
         side, high = two - one, own[k] - one
-        gone = pieces.corners[..., cut] - one
+        away = pieces.corners[..., cut] - one
         area = side[0] * high[1] - side[1] * high[0]
         thin = np.abs(area) < THIN * np.hypot(side[0], side[1])
-        share = (side[0] * gone[:, 1] - side[1] * gone[:, 0]) / np.where(thin, np.nan, area)
+        share = (side[0] * away[:, 1] - side[1] * away[:, 0]) / np.where(thin, np.nan, area)
         shares[:, k, cut] = np.where(share < ON_EDGE, 0.0, share)
     shares[..., cut] /= shares[:, :1, cut] + shares[:, 1:2, cut] + shares[:, 2:, cut]
     return shares
 
 
-def _cut(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
-    """Triangles cut at the knot lines of one direction: sources, triangles, spans."""
+def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
+    """Triangles cut at the knot lines of one direction.
+
+    Returns
+    -------
+    source : ndarray of int, shape (M,)
+        The triangle that each piece was cut from.
+    pieces : ndarray of int, shape (3, 2, M)
+    span : ndarray of int, shape (M,)
+        Number of the span of each piece, in that direction.
+    """
     along = corners[:, axis]
     begin = np.minimum(along.min(axis=0) // SPAN, counts - 1)
     end = np.maximum(-(-along.max(axis=0) // SPAN), begin + 1)
@@ -104,20 +113,22 @@ def _cut(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
     many = (end - begin)[several]
     source = np.repeat(several, many)
     span = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many) + begin[source]
-    rings = _slices(corners[..., several], np.repeat(np.arange(len(several)), many), span, axis)
+    rings = _slice_triangles(
+        corners[..., several], np.repeat(np.arange(len(several)), many), span, axis
+    )
     sources, pieces, spans = [whole], [corners[..., whole]], [begin[whole]]
     for k in (1, 2, 3):
-        made = rings[[0, k, k + 1]]
-        steps = made - made[[1, 2, 0]]
+        fan = rings[[0, k, k + 1]]
+        steps = fan - fan[[1, 2, 0]]
         proper = ((steps != 0).any(axis=1).all(axis=0)).nonzero()[0]
         sources.append(source[proper])
-        pieces.append(made[..., proper])
+        pieces.append(fan[..., proper])
         spans.append(span[proper])
     return np.concatenate(sources), np.concatenate(pieces, axis=2), np.concatenate(spans)
 
 
-def _slices(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
-    """What spans cut out of triangles: convex rings (5, 2, M), some places of them equal."""
+def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
+    """The intersections of triangles with spans: convex rings (5, 2, M), of which places repeat."""
     # The corners along the axis, A, B, C; at equal coordinates by the other one.
     along, across = corners[:, axis], corners[:, 1 - axis]
     order = np.lexsort((across, along), axis=0)
@@ -126,26 +137,28 @@ def _slices(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
     a, b, c = ((along[k], across[k]) for k in range(3))
     low, high = np.maximum(span * SPAN, a[0]), np.minimum((span + 1) * SPAN, c[0])
     turns = (low < b[0]) & (b[0] < high)
-    opens, shuts = _chain(a, b, c, low), _chain(a, b, c, high)
+    opens, shuts = _cross_chain(a, b, c, low), _cross_chain(a, b, c, high)
     ring = np.empty((5, 2, len(span)), dtype=corners.dtype)
     ring[:, axis] = low, low, np.where(turns, b[0], low), high, high
     ring[:, 1 - axis] = (
-        _crossing(a, c, low),
+        _cross_edge(a, c, low),
         opens,
         np.where(turns, b[1], opens),
         shuts,
-        _crossing(a, c, high),
+        _cross_edge(a, c, high),
     )
     return ring
 
 
-def _chain(a: tuple[Ints, Ints], b: tuple[Ints, Ints], c: tuple[Ints, Ints], at: Ints) -> Ints:
-    """Where the way from A over B to C crosses a line."""
-    return np.where(at <= b[0], _crossing(a, b, at), _crossing(b, c, at))
+def _cross_chain(
+    a: tuple[Ints, Ints], b: tuple[Ints, Ints], c: tuple[Ints, Ints], at: Ints
+) -> Ints:
+    """The place at which the line from A over B to C crosses a line of constant coordinate."""
+    return np.where(at <= b[0], _cross_edge(a, b, at), _cross_edge(b, c, at))
 
 
-def _crossing(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
-    """The whole place nearest to where an edge crosses a line; its ends exactly."""
+def _cross_edge(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
+    """The whole place nearest to the crossing of an edge and a line; ends of edges are exact."""
     run = np.maximum(b[0] - a[0], 1)
     share = np.clip((at - a[0]) / run, 0.0, 1.0)
     place = a[1] + np.rint((b[1] - a[1]) * share).astype(a[1].dtype)

@@ -1,10 +1,11 @@
-"""What the faces that have no area leave out of a mesh.
+"""Bounds of the parts of the surface that faces without area leave out of a mesh.
 
 Where two samples are one place, a triangle of a pattern has no area and is not written. The points
-that fall to it then fall to the line between its two places; as a rule that is a side of the face
-next to it, and nothing is lost. But at a corner between two sides that are one edge, or where a
-patch between two poles has a single division, the line may be no side of any face. Then the mesh
-is further away: as far as the nearest of those places that it does have.
+of the surface that belong to it are then near the line between its two places. As a rule that line
+is a side of the face next to it, and nothing is lost. But at a corner between two sides that are
+one edge, or where a patch between two poles has a single division, the line may be no side of any
+face. Then the distance to the mesh is bounded by the distance to the nearest place that the mesh
+has.
 
 Only samples on the border of a patch can be one place with others. So it is enough to look at the
 *rim*: the triangles that have a corner on the border.
@@ -31,52 +32,56 @@ from service.engine.options import Faces, MeshOptions
 NOTHING = (False, False, False, False)
 
 CANDIDATES = 64
-"""Places of the mesh that are tried where it has none of those that are lost."""
+"""Places of the mesh that are tried where it has no corner of a missing triangle."""
 
 
-def missing_distances(layout: Layout, options: MeshOptions, positions: RealArray) -> FloatArray:
-    """How much further from the mesh each patch may be than from its own triangles: (P,).
+def bound_missing_distances(
+    layout: Layout, options: MeshOptions, positions: RealArray
+) -> FloatArray:
+    """Bounds (P,) of what missing triangles add to the deviation of each patch.
 
-    Nothing is lost where `layout.may_lose` is false.
+    All are 0 where `layout.may_lose_faces` is false.
 
     Parameters
     ----------
     positions : ndarray, shape (N, 3)
     """
-    # Unwelded, nothing but sides that are one point has the same place twice.
+    # Without welding, only sides that are one point have the same place twice.
     folds = layout.may_fold and options.weld
-    if not (folds or any(loses(shape, options.faces) for shape, _ in layout.shapes)):
+    if not (
+        folds or any(has_missing_triangles(shape, options.faces) for shape, _ in layout.shapes)
+    ):
         return np.zeros(len(layout.base))
-    place = layout.leaders if options.weld else _pinched(layout)
-    found = [
+    place = layout.leaders if options.weld else _find_pinched_places(layout)
+    rims = [
         (
-            *rim_triangles(shape, place[layout.patch_samples(patches, shape)], options.faces),
-            np.repeat(patches, len(_rim(shape))),
+            *build_rim_triangles(shape, place[layout.patch_samples(patches, shape)], options.faces),
+            np.repeat(patches, len(_build_rim(shape))),
         )
         for shape, patches in layout.shapes
     ]
-    corners, written, halves, owner = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    missing = missing_triangles(corners, written, halves).nonzero()[0]
+    corners, written, halves, owner = (np.concatenate(parts) for parts in zip(*rims, strict=True))
+    missing = find_missing_triangles(corners, written, halves).nonzero()[0]
     further = np.zeros(len(layout.base))
     if not len(missing):
         return further
     there = np.unique(corners[written])
-    np.maximum.at(further, owner[missing], _distances(corners[missing], there, positions))
+    np.maximum.at(further, owner[missing], _bound_distances(corners[missing], there, positions))
     return further
 
 
-def loses(shape: AnyShape, kind: Faces) -> bool:
-    """Whether sides that are one point leave something out of a patch of this shape."""
+def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
+    """Whether a patch of this shape has missing triangles because sides of it are one point."""
 
     def build() -> Bools:
         place = merge_collapsed(shape)[np.newaxis]
-        return missing_triangles(*rim_triangles(shape, place, kind))
+        return find_missing_triangles(*build_rim_triangles(shape, place, kind))
 
     return bool(PLANS.array(("loses", shape, kind), build).any())
 
 
-def _pinched(layout: Layout) -> Ints:
-    """The same place for all samples on a side that is one point, for others their own."""
+def _find_pinched_places(layout: Layout) -> Ints:
+    """Places of all samples: one for each side that is one point, otherwise one for each sample."""
     place = np.arange(layout.size)
     samples, corner = layout.collapsed_samples()
     stand_in = np.zeros(layout.connectivity.corners, dtype=np.intp)
@@ -85,7 +90,7 @@ def _pinched(layout: Layout) -> Ints:
     return place
 
 
-def rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints, Bools, Bools]:
+def build_rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints, Bools, Bools]:
     """The rims of patches whose samples are at places (n, samples).
 
     Returns
@@ -93,14 +98,14 @@ def rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints, Bool
     corners : ndarray of int, shape (m, 3)
         Places of the corners of triangles.
     written : ndarray of bool, shape (m,)
-        Whether they are in the mesh, by themselves or as half of a quad,
+        Whether they are in the mesh, by themselves or as half of a quad.
     halves : ndarray of bool, shape (m,)
-        and these halves: between their last two corners is a diagonal.
+        Whether they are half of a quad: their last two corners are the ends of its diagonal.
     """
     if kind == "quads" and isinstance(shape, Shape):
-        # A quad has no diagonal to be turned.
+        # Quads are written without diagonals, so the shape's diagonals do not matter.
         shape = replace(shape, turned=(False, False))
-    rim = _rim(shape)
+    rim = _build_rim(shape)
     corners = place[:, rim[:, :3]].reshape(-1, 3)
     a, b, c = corners.T
     written = (a != b) & (b != c) & (a != c)
@@ -116,8 +121,8 @@ def rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints, Bool
     return corners, written, halves
 
 
-def missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bools:
-    """Which triangles are not written and do not fall to a side of one that is."""
+def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bools:
+    """Which triangles are not written and do not lie on a side of a written one."""
     checkpoint()
     there, gone = corners[written], np.sort(corners[~written], axis=1)
     points = np.repeat(there.reshape(-1, 1), 2, axis=1)
@@ -131,8 +136,8 @@ def missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bools:
     return missing
 
 
-def _distances(corners: Ints, there: Ints, positions: RealArray) -> FloatArray:
-    """How far any point of triangles (m, 3) is at most from some place that is there: (m,)."""
+def _bound_distances(corners: Ints, there: Ints, positions: RealArray) -> FloatArray:
+    """Bounds (m,) of the distance from any point of triangles (m, 3) to a place of the mesh."""
     if not len(there):
         return np.full(len(corners), np.inf)
     others = there[:: -(-len(there) // CANDIDATES)]
@@ -146,13 +151,13 @@ def _distances(corners: Ints, there: Ints, positions: RealArray) -> FloatArray:
     return nearest
 
 
-def _rim(shape: AnyShape) -> IndexArray:
+def _build_rim(shape: AnyShape) -> IndexArray:
     """Triangles with a corner on the border of the patch, and whether they are half a cell: (m, 4).
 
-    Those without area are among them; of a cell there are both halves or none.
+    Triangles without area are included; a cell has both of its halves here, or neither.
     """
     if any(shape.collapsed):
-        return _rim(replace(shape, collapsed=NOTHING))
+        return _build_rim(replace(shape, collapsed=NOTHING))
 
     def build() -> IndexArray:
         corners = build_faces(shape, "triangles")[0]

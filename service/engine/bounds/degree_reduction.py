@@ -1,19 +1,19 @@
-"""Nets of high degree by cubic ones, and how far these are from them.
+"""Cubic nets near nets of high degree, and bounds of the distance between the two.
 
 The triangular net of a tensor net of degree (p, q) has (p+q+1)(p+q+2)/2 points, each a sum of many.
-Above a certain degree it is cheaper to go by a net V of degree at most (3, 3) that is near the net
-W over the box about the triangle. With E V for V raised to the degree of W, the hull property of
+Above a certain degree it is cheaper to use a net V of degree at most (3, 3) that is near the net W
+over the box about the triangle. With E V for V elevated to the degree of W, the hull property of
 the difference gives, polynomial or homogeneous,
 
     |S − S'| ≤ max_i ‖W_i − (E V)_i‖,
     |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X and X' about C, a corner
              ≤ (max_i ‖X_i − (E X')_i‖ + max_i |w_i − (E w')_i| max ‖S' − C‖) / min_i w_i.
 
-V is what least squares give in the Bernstein basis, keeping the ends of every line, hence the
+V is the least-squares net in the Bernstein basis that keeps the ends of every line, hence the
 corners. It need not be the best; only the difference has to be right. Its error is of fourth order
 in the size of the box.
 
-Triangles that share a box share all of this, so they are handled in the order of their boxes.
+Triangles that share a box share V and its error, so they are handled in the order of their boxes.
 """
 
 import numpy as np
@@ -21,36 +21,36 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation_matrix
 from service.bases.cache import PLANS
-from service.engine.bounds.blossoms import box_nets, rows
+from service.engine.bounds.blossoms import build_blossoms, build_box_nets
 
 DIRECT = 8
-"""Degree p + q up to which the nets of triangles are computed as such, and nothing is reduced."""
+"""Degree p + q up to which the nets of triangles are computed directly, without reduction."""
 
 LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""What rounding may do to these differences: to points, 4 · 400 u at degree 64, to sums of a few
-more, and to parameters within a box, at 2^-53 of which a cubic surface goes 2^-44 at most where no
-coordinate is above 4. Where weights differ, in proportion to what they do."""
+"""Rounding of these differences: of points 4 · 400 u at degree 64, a few u more of sums, and of
+parameters within a box: where they change by 2^-53, a cubic surface with coordinates up to 4 moves
+by at most 2^-44. Where weights differ, it is multiplied by their ratio."""
 
 
-def box_order(patch: Ints, places: FloatArray) -> Ints:
+def sort_by_box(patch: Ints, places: FloatArray) -> Ints:
     """An order of triangles (3, 2, m) of patches (m,) that keeps those in equal boxes together."""
     return np.lexsort((*places.max(axis=0), *places.min(axis=0), patch))
 
 
-def reduced_boxes(
+def reduce_boxes(
     nets: FloatArray, patch: Ints, places: FloatArray
 ) -> tuple[Ints, FloatArray, FloatArray, FloatArray]:
-    """Nets over the B different boxes about triangles that are in the order above.
+    """Nets over the B different boxes about triangles in the order of `sort_by_box`.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (P, D, p+1, q+1)
-        Of the patches that there are, no coordinate above 1.
+        Nets of different patches, no coordinate above 1.
     patch : ndarray of int, shape (m,)
-        Which of these it is, rising.
+        The patch of each triangle, rising.
     places : ndarray of float64, shape (3, 2, m)
 
     Returns
@@ -68,20 +68,21 @@ def reduced_boxes(
     new[1:] = (patch[1:] != patch[:-1]) | (sides[..., 1:] != sides[..., :-1]).any(axis=(0, 1))
     first = new.nonzero()[0]
     along_u, along_v = (
-        _between(degree - 1, sides[:, axis, first]) for axis, degree in enumerate(nets.shape[2:])
+        _build_matrices(degree - 1, sides[:, axis, first])
+        for axis, degree in enumerate(nets.shape[2:])
     )
-    whole = box_nets(nets[patch[first]], along_u, along_v)
-    return np.cumsum(new) - 1, whole, *_near(whole)
+    whole = build_box_nets(nets[patch[first]], along_u, along_v)
+    return np.cumsum(new) - 1, whole, *_reduce_nets(whole)
 
 
-def _between(degree: int, sides: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) from nets of curves to those over intervals (2, m)."""
+def _build_matrices(degree: int, sides: FloatArray) -> FloatArray:
+    """Matrices (m, n+1, n+1) that restrict nets of curves to intervals (2, m)."""
     different, which = np.unique(sides, axis=1, return_inverse=True)
-    return rows(degree, different)[which]
+    return build_blossoms(degree, different)[which]
 
 
-def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Nets near others, and how near they are."""
+def _reduce_nets(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Nets of low degree near nets over boxes, and bounds (B,) of the distances between both."""
     homogeneous = boxes.shape[1] == 4
     if homogeneous:
         corner = boxes[:, :3, :1, :1] / boxes[:, 3:, :1, :1]
@@ -89,9 +90,9 @@ def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         boxes[:, :3] -= boxes[:, 3:] * corner
     low, p, q = boxes, boxes.shape[2] - 1, boxes.shape[3] - 1
     if p > LOW:
-        low = _reduction(p) @ low
+        low = _build_reduction(p) @ low
     if q > LOW:
-        low = low @ _reduction(q).T
+        low = low @ _build_reduction(q).T
     raised = low
     if p > LOW:
         raised = elevation_matrix(LOW, p) @ raised
@@ -100,7 +101,7 @@ def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
     away = (boxes - raised).reshape(*boxes.shape[:2], -1)
     away *= away
     points = np.sqrt((away[:, 0] + away[:, 1] + away[:, 2]).max(axis=1))
-    # The corners of a triangle within a box are rounded where they are no corners of the box.
+    # Corners of a triangle are rounded parameters of the box, unless they are its corners.
     if not homogeneous:
         return low, points + SHIFT
     weights = np.sqrt(away[:, 3].max(axis=1))
@@ -115,16 +116,16 @@ def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, np.where(positive, gap, np.inf)
 
 
-def _reduction(degree: int) -> FloatArray:
-    """The net of degree 3 nearest to one of degree n with the same ends: shape (4, n+1)."""
+def _build_reduction(degree: int) -> FloatArray:
+    """Matrix (4, n+1) from a net of degree n to the nearest net of degree 3 with the same ends."""
 
     def build() -> FloatArray:
         t = np.arange(4 * degree + 1) / (4 * degree)
         fine, coarse = bernstein(degree, t), bernstein(LOW, t)
         ends = np.zeros((2, degree + 1))
         ends[0, 0] = ends[1, -1] = 1.0
-        wanted = fine - coarse[:, [0, -1]] @ ends
-        inner = np.linalg.lstsq(coarse[:, 1:-1], wanted, rcond=None)[0]
+        target = fine - coarse[:, [0, -1]] @ ends
+        inner = np.linalg.lstsq(coarse[:, 1:-1], target, rcond=None)[0]
         return np.concatenate([ends[:1], inner, ends[1:]])
 
     return PLANS.array(("reduction", degree), build)

@@ -1,4 +1,4 @@
-"""How far a surface may be from a triangle of a mesh, told from its net in the triangle's frame.
+"""Bounds of the distance from a surface to a triangle of a mesh, by a net in the triangle's frame.
 
 Let c_i = (x_i, h_i) be the points of a net that has the hull property, h_i their heights over the
 plane of the reference triangle T, x_i their places in it; a point of the surface is S = Σ_i β_i c_i
@@ -18,11 +18,11 @@ point is in one wedge at most. So max_e 2 δ_e sin(θ_e/2) is added once.
 
     d(S, mesh) ≤ min(own, lens + fold), each the lesser of two bounds.
 
-**Few points.** What is inside T is at no distance from it, and so is most of a net. Every other
-point is measured to all three edges, and to the wedges on them.
+**Few points.** A place inside T has distance 0 from it, and most places of a net are inside. Every
+other place is measured to all three edges, and to the wedges on them.
 
-A flat patch is at no distance from two triangles, whatever its parameters do, as long as its net
-stays above them: θ = 0.
+A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, as long
+as its net stays above them: θ = 0.
 
 Rounding is in `certificate_rounding`.
 """
@@ -33,11 +33,11 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.bounds.reference_triangles import ReferenceTriangles
 
 INSIDE = 2.0**-46
-"""A place counts as inside T if rounding leaves no doubt, in units in which coordinates are below
-1. All others are measured to the edges."""
+"""A place counts as inside T if it is inside by at least this, more than rounding; coordinates are
+below 1. All other places are measured to the edges."""
 
 
-def distances(
+def bound_distances(
     points: FloatArray, triangles: ReferenceTriangles, rise: FloatArray | float = np.inf
 ) -> FloatArray:
     """Bounds (m,) of the distances between surfaces and the mesh.
@@ -47,19 +47,19 @@ def distances(
     points : ndarray of float64, shape (m, 3, N)
         Their nets: x, y and h in the frames of the triangles.
     rise : ndarray of float64, shape (m,)
-        What their heights are known to be at most.
+        Bounds of their absolute heights h, found in another way.
     """
     count, _, many = points.shape
     squared = points[:, 2] * points[:, 2]
     highest = squared.max(axis=1)
-    out = _outside(points[:, 0], points[:, 1], triangles)
+    out = _measure_outside(points[:, 0], points[:, 1], triangles)
     worst = np.maximum(np.maximum(out[0], out[1]), out[2])
-    # Where edges are points there is no inside.
+    # A triangle with an edge that is a point has no inside.
     point = triangles.lengths.min(axis=0) == 0
     if point.any():
         worst[point] = np.maximum(worst[point], 0.0)
-    # Of each net, the largest squares of distances in the plane to T and to K; the same in space;
-    # and what folding back adds.
+    # Rows: the largest squares of distances of each net in the plane to T and to K, the largest
+    # squares of distances in space to T and to K, and what folding back adds.
     largest = np.zeros((5, count))
     beyond = (worst > -INSIDE).ravel().nonzero()[0]
     if len(beyond):
@@ -67,7 +67,7 @@ def distances(
         flat = points.reshape(-1)
         place = beyond + 2 * many * net
         x, y = flat.take(place), flat.take(place + many)
-        values = _beside(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
+        values = _measure_to_edges(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
         first = np.diff(net, prepend=-1).nonzero()[0]
         largest[:, net[first]] = np.maximum.reduceat(values, first, axis=1)
@@ -78,10 +78,10 @@ def distances(
     return bound
 
 
-def _outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles) -> FloatArray:
-    """How far places (m, N) are outside of each edge, − n · (P − A): (3, m, N)."""
+def _measure_outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles) -> FloatArray:
+    """Signed distances of places (m, N) outside of each edge, − n · (P − A): (3, m, N)."""
     corners, tangents = triangles.corners, triangles.tangents
-    # t × A once a triangle.
+    # t × A, computed once for each triangle.
     begin = corners[:, 0] * tangents[:, 1] - corners[:, 1] * tangents[:, 0]
     out = np.empty((3, *x.shape))
     np.negative(y, out=out[0])
@@ -92,17 +92,19 @@ def _outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles) -> Flo
     return out
 
 
-def _beside(
+def _measure_to_edges(
     x: FloatArray, y: FloatArray, out: FloatArray, triangles: ReferenceTriangles, which: Ints
 ) -> FloatArray:
-    """Squared distances of K places from edges, and from wedges; two free rows; folds: (5, K).
+    """Squared distances of K places from edges and wedges, two unset rows, and folds: (5, K).
 
     Parameters
     ----------
     x, y : ndarray of float64, shape (K,)
-        Places in the frames of triangles, `which` (K,).
+        Places in the frames of triangles.
     out : ndarray of float64, shape (3, K)
-        How far they are outside of each edge.
+        Their signed distances outside of each edge.
+    which : ndarray of int, shape (K,)
+        The triangle of each place.
     """
     corners, tangents = triangles.corners, triangles.tangents
     begin = corners[:, 0] * tangents[:, 0] + corners[:, 1] * tangents[:, 1]
@@ -119,7 +121,7 @@ def _beside(
     np.subtract(length, foot, out=foot)
     foot *= triangles.ends.take(which, axis=1)
     np.minimum(wedge, foot, out=wedge)
-    # In the wedge as high as the place is, if it is so high.
+    # The height of the wedge there, or that of the place if it is less.
     np.minimum(wedge, out, out=wedge)
     np.maximum(wedge, 0.0, out=wedge)
     values = np.empty((5, len(which)))

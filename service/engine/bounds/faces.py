@@ -34,8 +34,8 @@ class Faces:
     stride: Ints
     spans: Ints
 
-    def sides(self) -> tuple[Ints, Ints, Ints]:
-        """First patch, step from patch to patch, and their number, along all sides: (F, 4) each."""
+    def list_sides(self) -> tuple[Ints, Ints, Ints]:
+        """First patch, step from patch to patch, and number of patches along each side: (F, 4)."""
         rows, columns = self.spans[:, 0], self.spans[:, 1]
         near, far = self.first, self.first + (rows - 1) * self.stride
         begin = np.stack([near, far, near, near + columns - 1], axis=1)
@@ -44,11 +44,11 @@ class Faces:
 
 
 def find_faces(model: PatchModel, seams: Seams) -> Faces:
-    """The pieces of each parametric surface as few faces as can be, other patches as they are.
+    """The faces of a model: few large ones for each parametric surface, one for each other patch.
 
-    A face ends at a knot line of which an edge is a point or belongs to others than the two patches
-    beside it, as where a surface touches itself; and it ends where a side that was a line becomes
-    a point. So a side of a face is a point as a whole or none of its edges is one.
+    A face ends at a knot line if an edge on the line is a point, or belongs to other patches than
+    the two beside it, as where a surface touches itself. It also ends where its side changes from a
+    line to a point. So either all edges of a side are points, or none is.
     """
     divided = [domain for domain in model.domains if domain.patch_count > 1]
     alone = np.ones(model.patch_count, bool)
@@ -56,22 +56,22 @@ def find_faces(model: PatchModel, seams: Seams) -> Faces:
         alone[domain.first : domain.first + domain.patch_count] = False
     single = alone.nonzero()[0]
     ones = np.ones((len(single), 2), dtype=np.intp)
-    found = [Faces(single, ones[:, 0], ones), *(_faces_of(domain, seams) for domain in divided)]
-    first = np.concatenate([faces.first for faces in found])
+    parts = [Faces(single, ones[:, 0], ones), *(_split_domain(domain, seams) for domain in divided)]
+    first = np.concatenate([faces.first for faces in parts])
     order = np.argsort(first)
     stride, spans = (
         np.concatenate(rows)[order]
-        for rows in zip(*((faces.stride, faces.spans) for faces in found), strict=True)
+        for rows in zip(*((faces.stride, faces.spans) for faces in parts), strict=True)
     )
     return Faces(first[order], stride, spans)
 
 
-def _faces_of(domain: Domain, seams: Seams) -> Faces:
+def _split_domain(domain: Domain, seams: Seams) -> Faces:
     """The faces of one parametric surface."""
     columns = len(domain.v) - 1
-    here = slice(domain.first, domain.first + domain.patch_count)
+    patches = slice(domain.first, domain.first + domain.patch_count)
     edge, backward, collapsed = (
-        values[here].reshape(-1, columns, 4)
+        values[patches].reshape(-1, columns, 4)
         for values in (seams.edge, seams.backward, seams.collapsed)
     )
     inner = (seams.users[edge] == 2) & ~collapsed
@@ -81,7 +81,7 @@ def _faces_of(domain: Domain, seams: Seams) -> Faces:
     one_v = inner[:, 1:, 2] & (edge[:, :-1, 3] == edge[:, 1:, 2])
     one_v &= backward[:, :-1, 3] == backward[:, 1:, 2]
     one_v &= (collapsed[:, :-1, :2] == collapsed[:, 1:, :2]).all(axis=2)
-    u, v = _ends(one_u.all(axis=1)), _ends(one_v.all(axis=0))
+    u, v = _find_ends(one_u.all(axis=1)), _find_ends(one_v.all(axis=0))
     first = domain.first + u[:-1, None] * columns + v[:-1]
     spans = np.meshgrid(np.diff(u), np.diff(v), indexing="ij")
     return Faces(
@@ -89,6 +89,6 @@ def _faces_of(domain: Domain, seams: Seams) -> Faces:
     )
 
 
-def _ends(one: Bools) -> Ints:
-    """Lines at which faces begin and end, both borders among them; `one` at those they cross."""
+def _find_ends(one: Bools) -> Ints:
+    """Lines at which faces begin and end, borders included; `one` is true at lines they cross."""
     return np.concatenate([[0], (~one).nonzero()[0] + 1, [len(one) + 1]]).astype(np.intp)

@@ -1,4 +1,4 @@
-"""What a mesh must meet, in the units of the model it is made of."""
+"""The goal of a mesh: tolerance, angle and view, in the units of the model."""
 
 from dataclasses import dataclass
 from math import inf
@@ -11,7 +11,7 @@ from service.errors import InvalidRequest, Issue
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """Where the mesh is looked at from: the allowed deviation grows with the distance.
+    """The eye that sees the mesh: the allowed deviation grows with the distance from it.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class View:
     rate : float
         Allowed deviation per unit of distance from the eye.
     near : float
-        Least distance that counts: nothing is asked to be nearer than this.
+        Points nearer to the eye than this are treated as being at this distance.
     """
 
     eye: FloatArray
@@ -30,15 +30,17 @@ class View:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Goal:
-    """What is asked of every triangle.
+    """The deviation and the angle that every triangle must keep to.
 
     Attributes
     ----------
     tolerance : float
-        Model units; where only angles or pixels count, more than any mesh of the model strays.
+        Model units. Where only angles or pixels count, it is larger than the deviation of any mesh
+        of the model.
     angle : float
-        Radians between normals of neighbouring vertices; infinite where none was stated.
+        Radians between normals of neighbouring vertices; infinite if the request has no angle.
     two_sided : bool
+        Whether the distance from the mesh to the surface is bounded too, by twice the tolerance.
     view : View or None
     """
 
@@ -47,14 +49,14 @@ class Goal:
     two_sided: bool = False
     view: View | None = None
 
-    def allowed(self, distance: FloatArray) -> FloatArray:
-        """Deviation allowed to what is at least so far from the eye, shape (m,)."""
+    def find_allowed(self, distance: FloatArray) -> FloatArray:
+        """Allowed deviations, shape (m,), at least distances from the eye, shape (m,)."""
         if self.view is None:
             return np.full(distance.shape, self.tolerance)
         seen = self.view.rate * np.maximum(distance, self.view.near)
         return np.minimum(seen, self.tolerance)
 
-    def distances_to_eye(self, low: FloatArray, high: FloatArray) -> FloatArray:
+    def measure_distances_to_eye(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Distances from the eye to boxes, corners (m, 3): shape (m,); 0 without a view."""
         if self.view is None:
             return np.zeros(len(low))
@@ -62,13 +64,13 @@ class Goal:
         distances: FloatArray = np.sqrt(np.square(outside).sum(axis=1))
         return distances
 
-    def nearest(self, low: FloatArray, high: FloatArray) -> float:
+    def find_nearest_distance(self, low: FloatArray, high: FloatArray) -> float:
         """Distance from the eye to a box; 0 without a view."""
-        return float(self.distances_to_eye(low[np.newaxis], high[np.newaxis])[0])
+        return float(self.measure_distances_to_eye(low[np.newaxis], high[np.newaxis])[0])
 
 
-def too_small(got: str, least: float, pointer: str = "") -> InvalidRequest:
-    """The refusal of a goal that rounding leaves no room for."""
+def build_tolerance_error(got: str, least: float, pointer: str = "") -> InvalidRequest:
+    """The error for a goal that is smaller than what rounding alone may cost."""
     return InvalidRequest(
         Issue(
             "tolerance_too_small",

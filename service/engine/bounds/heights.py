@@ -1,11 +1,11 @@
-"""How high a polynomial over a triangle may rise: its quadratic part exactly, the rest by its hull.
+"""Bounds of polynomials over a triangle: the quadratic part exactly, the remainder by its hull.
 
 Let h be a triangular net of degree n ≥ 2. With m_k the value half-way along edge k,
 
     h = Q + R,  Q = 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0),
 
-and R, which vanishes half-way along the edges, is bounded by its own net, h minus that of Q raised
-to degree n: point (i_0, i_1, i_2) of the latter is 4 Σ_k m_k i_k i_{k+1} / (n (n − 1)).
+and R, which vanishes half-way along the edges, is bounded by its own net, h minus the net of Q
+elevated to degree n, of which point (i_0, i_1, i_2) is 4 Σ_k m_k i_k i_{k+1} / (n (n − 1)).
 
 The greatest value of Q over the triangle has a closed form. Were the m_k the squared sides of a
 triangle, Q would be four times Σ λ_a λ_b |P_a − P_b|² = ρ² − |P(λ) − O|², with O and ρ the middle
@@ -24,22 +24,22 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.bounds.blossoms import exponents
+from service.engine.bounds.blossoms import list_exponents
 
 
-def highest(h: FloatArray, degree: int) -> FloatArray:
+def bound_heights(h: FloatArray, degree: int) -> FloatArray:
     """A bound of |h| over the triangle, nets (m, k, N): shape (m, k)."""
-    halfway, raised = _quadratic(degree)
-    told = h @ halfway
-    rest = h - told @ raised
-    middles = told.transpose(2, 0, 1)
-    both = greatest(np.stack([middles, -middles], axis=1))
+    halfway, elevated = _build_quadratic_tables(degree)
+    values = h @ halfway
+    rest = h - values @ elevated
+    middles = values.transpose(2, 0, 1)
+    both = maximize_quadratics(np.stack([middles, -middles], axis=1))
     up = both[0] + np.maximum(rest.max(axis=-1), 0.0)
     bound: FloatArray = np.maximum(up, both[1] - np.minimum(rest.min(axis=-1), 0.0))
     return bound
 
 
-def greatest(m: FloatArray) -> FloatArray:
+def maximize_quadratics(m: FloatArray) -> FloatArray:
     """max(0, 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)) over the triangle; m is (3, …)."""
     low, high = np.minimum(m[0], m[1]), np.maximum(m[0], m[1])
     a, c = np.minimum(low, m[2]), np.maximum(high, m[2])
@@ -52,12 +52,12 @@ def greatest(m: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _quadratic(degree: int) -> tuple[FloatArray, FloatArray]:
-    """What makes the values half-way of a net, (N, 3), and nets of 4 λ_k λ_{k+1}, (3, N).
+def _build_quadratic_tables(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Matrix (N, 3) from nets to their values half-way along edges; nets (3, N) of 4 λ_k λ_{k+1}.
 
     Half-way along an edge a net is Σ_i C(n, i) h_i / 2^n.
     """
-    keys = exponents(degree)
+    keys = list_exponents(degree)
     place = {key: number for number, key in enumerate(keys)}
     halfway = np.zeros((len(keys), 3))
     for k in range(3):
@@ -66,7 +66,7 @@ def _quadratic(degree: int) -> tuple[FloatArray, FloatArray]:
             key[k], key[(k + 1) % 3] = degree - i, i
             halfway[place[key[0], key[1], key[2]], k] = comb(degree, i) / 2**degree
     net = np.array(keys, dtype=np.float64).T
-    raised = 4.0 * net * net[[1, 2, 0]] / (degree * (degree - 1))
-    for table in (halfway, raised):
+    elevated = 4.0 * net * net[[1, 2, 0]] / (degree * (degree - 1))
+    for table in (halfway, elevated):
         table.flags.writeable = False
-    return halfway, raised
+    return halfway, elevated

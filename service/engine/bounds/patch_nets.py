@@ -1,8 +1,7 @@
-"""The patches of a model, ready to be evaluated anywhere, each by itself.
+"""The patches of a model as nets about their own middles, and points and partials of them.
 
-Here the number of the part, of the place or of the patch is the last axis of every array, and all
-arithmetic is elementwise, in one order. So what is computed for a patch has the same bits whatever
-is computed beside it.
+The last axis of every array counts parts, places or patches, and all arithmetic is elementwise, in
+one order. So the numbers of a patch have the same bits whatever is computed beside it.
 """
 
 from collections.abc import Iterator
@@ -19,7 +18,7 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK = 1 << 17
-"""Numbers that are worked on at a time: they stay in the processor's cache."""
+"""Numbers in the nets that are evaluated at a time: they stay in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +42,8 @@ class Nets:
         return self.values.shape[0] - 1, self.values.shape[1] - 1
 
     @property
-    def rational(self) -> bool:
-        """Whether there are weights."""
+    def is_rational(self) -> bool:
+        """Whether the nets have weights."""
         return int(self.values.shape[2]) == 4
 
     @cached_property
@@ -66,14 +65,15 @@ class PatchNets:
     groups : tuple of Nets
         The nets, by degree.
     group, row : ndarray of int, shape (P,)
-        Where the net of each patch is. Patches are numbered across the batches, as in `Seams`.
+        Group and row of the net of each patch. Patches are numbered across the batches, as in
+        `Seams`.
     middles : ndarray of float64, shape (3, P)
-        What the nets are about.
+        Model coordinates that are subtracted from the control points of each patch.
     sizes : ndarray of float64, shape (P,)
-        No coordinate of a net is further from its middle.
+        The largest absolute coordinate of each net, about its middle.
     lowering : float
-        No patch is further than this from the surface that it was made of, for rounding and for
-        points that were made equal.
+        Bound of the distance between the patches and the surface that they were lowered from: by
+        rounding, and by points that were made equal.
     """
 
     groups: tuple[Nets, ...]
@@ -85,7 +85,7 @@ class PatchNets:
 
     @classmethod
     def of(cls, model: PatchModel) -> "PatchNets":
-        """The ground of a model."""
+        """The nets of all patches of a model."""
         count = model.patch_count
         middles, sizes = np.empty((3, count)), np.empty(count)
         found: dict[tuple[int, ...], list[tuple[Ints, FloatArray]]] = {}
@@ -93,7 +93,7 @@ class PatchNets:
         for batch in model.batches:
             patches = np.arange(first, first + batch.count)
             first += batch.count
-            values, middles[:, patches], sizes[patches] = _local(batch)
+            values, middles[:, patches], sizes[patches] = _center_nets(batch)
             found.setdefault(values.shape[:3], []).append((patches, values))
         group, row = np.empty((2, count), dtype=np.intp)
         groups = []
@@ -101,10 +101,12 @@ class PatchNets:
             patches = np.concatenate([ids for ids, _ in members])
             group[patches], row[patches] = number, np.arange(len(patches))
             groups.append(Nets(patches, np.concatenate([net for _, net in members], axis=3)))
-        return cls(tuple(groups), group, row, middles, sizes, lowering_error(model) + model.moved)
+        return cls(
+            tuple(groups), group, row, middles, sizes, bound_lowering_error(model) + model.moved
+        )
 
-    def by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
-        """The groups that patches (m,) belong to, each with which of the m are of it."""
+    def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
+        """The groups that patches (m,) belong to, each with the rows of its patches among the m."""
         if len(self.groups) == 1:
             yield self.groups[0], np.arange(len(patch))
             return
@@ -114,20 +116,22 @@ class PatchNets:
             if len(here):
                 yield nets, here
 
-    def positions(self, patch: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
+    def evaluate_points(self, patch: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
         """Points of the surface at parameters of patches, shape (m, 3), model coordinates."""
         points = np.empty((3, len(patch)))
         for nets, here in self._chunks(patch):
             ids = patch[here]
             net = nets.take(self.row[ids])
             p, q = nets.degree
-            place = _combined(net, bernstein(p, u[here]).T, bernstein(q, v[here]).T)
-            if nets.rational:
+            place = _combine(net, bernstein(p, u[here]).T, bernstein(q, v[here]).T)
+            if nets.is_rational:
                 place = place[:3] / place[3]
             points[:, here] = place + self.middles[:, ids]
         return np.ascontiguousarray(points.T)
 
-    def partials(self, patch: Ints, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def evaluate_partials(
+        self, patch: Ints, u: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """S_u and S_v at parameters of patches, shapes (m, 3).
 
         The net is differenced before it is evaluated; where it is homogeneous, X, then
@@ -139,25 +143,25 @@ class PatchNets:
             p, q = nets.degree
             bases = bernstein(p, u[here]).T, bernstein(q, v[here]).T
             slopes = [
-                p * _combined(net[1:] - net[:-1], bernstein(p - 1, u[here]).T, bases[1]),
-                q * _combined(net[:, 1:] - net[:, :-1], bases[0], bernstein(q - 1, v[here]).T),
+                p * _combine(net[1:] - net[:-1], bernstein(p - 1, u[here]).T, bases[1]),
+                q * _combine(net[:, 1:] - net[:, :-1], bases[0], bernstein(q - 1, v[here]).T),
             ]
-            if nets.rational:
-                place = _combined(net, *bases)
+            if nets.is_rational:
+                place = _combine(net, *bases)
                 point = place[:3] / place[3]
                 slopes = [(slope[:3] - slope[3] * point) / place[3] for slope in slopes]
             along[0][:, here], along[1][:, here] = slopes
         return np.ascontiguousarray(along[0].T), np.ascontiguousarray(along[1].T)
 
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
-        """The same as `by_group`, so few places at a time that their nets stay small."""
-        for nets, here in self.by_group(patch):
+        """Groups of patches (m,) in runs whose nets have about `CHUNK` numbers together."""
+        for nets, here in self.split_by_group(patch):
             for rows in row_slices(len(here), nets.values[..., 0].size, CHUNK):
                 yield nets, here[rows]
 
 
-def lowering_error(model: PatchModel) -> float:
-    """What rounding may have done to the patches of a B-spline; all others are what was given.
+def bound_lowering_error(model: PatchModel) -> float:
+    """Bound of the rounding in patches lowered from B-splines; other patches are as given: 0.
 
     A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points and then q + 1,
     M near them. The c_i come of 2 p convex combinations the factors of which have 3 roundings, so
@@ -173,7 +177,7 @@ def lowering_error(model: PatchModel) -> float:
     return 2.0**-38 * extent + 2.0**-50 * float(np.abs(points).max())
 
 
-def _combined(net: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+def _combine(net: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
     """Σ_i a_i Σ_j b_j P_ij, one term after another: net (p+1, q+1, D, m) to (D, m)."""
     lines = np.add.reduce(net * along_v[:, np.newaxis], axis=1)
     lines *= along_u[:, np.newaxis]
@@ -181,8 +185,8 @@ def _combined(net: FloatArray, along_u: FloatArray, along_v: FloatArray) -> Floa
     return total
 
 
-def _local(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nets (p+1, q+1, D, k) about the patches' middles (3, k), and how large they are (k,)."""
+def _center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Nets (p+1, q+1, D, k) about the patches' middles (3, k), and their sizes (k,)."""
     points = np.ascontiguousarray(np.moveaxis(batch.points, (0, -1), (-1, -2)))
     flat = points.reshape(-1, *points.shape[-2:])
     low, high = flat.min(axis=0), flat.max(axis=0)
@@ -196,11 +200,11 @@ def _local(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
         weights = np.ldexp(weights, -np.frexp(largest)[1])[..., np.newaxis, :]
         values = np.concatenate([values * weights, weights], axis=-2)
     if isinstance(batch, TrianglePatches):
-        values = _squared(values)
+        values = _build_tensor_nets(values)
     return values, middles, sizes
 
 
-def _squared(nets: FloatArray) -> FloatArray:
+def _build_tensor_nets(nets: FloatArray) -> FloatArray:
     """Triangular nets (K, D, k) as tensor nets (n+1, n+1, D, k), with s = u (1 − v) and t = v.
 
     Row j of a triangle, a curve of degree n − j, becomes column j of the square by raising its

@@ -1,16 +1,16 @@
-"""What polynomial patches of low degree bend between the samples of a grid, by two products.
+"""Deviation of polynomial patches of low degree from grids of their points, by two matrix products.
 
 The bound is that of `service.engine.bounds.second_derivatives`, block by block:
 
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
-One matrix, with the factors in it, makes the second differences of all patches, in float64. Over a
-block the control points of a polynomial are means of those over the patch: another matrix makes
-these for all blocks in float32, and its last block is the patch itself. A mean of K vectors, the
-longest of length L, is then wrong by (K + 2) 2^-24 L in each coordinate: the bound of the patch,
-times (K + 8) 2^-23, is added to those of its blocks. Lengths are in units of the largest factor
-times the diagonal of all patches: what is lost to underflow is less than 2^-62 of that, for which
-`slack` has room.
+The first matrix, which contains the factors, computes the second differences of all patches in
+float64. Over a block the control points of a polynomial are means of those over the patch: the
+second matrix computes these for all blocks in float32, and its last block is the patch itself. A
+mean of K vectors, the longest of length L, is then wrong by (K + 2) 2^-24 L in each coordinate: the
+bound of the patch, times (K + 8) 2^-23, is added to the bounds of its blocks. Lengths are in units
+of the largest factor times the diagonal of all patches: underflow costs less than 2^-62 of that,
+for which `vertex_rounding.bound_rounding` has room.
 """
 
 from dataclasses import dataclass
@@ -20,45 +20,45 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.cancellation import checkpoint
-from service.engine.bounds.second_derivatives import blocks_along, shares
+from service.engine.bounds.second_derivatives import build_block_shares, count_blocks
 from service.engine.scratch import Workspaces
 from service.surface.batches import TensorPatches
 
 LARGEST = 1 << 14
-"""Numbers of a third of the matrix up to which one product is faster than several."""
+"""Numbers in a third of the second matrix up to which one product is faster than several."""
 
 CHUNK = 1 << 17
-"""Numbers that are worked on at a time: they fit the second-level cache."""
+"""Numbers of a workspace that are computed at a time: they fit the second-level cache."""
 
 ORDERS = ((2, 0), (1, 1), (0, 2))
 """How often differences are taken along u and along v."""
 
 
 def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
-    """Whether one product is the faster way; rational patches always need several."""
-    return patches.weights is None and _fits(patches.degree, divisions)
+    """Whether this module's product is the fastest way; rational patches need several products."""
+    return patches.weights is None and _is_small_plan(patches.degree, divisions)
 
 
 @lru_cache(256)
-def _fits(degree: tuple[int, int], divisions: tuple[int, int]) -> bool:
+def _is_small_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> bool:
     """Whether a third of the matrix has at most `LARGEST` numbers."""
     p, q = degree
-    blocks = blocks_along(divisions[0], p) * blocks_along(divisions[1], q)
+    blocks = count_blocks(divisions[0], p) * count_blocks(divisions[1], q)
     return blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
 
 
-def grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
-    """How far patches are at most from triangles between their points at R_u × R_v divisions: (P,).
+def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
+    """Bounds (P,) of the distances from patches to triangles between points of their grids.
 
     Parameters
     ----------
     patches : TensorPatches
         P polynomial patches of degree (p, q).
     divisions : (R_u, R_v)
-        Triangles lie in boxes of sides h = 1/R.
+        Divisions of the grids; triangles lie in boxes of sides h = 1/R.
     """
-    plan = _plan(patches.degree, divisions)
-    diagonal, found = patches.diagonal, np.empty(patches.count)
+    plan = _build_plan(patches.degree, divisions)
+    diagonal, bounds = patches.diagonal, np.empty(patches.count)
     scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * len(plan.means)))
     for first in range(0, patches.count, step):
         checkpoint()
@@ -78,16 +78,16 @@ def grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) -> Float
         np.add.reduce(work.longest, out=work.bounds)
         np.multiply(work.whole, plan.rounding, out=work.whole)
         np.maximum.reduce(work.blocks, out=work.largest)
-        np.add(work.largest, work.whole, out=found[first : first + step])
-    np.multiply(found, plan.unit * diagonal, out=found)
-    return np.minimum(found, diagonal, out=found)
+        np.add(work.largest, work.whole, out=bounds[first : first + step])
+    np.multiply(bounds, plan.unit * diagonal, out=bounds)
+    return np.minimum(bounds, diagonal, out=bounds)
 
 
 class _Workspace:
-    """Memory for r patches, patches innermost, cut into all the arrays that are worked on."""
+    """The arrays in which bounds of `count` patches are computed, patches innermost."""
 
     def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
-        plan = _plan(degree, divisions)
+        plan = _build_plan(degree, divisions)
         vectors, points = plan.seconds.shape
         self.planes = np.empty((3, points, count))
         self.seconds = np.empty((3, vectors, count))
@@ -106,18 +106,20 @@ _WORKSPACES = Workspaces(_Workspace)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Plan:
-    """What patches of one degree are multiplied by at some divisions.
+    """The matrices for patches of one degree (p, q) at some divisions.
 
     Attributes
     ----------
     seconds : ndarray of float64, shape (N, (p+1)(q+1))
-        Makes the second differences of a net, those of each kind in turn, times their factors over
-        the largest of these. Of each kind there are as many; what it has less is zero.
+        From nets to second differences, kind after kind, times their factors over the largest
+        factor. Kinds with fewer vectors are filled with zeros to the same number.
     means : ndarray of float32, shape (N (blocks + 1), N)
-        Makes of these those over the blocks, and over the patch, rows (vector, block).
+        From second differences to those over the blocks and over the patch, rows (vector, block).
     blocks : int
-    unit, rounding : float
-        The largest factor; and what part of the bound of a patch covers that of float32.
+    unit : float
+        The largest factor.
+    rounding : float
+        Share of the bound of a patch that covers the rounding of float32.
     """
 
     seconds: FloatArray
@@ -128,15 +130,15 @@ class _Plan:
 
 
 @lru_cache(64)
-def _plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
-    """The plan of patches; 64 of them take at most 13 MiB, by `LARGEST`."""
+def _build_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
+    """The plan of patches of a degree at some divisions; 64 plans take at most 13 MiB."""
     (p, q), (ru, rv) = degree, divisions
-    blocks = blocks_along(ru, p), blocks_along(rv, q)
+    blocks = count_blocks(ru, p), count_blocks(rv, q)
     factors = p * (p - 1) / ru**2 / 8, p * q / ru / rv / 4, q * (q - 1) / rv**2 / 8
     kinds = [
         (
-            np.kron(_steps(p, i), _steps(q, j)) * (factor / max(factors)),
-            _cuts(degree, divisions, (i, j)),
+            np.kron(_build_differences(p, i), _build_differences(q, j)) * (factor / max(factors)),
+            _build_block_differences(degree, divisions, (i, j)),
         )
         for (i, j), factor in zip(ORDERS, factors, strict=True)
     ]
@@ -157,20 +159,20 @@ def _plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
     )
 
 
-def _steps(degree: int, order: int) -> FloatArray:
-    """Differences of this order of n + 1 numbers; none where there are not as many."""
+def _build_differences(degree: int, order: int) -> FloatArray:
+    """Matrix (n+1−order, n+1) of differences of n + 1 numbers; no rows if the order is above n."""
     differences: FloatArray = np.diff(np.eye(degree + 1), order, axis=0)
     return differences
 
 
-def _cuts(
+def _build_block_differences(
     degree: tuple[int, int], divisions: tuple[int, int], order: tuple[int, int]
 ) -> FloatArray:
-    """Differences over all blocks, made of those over the patch: (vectors, blocks, vectors)."""
+    """Matrix (vectors, blocks, vectors) from differences over the patch to those over blocks."""
     if min(n - k for n, k in zip(degree, order, strict=True)) < 0:
         return np.zeros((0, 1, 0))
     rows, columns = (
-        shares(n - k, r, blocks_along(r, n)).reshape(n - k + 1, -1, n - k + 1)
+        build_block_shares(n - k, r, count_blocks(r, n)).reshape(n - k + 1, -1, n - k + 1)
         for n, k, r in zip(degree, order, divisions, strict=True)
     )
     size = len(rows) * len(columns)

@@ -1,8 +1,8 @@
 """The triangles of the mesh that the surface is measured against, each in a frame of its own.
 
 In its frame a triangle T has the vertices A = (0, 0), B = (b, 0), C = (x, y) with b, y ≥ 0, all at
-height 0 but for rounding; what rounding leaves there is its `tilt`. Edge k runs from vertex k to
-the next, T on its left.
+height 0 except for rounding, which is bounded by `tilt`. Edge k runs from vertex k to the next, T
+on its left.
 
 **Edge wedges.** A mesh goes on beyond the edges of a triangle. Over edge k, beyond which there is a
 known neighbour N, let the wedge be the flat triangle in the plane of T with angles α and β at the
@@ -26,14 +26,14 @@ from service.engine.bounds.blossoms import BEFORE, NEXT
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 SHRUNK = 1.0 - 2.0**-40
-"""Wedges are made lower by this, more than their angles may be wrong by."""
+"""Factor that lowers wedges by more than the error of their angles."""
 
 STEEPEST = 16.0
-"""Slope of a wedge at the most."""
+"""Largest slope of a wedge."""
 
 THIN = 2.0**-20
-"""Triangles that are thinner than this share of their length have no wedges: all they could gain is
-less than their height."""
+"""Triangles thinner than this share of their length get no wedges: these would gain less than the
+height of the triangle."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,10 +73,10 @@ class ReferenceTriangles:
         """Some of the triangles."""
         return ReferenceTriangles(*(getattr(self, field.name)[..., rows] for field in fields(self)))
 
-    def framed(self, nets: FloatArray, scale: FloatArray) -> FloatArray:
-        """Nets (m, 3, …), or (m, 4, …) times their weights, in the frames; weights remain.
+    def to_frames(self, nets: FloatArray, scale: FloatArray) -> FloatArray:
+        """Nets (m, 3, …), or homogeneous ones (m, 4, …), in the frames; weights do not change.
 
-        Coordinates are multiplied by powers of two (m,) first.
+        Coordinates are multiplied by `scale` (m,), powers of two, first.
         """
         flat = nets.reshape(*nets.shape[:2], -1)
         origin, turn = self.origin.T[..., np.newaxis], self.axes.transpose(2, 0, 1)
@@ -86,11 +86,11 @@ class ReferenceTriangles:
         else:
             points -= origin
             turned = turn @ points
-        made: FloatArray = turned.reshape(nets.shape)
-        return made
+        framed: FloatArray = turned.reshape(nets.shape)
+        return framed
 
 
-def reference_triangles(
+def build_reference_triangles(
     vertices: FloatArray, across: FloatArray, joined: Bools
 ) -> ReferenceTriangles:
     """The triangles with these vertices (3, 3, m), axis 1 their coordinates.
@@ -101,7 +101,7 @@ def reference_triangles(
         The vertex opposite each edge in the triangle beyond it, if it is `joined`, shape (3, m).
     """
     origin = vertices[0]
-    axes = _frame(vertices[1] - origin, vertices[2] - origin)
+    axes = _build_axes(vertices[1] - origin, vertices[2] - origin)
     away = np.concatenate([vertices[1:], across]) - origin
     seen = away[:, :1] * axes[:, 0]
     seen += away[:, 1:2] * axes[:, 1]
@@ -116,16 +116,16 @@ def reference_triangles(
     tangents = along / np.where(point, 1.0, lengths)[:, np.newaxis]
     tangents[:, 0][point] = 1.0
     joined = joined & (y > THIN * lengths.max(axis=0))
-    wedges = _wedges(corners, tangents, lengths, seen[2:], joined)
+    wedges = _build_wedges(corners, tangents, lengths, seen[2:], joined)
     return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, *wedges)
 
 
-def _frame(first: Vectors, second: Vectors) -> FloatArray:
+def _build_axes(first: Vectors, second: Vectors) -> FloatArray:
     """Orthonormal axes (3, 3, m): along the first side, towards the second, and their product.
 
-    The second axis is made orthogonal twice, which leaves it so to the last places however small
-    the angle is; where nothing is left any direction will do, for the height that the third vertex
-    then has counts as tilt.
+    The second axis is made orthogonal twice, so it is orthogonal to a few units in the last place
+    however small the angle is. If the second side is parallel to the first, any direction will do:
+    the height of the third vertex then counts as tilt.
     """
     size, other = length(first), length(second)
     point = size == 0
@@ -133,27 +133,27 @@ def _frame(first: Vectors, second: Vectors) -> FloatArray:
         first, size = np.where(point, second, first), np.where(point, other, size)
     one = first / np.where(size > 0, size, 1.0)
     one[0][size == 0] = 1.0
-    two = _orthogonal(second, one)
+    two = _orthogonalize(second, one)
     size = length(two)
     # A second side along the first gives no direction; a coordinate axis does.
     lost = size <= 2.0**-48 * other
     if lost.any():
         least = np.abs(one).argmin(axis=0)
         axis = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
-        two = np.where(lost, _orthogonal(axis, one), two)
+        two = np.where(lost, _orthogonalize(axis, one), two)
         size = length(two)
     two = two / size
     return np.array([one, two, cross(one, two)])
 
 
-def _orthogonal(vectors: Vectors, unit: Vectors) -> Vectors:
-    """What vectors have across unit vectors."""
+def _orthogonalize(vectors: Vectors, unit: Vectors) -> Vectors:
+    """The components of vectors that are orthogonal to unit vectors."""
     for _ in range(2):
         vectors = vectors - dot(vectors, unit) * unit
     return vectors
 
 
-def _wedges(
+def _build_wedges(
     corners: FloatArray,
     tangents: FloatArray,
     lengths: FloatArray,
@@ -181,7 +181,7 @@ def _wedges(
             np.maximum(before[:, 0] * tangents[:, 1] - before[:, 1] * tangents[:, 0], 0.0),
         ]
     )
-    # What the other wedge at the vertex leaves, or half of what there is.
+    # The angle that the other wedge at the vertex leaves, or half of the angle to be shared.
     other = angle[:, ::-1]
     left = np.array(
         [rest[0] * other[0] + rest[1] * other[1], rest[1] * other[0] - rest[0] * other[1]]

@@ -1,4 +1,4 @@
-"""How much patches bend, and how far that takes them from triangles between their points.
+"""Bounds of the second derivatives of patches, and of the distance to triangles between points.
 
 Let τ be a triangle of parameters in a box of sides h_u, h_v, with corners a_i, and x = Σ λ_i a_i a
 point of it. Write S = X/w, where w = 1 for a polynomial patch. The point
@@ -6,7 +6,7 @@ point of it. Write S = X/w, where w = 1 for a polynomial patch. The point
     L = Σ λ_i w(a_i) S(a_i) / Σ λ_i w(a_i)
 
 lies on the triangle of the mesh, since no λ_i w(a_i) is negative. For any point c, with Y = X − c w
-and E f = f(x) − Σ λ_i f(a_i), which is what linear interpolation leaves of f,
+and E f = f(x) − Σ λ_i f(a_i), the error of linear interpolation of f,
 
     w(x) (S(x) − L) = E Y − (L − c) E w.
 
@@ -22,9 +22,9 @@ this is the bound of Filip, Magedson and Markot; proved so, it holds for every t
 hence for a cell cut along either diagonal and for the strips that join a grid to other edges.
 
 The second derivatives are Bézier again, Y_uu = p (p−1) Σ B Δ_u² Y and so on, and by the hull
-property none is longer than the longest vector of its net. To know them where they are, not just
-somewhere in the patch, the nets are cut along lines of the grid into blocks, and each block has a c
-of its own, its middle. Together
+property none is longer than the longest vector of its net. The nets are cut along lines of the grid
+into blocks, so that large second derivatives count only where they occur, and each block has a c of
+its own, its middle. Together
 
     ‖S − L‖ ≤ ⅛ (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv),
     M_uu = p (p−1) max (|Δ_u² Y| + r |Δ_u² w|) / min w,   r = max |P − c|,   and so on.
@@ -49,20 +49,21 @@ from service.engine.evaluation.triangle_nets import partial_nets
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 CHUNK = 1 << 17
-"""Numbers of the cut nets that are worked on at a time: they fit the second-level cache."""
+"""Numbers of the cut nets that are computed at a time: they fit the second-level cache."""
 
 MOST_BLOCKS = 8
-"""In one direction: more would hardly lessen the bound."""
+"""Most blocks in one direction: more would hardly lessen the bound."""
 
 MOST_LINES = 64
-"""Control points of all blocks in one direction: of high degrees there are fewer blocks."""
+"""Most control points of all blocks in one direction: high degrees have fewer blocks."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SecondDerivativeBounds:
     """M_uu, M_uv and M_vv of the blocks of patches: shapes (M_u, M_v, P).
 
-    And what their hulls are across: no further is any point from any triangle between others.
+    `across` (M_u, M_v, P) is the diameter of their hulls: an upper bound of the distance from any
+    point to any triangle between other points.
     """
 
     uu: FloatArray
@@ -80,35 +81,37 @@ class SecondDerivativeBounds:
         return largest
 
 
-def blocks_along(divisions: int, degree: int) -> int:
-    """Blocks in a direction of R divisions: so few that their nets are hardly more than samples."""
+def count_blocks(divisions: int, degree: int) -> int:
+    """Number of blocks along R divisions: few, so that their nets have about R points at most."""
     return max(1, min(MOST_BLOCKS, min(MOST_LINES, divisions) // (degree + 1)))
 
 
-def second_derivative_bounds(
+def bound_second_derivatives(
     patches: TensorPatches, divisions: tuple[int, int], blocks: tuple[int, int]
 ) -> SecondDerivativeBounds:
-    """The bounds of patches over `blocks` along u and v, which lines of the grid bound."""
+    """The bounds over blocks of the grid of each patch; `blocks` are their numbers along u, v."""
     p, q = patches.degree
-    found = np.zeros((4, *blocks, patches.count))
-    found[3] = patches.diagonal
+    bounds = np.zeros((4, *blocks, patches.count))
+    bounds[3] = patches.diagonal
     each = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
     for rows in row_slices(patches.count, each, CHUNK):
-        net = _local(patches, rows)
-        du, dv = _steps(net, 1), _steps(net, 2)
+        net = _build_local_nets(patches, rows)
+        du, dv = _subtract_neighbours(net, 1), _subtract_neighbours(net, 2)
         middles = None
         if patches.weights is not None:
-            middles = _Middles.of(_cut(net, divisions, blocks))
-            found[3, ..., rows] = 2 * middles.radii[:, 0]
-        for row, second in enumerate((_steps(du, 1), _steps(du, 2), _steps(dv, 2))):
+            middles = _Middles.of(_cut_into_blocks(net, divisions, blocks))
+            bounds[3, ..., rows] = 2 * middles.radii[:, 0]
+        for row, second in enumerate(
+            (_subtract_neighbours(du, 1), _subtract_neighbours(du, 2), _subtract_neighbours(dv, 2))
+        ):
             if second.size:
-                longest = _longest(_cut(second, divisions, blocks), middles)
-                found[row, ..., rows] = longest.reshape(*blocks, -1)
-    found[:3] *= np.array([p * (p - 1), p * q, q * (q - 1)])[:, None, None, None]
-    return SecondDerivativeBounds(*found)
+                longest = _find_longest(_cut_into_blocks(second, divisions, blocks), middles)
+                bounds[row, ..., rows] = longest.reshape(*blocks, -1)
+    bounds[:3] *= np.array([p * (p - 1), p * q, q * (q - 1)])[:, None, None, None]
+    return SecondDerivativeBounds(*bounds)
 
 
-def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
+def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
     """The bound for the small triangles of triangular patches at R divisions: (P,).
 
     Here the three sides of τ count alike. With e_ij from corner i to corner j, and as
@@ -120,34 +123,34 @@ def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
 
     where M_ij = max |D²f[e_ij, e_ij]| ≤ M, N_i = max |D²f[e_ij, e_ik]| and
     s = λ_1 λ_2 + λ_1 λ_3 + λ_2 λ_3 ≤ ⅓. A sphere over an equilateral triangle has N_i = M/2, and
-    M/6 is what it rises to.
+    M/6 is its height.
     """
     degree = patches.degree
-    found = np.zeros(patches.count)
+    bounds = np.zeros(patches.count)
     if degree < 2:
-        return found
+        return bounds
     for rows in row_slices(patches.count, 4 * patches.points.shape[1], CHUNK):
         # The whole patch is one block; its net is the first of the two axes of a grid's.
-        net = _local(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
+        net = _build_local_nets(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
         ds, dt = partial_nets(net.swapaxes(0, 1))
         (ss, st), tt = partial_nets(ds), partial_nets(dt)[1]
         middles = None if patches.weights is None else _Middles.of(net)
         sides = (ss, tt, ss - 2 * st + tt)
         corners = (st, ss - st, tt - st)
         m_ij, n_i = (
-            np.stack([_longest(second.swapaxes(0, 1), middles)[0, 0] for second in each])
+            np.stack([_find_longest(second.swapaxes(0, 1), middles)[0, 0] for second in each])
             for each in (sides, corners)
         )
         most = m_ij.max(axis=0)
-        found[rows] = most / 6 + np.maximum(2 * n_i.sum(axis=0) - 3 * most, 0) / 54
-    return np.minimum(found * (degree * (degree - 1) / divisions**2), patches.diagonal)
+        bounds[rows] = most / 6 + np.maximum(2 * n_i.sum(axis=0) - 3 * most, 0) / 54
+    return np.minimum(bounds * (degree * (degree - 1) / divisions**2), patches.diagonal)
 
 
-def _local(patches: Patches, rows: slice) -> FloatArray:
+def _build_local_nets(patches: Patches, rows: slice) -> FloatArray:
     """Planes (d, …, m) of nets about the middle of all patches, homogeneous if they are rational.
 
-    Coordinates are the outermost axis and patches the innermost one, so that whatever is computed
-    runs over long contiguous rows.
+    Coordinates are the outermost axis and patches the innermost one, so that all operations run
+    over long contiguous rows.
     """
     net = to_homogeneous(
         patches.points[rows] - patches.middle,
@@ -156,26 +159,28 @@ def _local(patches: Patches, rows: slice) -> FloatArray:
     return np.ascontiguousarray(np.moveaxis(net, (-1, 0), (0, -1)))
 
 
-def _steps(net: FloatArray, axis: int) -> FloatArray:
+def _subtract_neighbours(net: FloatArray, axis: int) -> FloatArray:
     """Differences of neighbours along u (1) or along v (2)."""
     if axis == 1:
         return net[:, 1:] - net[:, :-1]
     return net[:, :, 1:] - net[:, :, :-1]
 
 
-def _cut(net: FloatArray, divisions: tuple[int, int], blocks: tuple[int, int]) -> FloatArray:
+def _cut_into_blocks(
+    net: FloatArray, divisions: tuple[int, int], blocks: tuple[int, int]
+) -> FloatArray:
     """Nets (d, a, b, m) over every block: (d, a, M_u, b, M_v, m)."""
     planes, rows, columns, count = net.shape
     if blocks == (1, 1):
         return net[:, :, np.newaxis, :, np.newaxis]
-    along_u = shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
+    along_u = build_block_shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
     lines = along_u.reshape(-1, columns, count)
-    cut = shares(columns - 1, divisions[1], blocks[1]) @ lines
+    cut = build_block_shares(columns - 1, divisions[1], blocks[1]) @ lines
     return cut.reshape(planes, rows, blocks[0], columns, blocks[1], count)
 
 
-def shares(degree: int, divisions: int, blocks: int) -> FloatArray:
-    """What the control points of blocks are made of, row (i, block): cached, read-only."""
+def build_block_shares(degree: int, divisions: int, blocks: int) -> FloatArray:
+    """Matrix from a net to the control points of its blocks, rows (i, block): cached, read-only."""
 
     def build() -> FloatArray:
         lines = np.arange(blocks + 1) * divisions // blocks / divisions
@@ -186,7 +191,7 @@ def shares(degree: int, divisions: int, blocks: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Middles:
-    """Of every block its middle c, (3, 1, M_u, 1, M_v, m), its radius r and its least weight."""
+    """The middle c, (3, 1, M_u, 1, M_v, m), the radius r and the least weight of every block."""
 
     points: FloatArray
     radii: FloatArray
@@ -194,27 +199,27 @@ class _Middles:
 
     @staticmethod
     def of(nets: FloatArray) -> "_Middles":
-        """Of homogeneous nets (4, a, M_u, b, M_v, m)."""
+        """The middles of homogeneous nets (4, a, M_u, b, M_v, m)."""
         points = nets[:3] / nets[3]
         low, high = points.min(axis=(1, 3), keepdims=True), points.max(axis=(1, 3), keepdims=True)
         middles = (low + high) / 2
-        radii = np.sqrt(_largest(_squares(points - middles)))
+        radii = np.sqrt(_find_block_maxima(_square_lengths(points - middles)))
         return _Middles(middles, radii[:, np.newaxis], nets[3].min(axis=(0, 2)))
 
 
-def _longest(vectors: FloatArray, middles: _Middles | None) -> FloatArray:
-    """The longest of the vectors (d, a, M_u, b, M_v, m) of each block: (M_u, M_v, m).
+def _find_longest(vectors: FloatArray, middles: _Middles | None) -> FloatArray:
+    """Length of the longest of the vectors (d, a, M_u, b, M_v, m) of each block: (M_u, M_v, m).
 
-    Of homogeneous ones, |Y| + r |w| over the least weight.
+    For homogeneous vectors it is the largest |Y| + r |w|, divided by the least weight.
     """
     if middles is None:
-        return np.sqrt(_largest(_squares(vectors)))
-    lengths = np.sqrt(_squares(vectors[:3] - middles.points * vectors[3]))
+        return np.sqrt(_find_block_maxima(_square_lengths(vectors)))
+    lengths = np.sqrt(_square_lengths(vectors[:3] - middles.points * vectors[3]))
     lengths += middles.radii * np.abs(vectors[3])
-    return _largest(lengths) / middles.least
+    return _find_block_maxima(lengths) / middles.least
 
 
-def _squares(vectors: FloatArray) -> FloatArray:
+def _square_lengths(vectors: FloatArray) -> FloatArray:
     """Squares of the lengths of vectors (3, …)."""
     squares: FloatArray = vectors[0] * vectors[0]
     squares += vectors[1] * vectors[1]
@@ -222,7 +227,7 @@ def _squares(vectors: FloatArray) -> FloatArray:
     return squares
 
 
-def _largest(values: FloatArray) -> FloatArray:
+def _find_block_maxima(values: FloatArray) -> FloatArray:
     """The largest value of each block: (a, M_u, b, M_v, m) to (M_u, M_v, m)."""
     largest: FloatArray = values.max(axis=0).max(axis=1)
     return largest

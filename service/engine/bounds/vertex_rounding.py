@@ -1,8 +1,8 @@
-"""How far written vertices may be from the points of the surface that they stand for.
+"""Bounds of the distance from written vertices to the points of the surface that they stand for.
 
-A triangle whose corners are off by e at most is off by e at most, so this is added to what the
-patches bend. Parameters are rounded, too: i/R is off by one unit in the last place. A triangulation
-of the rounded parameters is as good; its boxes are larger by a part of 2^-30 at most (`STEPS`).
+A triangle whose corners are off by e at most is off by e at most, so this is added to the bound of
+bending. Parameters are rounded, too: i/R is off by one unit in the last place. A triangulation of
+the rounded parameters is as good; its boxes are larger by a share of 2^-30 at most (`STEPS`).
 
 A sum of K products is right to K units in the last place of the sum of their sizes, in whatever
 order it is added (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section 3.1).
@@ -29,10 +29,10 @@ from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 
 MARGIN = 1.02
-"""For products of small errors: the largest is that of sums of 65² terms in float32, 2.5e-4."""
+"""Factor for products of small errors; the largest, of 65² terms in float32, is 2.5e-4."""
 
 STEPS = 1 + 2.0**-30
-"""The same for bounds that float64 computes, and for the steps of up to 2^16 divisions."""
+"""Factor for the rounding of bounds in float64, and of the steps of up to 2^16 divisions."""
 
 UNIT = 2.0**-53
 """Relative error of an operation in float64."""
@@ -47,35 +47,35 @@ CHUNK_SAMPLES = 1 << 15
 """Samples that are compared at a time."""
 
 
-def vertex_error(
+def bound_vertex_error(
     patches: Patches, resolution: tuple[int, int], normals: bool, dtype: Real, origin: FloatArray
 ) -> float:
-    """Bound of the distance from a vertex to its point, both of the method `matrix`.
+    """Bound of the distance from a vertex to its point, for the method `matrix`.
 
     Grids are evaluated in the precision they are written in, about the middle of their batch if
     they are rational; edges in float64, in model coordinates. The bases of both are computed in
     float64, right to 12 (p + q + 1) units.
     """
     unit, least = PRECISIONS[dtype]
-    _, far, near = sizes = _sizes(patches, origin)
-    terms, degrees = _terms(patches, resolution, normals)
+    _, far, near = sizes = _measure_sizes(patches, origin)
+    terms, degrees = _count_terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
     if patches.weights is None:
-        # The net, the basis and what the basis leaves out: one unit each.
+        # The net, the basis, and the error of the basis: one unit each.
         grids = far * ((terms + 4) * unit + basis + UNIT)
     else:
         # Numerator and denominator, their quotient; the way back from the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
-    edges = _of_edges(patches, degrees, unit, sizes)
-    tiny = (terms + 8) * weight_ratio(patches) * least
+    edges = _bound_edge_samples(patches, degrees, unit, sizes)
+    tiny = (terms + 8) * find_weight_ratio(patches) * least
     return MARGIN * (grids + edges) + tiny
 
 
-def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
-    """What edges may lose besides: as one curve of several degrees, and by another method.
+def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
+    """Further errors of edges: where degrees were matched, and where another method is used.
 
-    Samples of edges are float64; those beside the grid of a framed patch are compared with those
-    of `matrix` here, all others with their patch.
+    Samples of edges are float64. Those beside the grid of a framed patch are compared here with
+    samples by `matrix`; all others are compared with their patch (`measure_errors`).
     """
     curves = seams.curves
     lost = 0.0
@@ -92,32 +92,32 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     return lost + MARGIN * sqrt(largest)
 
 
-def slack(patches: Patches, along_u: float, along_v: float) -> float:
-    """What rounding may take from the bounds above, in boxes of these sides.
+def bound_rounding(patches: Patches, along_u: float, along_v: float) -> float:
+    """Bound of the rounding in the bounds of bending, for boxes of these sides.
 
     A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
     of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
     products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product takes second
     differences (`service.engine.bounds.products`), it is a sum of (p + 1)(q + 1) products, whose
     factors are right to 2 units and at most 4 in all: 4 ((p + 1)(q + 1) + 2) + 20 units at most.
-    The rest is relative.
+    All other rounding is relative, and covered by `STEPS`.
     """
     p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
     units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
     if patches.weights is not None:
-        units *= 2 * weight_ratio(patches)
+        units *= 2 * find_weight_ratio(patches)
     return units * UNIT * patches.diagonal / 2
 
 
-def weight_ratio(patches: Patches) -> float:
+def find_weight_ratio(patches: Patches) -> float:
     """The largest weight of a batch over the least."""
     return 1.0 if patches.weights is None else float(patches.weights.max() / patches.weights.min())
 
 
-def measured_errors(
+def measure_errors(
     patches: Patches, resolution: tuple[int, int], positions: RealArray, origin: FloatArray
 ) -> FloatArray:
-    """The same for the methods beside `matrix`, by comparison with it in float64: (m,).
+    """Errors of vertices (m,) by methods other than `matrix`: their distance to it in float64.
 
     No bound from the degree alone would be of use for forward differences; and each of these
     methods takes several times as long as the comparison.
@@ -125,41 +125,41 @@ def measured_errors(
     Parameters
     ----------
     positions : ndarray, shape (m, samples, 3)
-        The samples of the patches of the block, as they are stored.
+        The samples of the m patches, as they are stored.
     """
     shift = origin - patches.middle
     nets = to_homogeneous(patches.points - patches.middle, patches.weights)
     largest = np.empty(patches.count)
     for rows in row_slices(patches.count, positions.shape[1], CHUNK_SAMPLES):
-        exact = _evaluated(nets[rows], resolution)
+        exact = _evaluate(nets[rows], resolution)
         squares = np.zeros(exact.shape[1:])
         for axis in range(3):
-            gone = positions[rows, :, axis].astype(np.float64) + shift[axis]
-            gone -= exact[axis] if patches.weights is None else exact[axis] / exact[3]
-            gone *= gone
-            squares += gone
+            away = positions[rows, :, axis].astype(np.float64) + shift[axis]
+            away -= exact[axis] if patches.weights is None else exact[axis] / exact[3]
+            away *= away
+            squares += away
         largest[rows] = squares.max(axis=1)
-    _, far, near = sizes = _sizes(patches, origin)
+    _, far, near = sizes = _measure_sizes(patches, origin)
     degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
     compared = (28 * (degrees + 2) * near + 2 * far) * UNIT
     unit = float(np.finfo(positions.dtype).eps) / 2
-    edges = _of_edges(patches, degrees, unit, sizes)
+    edges = _bound_edge_samples(patches, degrees, unit, sizes)
     return MARGIN * (np.sqrt(largest) + compared + edges)
 
 
-def _of_edges(
+def _bound_edge_samples(
     patches: Patches, degrees: int, unit: float, sizes: tuple[float, float, float]
 ) -> float:
-    """What samples of edges lose: evaluated in float64 in model coordinates, then stored."""
+    """Bound of the rounding of edges: evaluated in float64 in model coordinates, then stored."""
     world, far, near = sizes
     lost = world * 16 * (degrees + 2) * UNIT + far * (unit + UNIT)
     if patches.weights is not None:
         # The weights of an edge are those of one of its patches, equal but for rounding.
-        lost += 2 * near * weight_ratio(patches) * SAME_WEIGHT
+        lost += 2 * near * find_weight_ratio(patches) * SAME_WEIGHT
     return lost
 
 
-def _evaluated(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
+def _evaluate(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
     """Nets (m, p+1, q+1, d), or of triangles (m, K, d), at all samples: shape (d, m, samples)."""
     if nets.ndim == 3:
         return np.moveaxis(triangle_basis.evaluate_triangles(nets, resolution[0]), -1, 0)
@@ -170,8 +170,8 @@ def _evaluated(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
     return values.reshape(*values.shape[:2], -1)
 
 
-def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
-    """Longest control point in model coordinates, about the origin, and about the middle."""
+def _measure_sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
+    """Bounds of the length of control points in model coordinates, about the origin, the middle."""
     (low_x, low_y, low_z), (high_x, high_y, high_z) = patches.box
     x, y, z = origin.tolist()
     world = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
@@ -179,8 +179,8 @@ def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
     return world, far, patches.diagonal / 2
 
 
-def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:
-    """Terms of the sums of a grid in turn, and the degrees of their bases together."""
+def _count_terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:
+    """Number of terms in the sums of a grid, one sum after another, and the sum of the degrees."""
     if isinstance(patches, TrianglePatches):
         n, divisions = patches.degree, resolution[0]
         small = triangle_basis.is_small(n, divisions)

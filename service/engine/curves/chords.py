@@ -10,7 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
-from service.engine.bounds.chords import deviations, halves, projected
+from service.engine.bounds.chords import bound_deviations, halve, project
 from service.engine.curves.evaluation import CurveSamples
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.curve_pieces import CurvePieces
@@ -71,7 +71,7 @@ def halve_chords(
     ]
     while waiting:
         piece, t, depth, nets = waiting.pop()
-        flat = deviations(nets, projected(nets[:, [0, -1]], pieces.dimension)) <= wanted
+        flat = bound_deviations(nets, project(nets[:, [0, -1]], pieces.dimension)) <= wanted
         if depth == MAX_HALVINGS:
             flat[:] = True  # beyond the bound; what is left is certified with the rest
         begins.append(np.stack([piece[flat], t[flat]], axis=1))
@@ -80,7 +80,7 @@ def halve_chords(
         _check_count(found + 2 * len(left), most)
         step = 0.5 ** (depth + 1)
         for rows in np.array_split(left, -(-2 * len(left) // block)) if len(left) else ():
-            first, second = halves(nets[rows])
+            first, second = halve(nets[rows])
             where = np.concatenate([t[rows], t[rows] + step])
             both = np.concatenate([piece[rows], piece[rows]])
             waiting.append((both, where, depth + 1, np.concatenate([first, second])))
@@ -138,7 +138,7 @@ def certify_chords(
         end = np.where(at.piece[following] == piece, at.t[following], 1.0)
         nets = restrict_nets(net[piece], begin, end)
         chords = np.stack([vertices[rows], vertices[following]], axis=1)
-        worst = max(worst, float(deviations(nets, chords).max()))
+        worst = max(worst, float(bound_deviations(nets, chords).max()))
     far = float(np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max())
     return worst + _slack(pieces, 2) + 4 * EPS * far
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.bounds.patch_nets import lowering_error
+from service.engine.bounds.patch_nets import bound_lowering_error
 from service.engine.joining.join import Allow, join
 from service.engine.joining.members import join_members
 from service.engine.measures.tables import UNIT
@@ -128,7 +128,7 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
         return given, part, _joined_group(lowered, tolerance, allow)
     assert isinstance(lowered, PatchModel)
     model, seams = join(lowered, tolerance, allow)
-    noise = lowering_error(lowered)
+    noise = bound_lowering_error(lowered)
     piece = _Piece(0, model, ((None, None, lowered),), is_cluster=False)
     return given, part, Source(model, seams, parts_of(model), noise, model.moved, (piece,))
 
@@ -183,7 +183,7 @@ def _stretch(member: PlacedModel) -> float:
 
 def _placing_error(member: PlacedModel, model: PatchModel) -> float:
     """What lowering and placing have made control points wrong by, in units of the group."""
-    error = lowering_error(model) * _stretch(member)
+    error = bound_lowering_error(model) * _stretch(member)
     if member.matrix is None:
         return error
     furthest: FloatArray = np.maximum(np.abs(model.bounds[0]), np.abs(model.bounds[1]))

@@ -27,7 +27,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.bounds.chords import deviations
+from service.engine.bounds.chords import bound_deviations
 from service.engine.queries.nets import NetGroup
 from service.engine.sections.heights import LocalPlanes, points_of, restricted
 from service.engine.vectors import cross, dot
@@ -124,7 +124,7 @@ def side_bounds(
     """
     lines = restricted(group.nets[net - group.first], low, high)
     lines = lines[:, :, 0] if axis == 0 else lines[:, 0]
-    return deviations(lines, points_of(lines[:, [0, -1]])) + SLACK
+    return bound_deviations(lines, points_of(lines[:, [0, -1]])) + SLACK
 
 
 def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -54,7 +54,7 @@ def check_border(found: Bordered, tolerance: float) -> None:
     border, faces = found.border, found.faces
     assert np.array_equal(np.unique(border.vertex), np.arange(len(border.points)))
     patches = [(batch, number) for batch in found.model.batches for number in range(batch.count)]
-    begin, step, spans = faces.sides()
+    begin, step, spans = faces.list_sides()
     for face in range(len(faces.first)):
         for side in range(4):
             at, vertex, points = found.side(face, side)

@@ -29,7 +29,7 @@ def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Reg
     With `skip`, grids ignore knot lines: every face has so many divisions in all.
     """
     faces = find_faces(model, find_seams(model.batches))
-    ground = PatchNets.of(model)
+    patch_nets = PatchNets.of(model)
     places, triangles, owners, sides = [], [], [], []
     count = 0
     for number_of_face, (n_u, n_v) in enumerate(faces.spans.tolist()):
@@ -50,7 +50,7 @@ def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Reg
         ]
         count += number.size
     at, face = np.concatenate(places), np.concatenate(owners)
-    points = positions(ground, faces, face, at)
+    points = evaluate_points(patch_nets, faces, face, at)
     size = max(float(np.abs(points).max()), 1.0)
     keys = np.round(points / (SAME * size)).astype(np.int64)
     _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -71,9 +71,11 @@ def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Reg
     return Regular(faces, border, made)
 
 
-def positions(ground: PatchNets, faces: Faces, face: np.ndarray, at: np.ndarray) -> np.ndarray:
+def evaluate_points(
+    patch_nets: PatchNets, faces: Faces, face: np.ndarray, at: np.ndarray
+) -> np.ndarray:
     """Points at places of faces."""
     span = np.minimum(at // SPAN, faces.spans[face] - 1)
     u, v = ((at - span * SPAN) / SPAN).T
     patch = faces.first[face] + span[:, 0] * faces.stride[face] + span[:, 1]
-    return ground.positions(patch, u, v)
+    return patch_nets.evaluate_points(patch, u, v)

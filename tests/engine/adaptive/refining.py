@@ -23,7 +23,7 @@ MOST = 200_000
 class Refined(NamedTuple):
     """A model, its faces and borders, and their triangulation."""
 
-    ground: PatchNets
+    patch_nets: PatchNets
     faces: Faces
     border: Border
     made: Triangulation
@@ -44,9 +44,9 @@ def refined(
 ) -> Refined:
     """The triangulation of a model."""
     found = bordered(model, goal, most)
-    ground = PatchNets.of(model)
-    made = triangulate(ground, found.faces, found.border, goal, stored=stored, most=most)
-    return Refined(ground, found.faces, found.border, made)
+    patch_nets = PatchNets.of(model)
+    made = triangulate(patch_nets, found.faces, found.border, goal, stored=stored, most=most)
+    return Refined(patch_nets, found.faces, found.border, made)
 
 
 def check_refined(found: Refined, tolerance: float) -> None:

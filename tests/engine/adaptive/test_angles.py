@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from service.engine.adaptive.limits import Effort
-from service.engine.adaptive.meshing import meshing
-from service.engine.adaptive.size_bound import least_by_angle
+from service.engine.adaptive.meshing import build_mesher
+from service.engine.adaptive.size_bound import estimate_least_triangles
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.tolerances import goal_of
+from service.engine.adaptive.tolerances import build_goal
 from service.engine.build import build_scene
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
@@ -24,11 +24,11 @@ MOST, WORK = 30_000, 5e8
 """Of a request of this size nobody waits long; in work, some seconds at most."""
 
 
-def made(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
+def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
     model = patches_of(source) if isinstance(source, str) else source
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=angle, **accuracy))  # type: ignore[arg-type]
-    goal = goal_of(options.accuracy, model)  # type: ignore[arg-type]
-    mesh = meshing(model, options, Storage(), nodes=False).made(goal, MOST, Effort(WORK))
+    goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
+    mesh = build_mesher(model, options, Storage(), nodes=False).build_mesh(goal, MOST, Effort(WORK))
     assert isinstance(mesh, Mesh)
     return mesh
 
@@ -53,7 +53,7 @@ SMOOTH = {
 @pytest.mark.parametrize("example", SMOOTH)
 def test_normals_turn_no_more_than_was_asked_for(example: str) -> None:
     for angle, most in zip((0.5, 0.2), SMOOTH[example], strict=True):
-        mesh = made(example, angle)
+        mesh = build_mesh(example, angle)
         check_sound(mesh)
         assert mesh.report.normal_angle is not None
         assert mesh.report.normal_angle <= 1.1 * angle
@@ -87,9 +87,9 @@ def test_folds_come_to_an_end(kind: str, seed: int) -> None:
     """Patches that lie over themselves: normals turn by π whatever is done, as is reported."""
     whole = complex_of(kind, seed)
     order = range(len(whole.nets))
-    one = made(whole.model(order), 0.5)
+    one = build_mesh(whole.model(order), 0.5)
     assert one.report.triangles < 300 * len(whole.nets)
-    other = made(whole.model(order[::-1]), 0.5)
+    other = build_mesh(whole.model(order[::-1]), 0.5)
     assert other.report.triangles == one.report.triangles
     assert other.report.normal_angle == one.report.normal_angle
 
@@ -98,10 +98,10 @@ def test_folds_come_to_an_end(kind: str, seed: int) -> None:
 def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str) -> None:
     model, effort = patches_of(example), Effort(WORK)
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=5e-324))
-    goal = goal_of(options.accuracy, model)  # type: ignore[arg-type]
+    goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
     with pytest.raises(TooLarge) as refused:
-        meshing(model, options, Storage(), nodes=False).made(goal, MOST, effort)
+        build_mesher(model, options, Storage(), nodes=False).build_mesh(goal, MOST, effort)
     assert refused.value.issues[0].code == "too_many_triangles"
     assert effort.spent == 0
     for angle in (0.5, 0.2):
-        assert least_by_angle(model, angle) <= len(made(example, angle).triangles)
+        assert estimate_least_triangles(model, angle) <= len(build_mesh(example, angle).triangles)

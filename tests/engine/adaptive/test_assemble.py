@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from service.bases.arrays import RealArray
 from service.engine.adaptive.assemble import assemble
 from service.engine.adaptive.lines import draw_lines
-from service.engine.adaptive.samples import samples_of
+from service.engine.adaptive.samples import find_samples
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.faces import SPAN
@@ -38,7 +38,7 @@ def assembled(
     model = patches_of(source) if isinstance(source, str) else source
     wanted, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
     made = regular(model, divisions)
-    origin = storage.origin(*model.bounds)
+    origin = storage.choose_origin(*model.bounds)
     lines = draw_lines(model, made.border, wanted, storage, origin)
     return assemble(model, made.faces, made.made, wanted, lines, storage=storage, origin=origin)
 
@@ -125,7 +125,7 @@ def test_a_corner_is_of_the_patch_into_which_the_triangle_goes(skip: bool) -> No
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = patches_of("bspline-hills")
     made = regular(model, 3, skip=skip)
-    samples, corners = samples_of(made.faces, made.made)
+    samples, corners = find_samples(made.faces, made.made)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
     span = np.stack(np.divmod(samples.patch, columns), axis=1)[corners]

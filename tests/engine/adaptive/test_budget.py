@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.adaptive.budget import CLOSE, MAX_ATTEMPTS, SPENT, Attempt, nearest_within
+from service.engine.adaptive.budget import CLOSE, MAX_ATTEMPTS, SPENT, Attempt, search_tolerances
 
 LEAST = 1e-300
 
@@ -41,7 +41,7 @@ def test_the_result_fits_and_nothing_much_finer_does(
     a: float, e: float, most: int, told: bool
 ) -> None:
     meshes = Staircase(a, e, most, told=told)
-    found = nearest_within(meshes, meshes.coarsest(), LEAST)
+    found = search_tolerances(meshes, meshes.coarsest(), LEAST)
     assert found.cost <= 1
     assert len(meshes.asked) <= MAX_ATTEMPTS
     assert found.cost >= SPENT or meshes.cost(found.result / CLOSE**1.01) > 1
@@ -52,12 +52,12 @@ def test_a_mesh_without_deviation_is_not_searched_for() -> None:
         pytest.fail("there is nothing finer")
 
     first = Attempt(0.1, LEAST, "exact")
-    assert nearest_within(attempt, first, LEAST) is first
+    assert search_tolerances(attempt, first, LEAST) is first
 
 
 def test_nothing_finer_than_the_least_is_tried() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
-    found = nearest_within(meshes, meshes.coarsest(), 1e-3)
+    found = search_tolerances(meshes, meshes.coarsest(), 1e-3)
     assert min(meshes.asked) == 1e-3
     assert found.result == 1e-3
 
@@ -70,11 +70,11 @@ def test_of_two_that_fit_the_one_with_the_smaller_bound_is_taken() -> None:
             return None
         return Attempt(0.8, 0.19 if tolerance > 0.19 else 0.195, tolerance)
 
-    found = nearest_within(attempt, Attempt(0.2, 1.0, 1.0), LEAST)
+    found = search_tolerances(attempt, Attempt(0.2, 1.0, 1.0), LEAST)
     assert found.bound == 0.19
 
 
 def test_the_search_is_short_where_the_law_holds() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
-    nearest_within(meshes, meshes.coarsest(), LEAST)
+    search_tolerances(meshes, meshes.coarsest(), LEAST)
     assert len(meshes.asked) <= 6

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.lines import goal_divisions
+from service.engine.adaptive.lines import count_goal_divisions
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.bounds.goal import Goal, View
 from service.engine.mesh.mesh_value import Mesh
@@ -40,7 +40,7 @@ def distances(points: Array, a: Array, b: Array) -> Array:
 def furthest(model: PatchModel, goal: Goal) -> float:
     """How far points of the curves are from their lines at most."""
     seams = find_seams(model.batches)
-    divisions = goal_divisions(model, seams, goal)
+    divisions = count_goal_divisions(model, seams, goal)
     lines = sample_divided_isocurves(model, seams, divisions, COUNTS)
     curves, samples = divisions.size(seams, COUNTS)
     assert sum(len(run.points) for run in lines) <= curves
@@ -76,7 +76,7 @@ def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
     seams = find_seams(model.batches)
     far = View(np.array([0, 0, 1e3]), 1e-3, 1.0)
     counts = [
-        goal_divisions(model, seams, goal).size(seams, COUNTS)[1]
+        count_goal_divisions(model, seams, goal).size(seams, COUNTS)[1]
         for goal in (Goal(1e-3), Goal(1e-2), Goal(1e-3, angle=0.05), Goal(1.0, view=far))
     ]
     assert counts[3] < counts[1] < counts[0] < counts[2]

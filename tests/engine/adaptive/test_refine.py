@@ -129,6 +129,6 @@ def test_what_places_cannot_tell_apart_is_refused() -> None:
     """A tolerance that asks for more halvings than there are."""
     cells = Cells(np.array([0]), np.array([[0], [16], [0], [1 << 30]]))
     with pytest.raises(InvalidRequest) as refused:
-        cells.halved(np.array([False]))
+        cells.halve(np.array([False]))
     assert refused.value.issues[0].code == "tolerance_too_small"
-    assert len(cells.halved(np.array([True]))[0]) == 1
+    assert len(cells.halve(np.array([True]))[0]) == 1

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.adaptive.tolerances import (
     NEAR,
-    each_alone,
-    goal_of,
-    goals_of_models,
-    in_place,
+    build_goal,
+    build_model_goals,
+    move_goal,
+    separate_copies,
 )
 from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import placing_error, scalings
@@ -42,12 +42,12 @@ def test_a_tolerance_is_absolute_or_a_share_of_the_diagonal() -> None:
     model = patches_of("saddle")
     low, high = model.bounds
     diagonal = float(np.linalg.norm(high - low))
-    absolute = goal_of(Accuracy(tolerance=0.25), model)
+    absolute = build_goal(Accuracy(tolerance=0.25), model)
     assert (absolute.tolerance, absolute.angle, absolute.view) == (0.25, inf, None)
-    relative = goal_of(Accuracy(relative_tolerance=0.01, two_sided=True), model)
+    relative = build_goal(Accuracy(relative_tolerance=0.01, two_sided=True), model)
     assert relative.tolerance == 0.01 * diagonal
     assert relative.two_sided
-    angle = goal_of(Accuracy(angle_tolerance=0.5), model)
+    angle = build_goal(Accuracy(angle_tolerance=0.5), model)
     assert angle.angle == 0.5
     assert diagonal < angle.tolerance < inf
 
@@ -57,7 +57,7 @@ def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
     far[:3, 3] = 9, 0, 0
     low, high = group(None, far).bounds
     np.testing.assert_allclose(high - low, [10, 1, 1])
-    found = goal_of(Accuracy(relative_tolerance=0.5), group(None, far)).tolerance
+    found = build_goal(Accuracy(relative_tolerance=0.5), group(None, far)).tolerance
     assert found == pytest.approx(0.5 * np.sqrt(102))
 
 
@@ -65,11 +65,11 @@ def test_a_pixel_is_as_large_as_it_is_seen() -> None:
     """At the distance d the picture is 2 d tan(φ/2) high."""
     camera = Camera((0.0, 0.0, 7.0), pi / 2, 500)
     model = patches_of("saddle")
-    goal = goal_of(Accuracy(camera=camera, pixel_tolerance=2.0), model)
+    goal = build_goal(Accuracy(camera=camera, pixel_tolerance=2.0), model)
     assert goal.view is not None
     distances = np.array([3.0, 30.0])
     expected = 2.0 * 2 * distances * tan(pi / 4) / 500
-    np.testing.assert_allclose(goal.allowed(distances), expected)
+    np.testing.assert_allclose(goal.find_allowed(distances), expected)
     low, high = model.bounds
     assert goal.view.near == NEAR * np.linalg.norm(high - low)
 
@@ -79,7 +79,7 @@ def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
     matrix: Array, tolerance: float, error: float
 ) -> None:
     model = group(matrix).models[0]
-    own = in_place(Goal(tolerance), matrix, model.bounds, error)
+    own = move_goal(Goal(tolerance), matrix, model.bounds, error)
     taken = placing_error(matrix, *model.bounds) + error
     assert own.tolerance * scalings(matrix)[1] + taken <= tolerance
     assert own.tolerance > 0
@@ -89,15 +89,15 @@ def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
 def test_what_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
     random = np.random.default_rng(seed)
     goal = Goal(inf, view=View(random.normal(size=3) * 9, 0.01, 0.1))
-    own = in_place(goal, matrix, group(None).models[0].bounds, 1e-7)
+    own = move_goal(goal, matrix, group(None).models[0].bounds, 1e-7)
     assert own.view is not None
     points = random.uniform(0, 1, (40, 3))
     away = np.linalg.norm(points - own.view.eye, axis=1)
     # An error grows by the largest scaling at most, and rounding adds to it.
-    worst = own.allowed(away) * scalings(matrix)[1] + 1e-7
+    worst = own.find_allowed(away) * scalings(matrix)[1] + 1e-7
     assert goal.view is not None
     placed = np.linalg.norm(place_points(points, matrix) - goal.view.eye, axis=1)
-    assert (worst <= goal.allowed(placed) * (1 + 1e-9)).all()
+    assert (worst <= goal.find_allowed(placed) * (1 + 1e-9)).all()
 
 
 def test_rounding_leaves_no_room_for_less() -> None:
@@ -105,17 +105,17 @@ def test_rounding_leaves_no_room_for_less() -> None:
     far[:3, 3] = 1e6, 0, 0
     model = group(far)
     with pytest.raises(InvalidRequest) as refused:
-        goals_of_models(Goal(1e-3), model, 1e-3)
+        build_model_goals(Goal(1e-3), model, 1e-3)
     (issue,) = refused.value.issues
     assert (issue.code, issue.needed.split(" for")[0]) == ("tolerance_too_small", "at least 0.002")
     view = View(np.zeros(3), 1e-9, 1.0)
     with pytest.raises(InvalidRequest):
-        goals_of_models(Goal(inf, view=view), model, 1e-3)
+        build_model_goals(Goal(inf, view=view), model, 1e-3)
 
 
 def test_every_copy_can_be_a_model_of_its_own() -> None:
     whole = group(None, scaled(2.0), scaled(3.0))
-    apart = each_alone(whole)
+    apart = separate_copies(whole)
     assert len(apart.models) == 3
     assert [member.model for member in apart.members] == [0, 1, 2]
     assert all(model is whole.models[0] for model in apart.models)

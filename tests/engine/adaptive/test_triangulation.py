@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.triangulation import Triangulation, without_flat
+from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import mesh_of
 
@@ -47,7 +47,7 @@ def strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
 
 
 def test_the_triangle_beside_takes_over_the_bound() -> None:
-    found = without_flat(*strip([0, 1, 2, 1, 4]))
+    found = drop_flat_triangles(*strip([0, 1, 2, 1, 4]))
     assert found.vertex.tolist() == [0, 1, 2, 1, 4]
     assert found.triangles.tolist() == [[0, 1, 2], [2, 3, 4]]
     assert found.bounds.tolist() == [1.0, 3.0] or found.bounds.tolist() == [3.0, 2.0]
@@ -56,6 +56,6 @@ def test_the_triangle_beside_takes_over_the_bound() -> None:
 @pytest.mark.parametrize("stored", [[0, 1, 2, 3, 4], [7, 7, 7, 7, 7]])
 def test_what_is_not_flat_or_nothing_but_flat_stays(stored: list[int]) -> None:
     made, places = strip(stored)
-    assert without_flat(made, places) is made
+    assert drop_flat_triangles(made, places) is made
     apart = replace(made, face=np.array([0, 0, 0, 1, 1]))
-    assert without_flat(apart, places) is apart
+    assert drop_flat_triangles(apart, places) is apart

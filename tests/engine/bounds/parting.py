@@ -1,4 +1,4 @@
-"""Parts and hosts for tests of the certificate: a face divided, and how far it really is."""
+"""Parts and hosts for tests of the certificate: divided faces, and their distances by sampling."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -6,9 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.bounds.certificate import Bounds, Parts, certify
+from service.engine.bounds.certificate import certify
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
+from service.engine.bounds.parts import PartBounds, Parts
 from service.engine.bounds.patch_nets import PatchNets
 from tests.oracles.distance import to_triangles
 
@@ -17,8 +18,8 @@ Index = NDArray[np.intp]
 GOAL = Goal(1.0)
 
 
-def divided(u: Index, v: Index) -> tuple[Index, Index, Index]:
-    """A face divided at places: places (V, 2), triangles (T, 3), what is across (T, 3)."""
+def divide_face(u: Index, v: Index) -> tuple[Index, Index, Index]:
+    """A face divided at places: places (V, 2), triangles (T, 3), vertices across edges (T, 3)."""
     a, b = np.meshgrid(u, v, indexing="ij")
     number = np.arange(a.size).reshape(a.shape)
     one, two = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
@@ -26,35 +27,35 @@ def divided(u: Index, v: Index) -> tuple[Index, Index, Index]:
     corners = np.concatenate(
         [np.stack([one, two, three], axis=1), np.stack([two, four, three], axis=1)]
     )
-    return np.stack([a.ravel(), b.ravel()], axis=1), corners, across(corners)
+    return np.stack([a.ravel(), b.ravel()], axis=1), corners, find_across(corners)
 
 
-def across(corners: Index) -> Index:
+def find_across(corners: Index) -> Index:
     """The vertex opposite each edge, of the other triangle that has it; -1 if there is none."""
     opposite = {(t[k], t[(k + 1) % 3]): t[(k + 2) % 3] for t in corners.tolist() for k in range(3)}
     rows = [[opposite.get((t[(k + 1) % 3], t[k]), -1) for k in range(3)] for t in corners.tolist()]
     return np.array(rows, dtype=np.intp)
 
 
-def evaluated(ground: PatchNets, faces: Faces, places: Index | Array) -> Array:
+def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) -> Array:
     """Points of face 0 at places (V, 2), whole or not."""
     span = np.minimum((places // SPAN).astype(np.intp), faces.spans[0] - 1)
     patch = faces.first[0] + span[:, 0] * faces.stride[0] + span[:, 1]
     t = (places - span * SPAN) / SPAN
-    return ground.positions(patch, t[:, 0], t[:, 1])
+    return patch_nets.evaluate_points(patch, t[:, 0], t[:, 1])
 
 
-def parts_of(places: Index, corners: Index, beyond: Index) -> Parts:
-    """Every triangle is its own part's host."""
+def build_parts(places: Index, corners: Index, beyond: Index) -> Parts:
+    """Parts of which every triangle is the host of its own part."""
     none = np.zeros(len(corners), dtype=np.intp)
     return Parts(none, places[corners], corners, beyond)
 
 
-def seen(
-    ground: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
+def measure_deviations(
+    patch_nets: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
     """The largest distance from samples of each part to its host and the neighbours, (m,)."""
-    weights, points = sampled(ground, faces, parts, divisions)
+    weights, points = sample_parts(patch_nets, faces, parts, divisions)
     count = len(weights)
     found = to_triangles(points, np.repeat(positions[parts.host], count, axis=0))
     for k in range(3):
@@ -66,51 +67,53 @@ def seen(
     return furthest
 
 
-def sampled(ground: PatchNets, faces: Faces, parts: Parts, divisions: int) -> tuple[Array, Array]:
+def sample_parts(
+    patch_nets: PatchNets, faces: Faces, parts: Parts, divisions: int
+) -> tuple[Array, Array]:
     """Barycentric samples (n, 3), and the points of the surface there, part by part (m n, 3)."""
     weights = np.array(
         [(divisions - i - j, i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
     )
     places = weights @ parts.corners.astype(np.float64) / divisions
-    return weights / divisions, evaluated(ground, faces, places.reshape(-1, 2))
+    return weights / divisions, evaluate_places(patch_nets, faces, places.reshape(-1, 2))
 
 
-def strayed(
-    ground: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
+def measure_host_distances(
+    patch_nets: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
-    """The largest distance between samples of parts and what is there on their hosts, (m,)."""
-    weights, points = sampled(ground, faces, parts, divisions)
+    """The largest distance between samples of parts and the same places on their hosts, (m,)."""
+    weights, points = sample_parts(patch_nets, faces, parts, divisions)
     gap = points.reshape(-1, len(weights), 3) - weights @ positions[parts.host]
     furthest: Array = np.linalg.norm(gap, axis=2).max(axis=1)
     return furthest
 
 
-def one_face(rows: int = 1, columns: int = 1) -> Faces:
+def build_face(rows: int = 1, columns: int = 1) -> Faces:
     return Faces(np.array([0]), np.array([columns]), np.array([[rows, columns]]))
 
 
-def checked(
-    ground: PatchNets, faces: Faces, parts: Parts, positions: Array, goal: Goal = GOAL
-) -> tuple[Bounds, Array]:
-    """The bounds, which no sample may exceed, and the distances that were seen."""
-    bounds = certify(ground, faces, parts, positions, goal)
-    found = seen(ground, faces, parts, positions)
+def check_bounds(
+    patch_nets: PatchNets, faces: Faces, parts: Parts, positions: Array, goal: Goal = GOAL
+) -> tuple[PartBounds, Array]:
+    """The bounds, after checking that no sample exceeds them, and the sampled distances."""
+    bounds = certify(patch_nets, faces, parts, positions, goal)
+    found = measure_deviations(patch_nets, faces, parts, positions)
     assert (found <= bounds.deviation).all(), (found - bounds.deviation).max()
     return bounds, found
 
 
-def divisions(count: int, spans: int = 1) -> Index:
+def divide_evenly(count: int, spans: int = 1) -> Index:
     """Places along a face that divide it equally."""
     return np.array([k * spans * SPAN // count for k in range(count + 1)])
 
 
-def uneven(rng: np.random.Generator, count: int, spans: int = 1) -> Index:
-    """Places along a face that divide it anyhow."""
+def draw_places(rng: np.random.Generator, count: int, spans: int = 1) -> Index:
+    """Random places that divide a face unevenly along one direction."""
     inner = np.sort(rng.choice(np.arange(1, 1000), count - 1, replace=False))
     places = np.concatenate([[0], inner * (spans * SPAN // 1000), [spans * SPAN]])
     assert all(a < b for a, b in pairwise(places.tolist()))
     return places
 
 
-def without_neighbours(parts: Parts) -> Parts:
+def drop_neighbours(parts: Parts) -> Parts:
     return replace(parts, across=np.full_like(parts.across, -1))

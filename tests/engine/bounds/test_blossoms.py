@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from service.engine.bounds.blossoms import box_nets, rows, triangle_nets
+from service.engine.bounds.blossoms import build_blossoms, build_box_nets, build_triangle_nets
 from tests.oracles import exact, triangles
 
 Array = np.ndarray
@@ -31,7 +31,7 @@ def test_nets_over_triangles_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = grid(rng, 3), grid(rng, 3)
-    made = triangle_nets(np.moveaxis(net, 2, 0)[np.newaxis], np.stack([u, v], axis=1))[0]
+    made = build_triangle_nets(np.moveaxis(net, 2, 0)[np.newaxis], np.stack([u, v], axis=1))[0]
     oracle = triangles.exact_triangle(made.T)
     for place in triangles.places(4):
         a, b = (
@@ -49,7 +49,9 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q + 1)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = grid(rng, 2), grid(rng, 2)
-    made = box_nets(np.moveaxis(net, 2, 0)[np.newaxis], rows(p, u), rows(q, v))
+    made = build_box_nets(
+        np.moveaxis(net, 2, 0)[np.newaxis], build_blossoms(p, u), build_blossoms(q, v)
+    )
     boxes = np.moveaxis(made[0], 0, 2)
     (begin_u, end_u), (begin_v, end_v) = (
         [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
@@ -61,15 +63,15 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
 def test_halves_of_boxes_have_the_points_of_their_nets(p: int, q: int) -> None:
-    """In some order: both ways round, every corner at the right angle; also beside others."""
+    """Up to their order: both windings, each corner at the right angle, alone or with others."""
     rng = np.random.default_rng(p * 10 + q + 2)
     box = [(0.25, 0.5), (0.75, 0.5), (0.75, 0.625), (0.25, 0.625)]
     three = [list(corners) for corners in permutations(box, 3)] + [[*box[:2], (0.5, 0.6)]]
     places = np.moveaxis(np.array(three), 0, -1)
     nets = np.repeat(rng.normal(size=(1, 3, p + 1, q + 1)), len(three), axis=0)
-    exactly = triangle_nets(nets, places)
+    exactly = build_triangle_nets(nets, places)
     for some in (slice(None), slice(0, -1)):
-        made = triangle_nets(nets[some], places[..., some], ordered=False)
+        made = build_triangle_nets(nets[some], places[..., some], ordered=False)
         for one, other in zip(made, exactly[some], strict=True):
             away = np.linalg.norm(one[:, :, np.newaxis] - other[:, np.newaxis], axis=0)
             assert max(away.min(axis=0).max(), away.min(axis=1).max()) < 1e-14

@@ -1,4 +1,4 @@
-"""What rounding does stays within what is allowed for, against exact arithmetic; and the floor."""
+"""Rounding stays within its bound, checked in exact arithmetic; and the least tolerance."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -8,16 +8,27 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from service.engine.bounds.blossoms import triangle_nets
+from service.engine.bounds.blossoms import build_triangle_nets
 from service.engine.bounds.certificate import certify
-from service.engine.bounds.certificate_rounding import UNIT, check_goal, floor, roundings
+from service.engine.bounds.certificate_rounding import (
+    UNIT,
+    check_goal,
+    count_roundings,
+    find_least_tolerance,
+)
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.heights import greatest
+from service.engine.bounds.heights import maximize_quadratics
 from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
-from tests.engine.bounds.parting import divided, divisions, evaluated, one_face, parts_of
+from tests.engine.bounds.parting import (
+    build_face,
+    build_parts,
+    divide_evenly,
+    divide_face,
+    evaluate_places,
+)
 from tests.engine.bounds.test_patch_nets import model_of
 from tests.oracles import exact, triangles
 
@@ -28,17 +39,17 @@ def exact_point(value: exact.Vector) -> exact.Vector:
     return value if len(value) == 3 else tuple(x / value[3] for x in value[:3])
 
 
-def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
-    """The largest error of the surfaces of computed nets, in units that are allowed for."""
+def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
+    """The largest error of the surfaces of computed nets, in units of its bound."""
     rng = np.random.default_rng(seed)
-    ground = PatchNets.of(model_of(batch))
-    (nets,) = ground.groups
+    patch_nets = PatchNets.of(model_of(batch))
+    (nets,) = patch_nets.groups
     p, q = nets.degree
     u, v = rng.integers(0, 2**30, (2, 3, 1)) / 2**30
     weights = None if batch.weights is None else batch.weights[0]
-    middle = [Fraction(float(x)) for x in ground.middles[:, 0]]
+    middle = [Fraction(float(x)) for x in patch_nets.middles[:, 0]]
     worst = 0.0
-    found = triangles.exact_triangle(triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T)
+    found = triangles.exact_triangle(build_triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T)
     for place in triangles.places(3):
         a, b = (
             sum((s * Fraction(float(t[0])) for s, t in zip(place, axis, strict=True)), Fraction(0))
@@ -53,19 +64,19 @@ def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
         point = exact_point(triangles.value(found, place))
         gap = [x + m - y for x, m, y in zip(point, middle, exact_point(wanted), strict=True)]
         worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
-    return worst / (UNIT * roundings(p, q) * float(ground.sizes[0]))
+    return worst / (UNIT * count_roundings(p, q) * float(patch_nets.sizes[0]))
 
 
 @pytest.mark.parametrize("weighted", [False, True])
 @pytest.mark.parametrize(
     "shape", [(1, 2, 2, 3), (1, 4, 4, 3), (1, 2, 5, 3), (1, 10, 3), (1, 15, 3)]
 )
-def test_nets_are_right_to_what_is_allowed_for(shape: tuple[int, ...], weighted: bool) -> None:
+def test_rounding_of_nets_is_within_its_bound(shape: tuple[int, ...], weighted: bool) -> None:
     rng = np.random.default_rng(len(shape))
     points = 1e3 + rng.normal(size=shape)
     weights = 10.0 ** rng.uniform(-7, 0, shape[:-1]) if weighted else None
     form = TensorPatches if len(shape) == 4 else TrianglePatches
-    error = max(errors(form(points, weights), seed) for seed in range(2))
+    error = max(measure_errors(form(points, weights), seed) for seed in range(2))
     assert 1e-5 < error < 0.2
 
 
@@ -83,28 +94,30 @@ def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:
         ],
         axis=1,
     )
-    found = greatest(m)
+    found = maximize_quadratics(m)
     seen = np.maximum(products @ m, 0).max(axis=0)
     assert (found >= seen * (1 - 1e-15)).all()
     np.testing.assert_allclose(found, seen, rtol=0, atol=2e-3 * np.abs(m).max())
 
 
 @pytest.mark.parametrize("degree", [3, 9])
-def test_below_the_floor_a_tolerance_is_refused(degree: int) -> None:
+def test_a_tolerance_below_the_least_is_refused(degree: int) -> None:
     # So flat that even the least tolerance needs few triangles.
     side = np.linspace(0, 3, degree + 1)
     x, y = np.meshgrid(side, side, indexing="ij")
     height = 1e-10 * np.random.default_rng(3).normal(size=x.shape)
-    ground = PatchNets.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
-    least = floor(ground)
+    patch_nets = PatchNets.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
+    least = find_least_tolerance(patch_nets)
     assert 1e-14 < least < 1e-10
-    assert floor(ground, 1e-7) == pytest.approx(least + 2e-7)
-    faces = one_face()
-    places, corners, beyond = divided(divisions(64), divisions(64))
+    assert find_least_tolerance(patch_nets, 1e-7) == pytest.approx(least + 2e-7)
+    faces = build_face()
+    places, corners, beyond = divide_face(divide_evenly(64), divide_evenly(64))
     goal = Goal(least)
     check_goal(goal, least)
-    parts = parts_of(places, corners, beyond)
-    assert certify(ground, faces, parts, evaluated(ground, faces, places), goal).passed.all()
+    parts = build_parts(places, corners, beyond)
+    assert certify(
+        patch_nets, faces, parts, evaluate_places(patch_nets, faces, places), goal
+    ).passed.all()
     with pytest.raises(InvalidRequest) as caught:
         check_goal(replace(goal, tolerance=least / 2), least)
     (issue,) = caught.value.issues

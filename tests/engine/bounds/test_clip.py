@@ -1,4 +1,4 @@
-"""Parts cut at knot lines: in one span each, the same edges from both sides, nothing lost."""
+"""Parts cut at knot lines: each piece in one span, equal edges on both sides, no gaps."""
 
 from collections import Counter
 
@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.bounds.clip import clipped
+from service.engine.bounds.clip import clip_parts
 from service.engine.bounds.faces import SPAN, Faces
 
 
@@ -32,7 +32,7 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     a, b = np.array([0, 0]), np.array([size[0], 0])
     c, d = size, np.array([0, size[1]])
     parts = np.array([[a, b, inner], [b, c, inner], [c, d, inner], [d, a, inner]])
-    pieces = clipped(faces, np.zeros(4, dtype=np.intp), np.moveaxis(parts, 0, -1))
+    pieces = clip_parts(faces, np.zeros(4, dtype=np.intp), np.moveaxis(parts, 0, -1))
     assert (np.diff(pieces.part) >= 0).all()
     assert set(pieces.part.tolist()) == {0, 1, 2, 3}
     assert ((pieces.places >= 0) & (pieces.places <= 1)).all()

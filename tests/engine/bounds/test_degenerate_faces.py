@@ -1,11 +1,11 @@
-"""What faces without area leave out: nothing, unless a mesh is very coarse or a patch is folded."""
+"""Faces without area leave nothing out, unless a mesh is very coarse or a patch is folded."""
 
 from itertools import product
 
 import numpy as np
 import pytest
 
-from service.engine.bounds.degenerate_faces import loses
+from service.engine.bounds.degenerate_faces import has_missing_triangles
 from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import FINE, Layout
 from service.engine.mesh.patterns import Shape, TriangleShape
@@ -26,17 +26,19 @@ def test_fine_patches_with_poles_lose_nothing(
         for more in product((0, 3), repeat=4):
             own = zip((rv, rv, ru, ru), more, collapsed, strict=True)
             a, b, c, d = (n if one else n + m for n, m, one in own)
-            assert not loses(Shape((ru, rv), (a, b, c, d), collapsed), faces)
-        assert not loses(TriangleShape(ru, (*collapsed[:3], True)), faces)
+            assert not has_missing_triangles(Shape((ru, rv), (a, b, c, d), collapsed), faces)
+        assert not has_missing_triangles(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
 
 def test_a_single_division_between_two_poles_loses_the_line_between_them() -> None:
     shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
-    assert loses(shape, "triangles")
-    assert not loses(Shape((4, 2), (2, 2, 4, 4), (False, False, True, True)), "triangles")
+    assert has_missing_triangles(shape, "triangles")
+    assert not has_missing_triangles(
+        Shape((4, 2), (2, 2, 4, 4), (False, False, True, True)), "triangles"
+    )
 
 
-def folded(height: float) -> Array:
+def build_folded_net(height: float) -> Array:
     """A net whose sides u = 0 and v = 0 are one edge that rises to their corner."""
     x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -48,7 +50,7 @@ def folded(height: float) -> Array:
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("resolution", [(2, 2), (3, 3), (6, 6)])
 def test_the_corner_of_a_folded_patch_is_cut_off(resolution: tuple[int, int], faces: Faces) -> None:
-    model = model_of([folded(8.0)])
+    model = model_of([build_folded_net(8.0)])
     assert Layout.plan(connect(model).connectivity, resolution).may_fold
     mesh = mesh_of(model, resolution=resolution, faces=faces, normals=False)
     check(model, mesh)

@@ -1,4 +1,4 @@
-"""Faces: knot lines are crossed where nothing hinders."""
+"""Faces cross knot lines unless a surface parts, degenerates or touches itself there."""
 
 from math import pi
 
@@ -11,7 +11,7 @@ from service.surface.lowered import PatchModel
 from tests.strategies import Array, moved
 
 
-def faces_of(model: PatchModel) -> Faces:
+def find_model_faces(model: PatchModel) -> Faces:
     return find_faces(model, find_seams(model.batches))
 
 
@@ -38,7 +38,7 @@ def test_a_spline_is_one_face() -> None:
     """Periodic ones too."""
     for knots in ("clamped", "uniform", "periodic"):
         model = BsplineSurface(grid(7, 9), (3, 2), (knots, "clamped")).lower()
-        faces = faces_of(model)
+        faces = find_model_faces(model)
         check_cover(model, faces)
         assert len(faces.first) == 1
         assert faces.spans[0].prod() == model.patch_count
@@ -48,7 +48,7 @@ def test_a_face_ends_where_a_surface_parts() -> None:
     """At a knot as often as degree + 1."""
     knots = np.array([0.0, 0, 0, 1, 2, 2, 2, 3, 3, 3])
     model = BsplineSurface(grid(7, 6), (2, 3), (knots, "clamped")).lower()
-    faces = faces_of(model)
+    faces = find_model_faces(model)
     check_cover(model, faces)
     assert faces.spans.tolist() == [[2, 3], [1, 3]]
     assert faces.first.tolist() == [0, 6]
@@ -60,7 +60,7 @@ def test_a_face_ends_where_a_knot_line_is_a_point() -> None:
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     net = np.stack([moved(ring, 0, 0, -1), 0 * ring, moved(ring, 0, 0, 1)])
     model = BsplineSurface(net, (1, 3), ("clamped", "periodic")).lower()
-    faces = faces_of(model)
+    faces = find_model_faces(model)
     check_cover(model, faces)
     assert faces.spans.tolist() == [[1, 6], [1, 6]]
 
@@ -71,7 +71,7 @@ def test_a_face_ends_where_a_surface_touches_itself() -> None:
     z = np.array([0.0, 0, 0, 1, 0, -1])
     net = np.stack([np.stack([x, x * 0 + y, z], axis=-1) for y in range(3)], axis=1)
     model = BsplineSurface(net, (1, 1)).lower()
-    faces = faces_of(model)
+    faces = find_model_faces(model)
     check_cover(model, faces)
     assert faces.spans.tolist() == [[1, 2], [3, 2], [1, 2]]
 
@@ -81,7 +81,7 @@ def test_a_face_ends_where_a_side_becomes_a_point() -> None:
     net = grid(5, 5)
     net[1:4, 0] = net[1, 0]
     model = BsplineSurface(net, (2, 2)).lower()
-    faces = faces_of(model)
+    faces = find_model_faces(model)
     check_cover(model, faces)
     seams = find_seams(model.batches)
     assert seams.collapsed[:, 2].sum() == 1

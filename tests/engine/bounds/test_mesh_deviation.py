@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.engine.bounds.mesh_deviation import largest
+from service.engine.bounds.mesh_deviation import find_largest_bound
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
@@ -32,7 +32,7 @@ def corners_of(mesh: Mesh, diagonal: int = 0) -> Array:
 
 
 def check(surface: Any, mesh: Mesh) -> float:
-    """The bound holds, however quads are cut; and how large a part of it was found."""
+    """Check the bound for both diagonals of quads; return sampled deviation over bound."""
     bound = mesh.report.deviation_bound
     assert bound is not None
     share = 0.0
@@ -56,7 +56,7 @@ def test_no_point_of_a_surface_is_further_than_the_bound(family: str) -> None:
     check(surface, build(surface.lower(), options, single=seed % 3 == 0))
 
 
-def test_forward_differences_lose_more() -> None:
+def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
     curve = np.random.default_rng(4).uniform(-1, 1, (9, 3))
     net = np.stack([curve, moved(curve, 1.0)])
     bounds = [
@@ -127,8 +127,8 @@ def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_w
 
 
 def test_bounds_are_rounded_up() -> None:
-    assert largest(np.array([0.5, 0.123401, 0.2])) == 0.5
-    assert largest(np.array([0.12340001])) == 0.1235
-    assert largest(np.array([3.0000001e-12])) == 3.001e-12
-    assert largest(np.array([0.0])) == 0.0
-    assert largest(np.array([1.0, np.inf])) is None
+    assert find_largest_bound(np.array([0.5, 0.123401, 0.2])) == 0.5
+    assert find_largest_bound(np.array([0.12340001])) == 0.1235
+    assert find_largest_bound(np.array([3.0000001e-12])) == 3.001e-12
+    assert find_largest_bound(np.array([0.0])) == 0.0
+    assert find_largest_bound(np.array([1.0, np.inf])) is None

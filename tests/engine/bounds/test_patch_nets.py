@@ -41,11 +41,11 @@ def test_positions_and_partials_are_those_of_exact_arithmetic(
     net: tuple[strategies.Array, strategies.Array | None], places: list[tuple[int, int]]
 ) -> None:
     points, weights = net
-    ground = PatchNets.of(BezierSurface(points, weights).lower())
+    patch_nets = PatchNets.of(BezierSurface(points, weights).lower())
     u, v = (np.array(axis) / 64 for axis in zip(*places, strict=True))
     patch = np.zeros(len(places), dtype=np.intp)
     size = np.abs(points).max() + 1.0
-    found = (ground.positions(patch, u, v), *ground.partials(patch, u, v))
+    found = (patch_nets.evaluate_points(patch, u, v), *patch_nets.evaluate_partials(patch, u, v))
     jets = [
         exact.jets(exact.exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0]
         for a, b in zip(u.tolist(), v.tolist(), strict=True)
@@ -65,9 +65,9 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
         points = rng.normal(size=((degree + 1) * (degree + 2) // 2, 3)) + 1000.0
         weights = rng.uniform(0.1, 4, len(points)) if weighted else None
         batch = TrianglePatches(points[None], None if weights is None else weights[None])
-        ground = PatchNets.of(model_of(batch))
+        patch_nets = PatchNets.of(model_of(batch))
         u, v = rng.integers(0, 257, (2, 20)) / 256
-        found = ground.positions(np.zeros(20, dtype=np.intp), u, v)
+        found = patch_nets.evaluate_points(np.zeros(20, dtype=np.intp), u, v)
         net = triangles.exact_triangle(points, weights)
         for place, a, b in zip(found, u.tolist(), v.tolist(), strict=True):
             s, t = Fraction(a) * (1 - Fraction(b)), Fraction(b)
@@ -77,11 +77,11 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
 
 def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
     batches = random_batches(7)
-    ground = PatchNets.of(model_of(*batches))
+    patch_nets = PatchNets.of(model_of(*batches))
     rng = np.random.default_rng(8)
     patch = rng.integers(0, 11, 5000)
     u, v = rng.random((2, 5000))
-    together = (ground.positions(patch, u, v), *ground.partials(patch, u, v))
+    together = (patch_nets.evaluate_points(patch, u, v), *patch_nets.evaluate_partials(patch, u, v))
     first = 0
     for batch in batches:
         for k in range(batch.count):
@@ -89,8 +89,8 @@ def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
             here = np.flatnonzero(patch == first + k)[::-1]
             none = np.zeros(len(here), dtype=np.intp)
             apart = (
-                alone.positions(none, u[here], v[here]),
-                *alone.partials(none, u[here], v[here]),
+                alone.evaluate_points(none, u[here], v[here]),
+                *alone.evaluate_partials(none, u[here], v[here]),
             )
             for one, other in zip(together, apart, strict=True):
                 np.testing.assert_array_equal(one[here], other)
@@ -102,10 +102,10 @@ def test_weights_of_any_size_lose_nothing() -> None:
     points, weights = rng.normal(size=(1, 3, 4, 3)), rng.uniform(0.5, 2, (1, 3, 4))
     u, v = rng.random((2, 9))
     none = np.zeros(9, dtype=np.intp)
-    usual = PatchNets.of(model_of(TensorPatches(points, weights))).positions(none, u, v)
+    usual = PatchNets.of(model_of(TensorPatches(points, weights))).evaluate_points(none, u, v)
     for power in (-64, 64):
         other = PatchNets.of(model_of(TensorPatches(points, np.ldexp(weights, power))))
-        np.testing.assert_array_equal(other.positions(none, u, v), usual)
+        np.testing.assert_array_equal(other.evaluate_points(none, u, v), usual)
 
 
 def test_only_a_b_spline_is_lowered_with_rounding() -> None:

@@ -1,14 +1,14 @@
-"""Bounds of what lies between samples, where they are known exactly."""
+"""Bounds of second derivatives and of deviation between samples, where they are known exactly."""
 
 import numpy as np
 import pytest
 
-from service.engine.bounds.products import grid_deviations, is_small
+from service.engine.bounds.products import bound_grid_deviations, is_small
 from service.engine.bounds.second_derivatives import (
     SecondDerivativeBounds,
-    blocks_along,
-    second_derivative_bounds,
-    triangle_deviations,
+    bound_second_derivatives,
+    bound_triangle_deviations,
+    count_blocks,
 )
 from service.surface.batches import TensorPatches, TrianglePatches
 from tests.strategies import Array
@@ -16,25 +16,25 @@ from tests.strategies import Array
 GRIDS = [(1, 1), (2, 3), (4, 4), (5, 8)]
 
 
-def heights(coefficients: Array) -> Array:
+def build_height_net(coefficients: Array) -> Array:
     """Net (3, 3, 3) of z = Σ c_ab u^a v^b, a, b ≤ 2, over the unit square."""
     power = np.array([[1, 0, 0], [1, 0.5, 0], [1, 1, 1]])
     x, y = np.meshgrid([0, 0.5, 1], [0, 0.5, 1], indexing="ij")
     return np.stack([x, y, power @ coefficients @ power.T], axis=-1)
 
 
-def bends_of(
+def bound_bends(
     net: Array, weights: Array | None = None, grid: tuple[int, int] = (1, 1)
 ) -> SecondDerivativeBounds:
     patches = TensorPatches(net[None], None if weights is None else weights[None])
     divisions = 2 * grid[0], 2 * grid[1]
-    return second_derivative_bounds(patches, divisions, grid)
+    return bound_second_derivatives(patches, divisions, grid)
 
 
 @pytest.mark.parametrize("grid", GRIDS)
 def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
-    net = heights(np.array([[0.0, 1, 3], [2, -5, 0], [0.5, 0, 0]]))
-    bends = bends_of(net, grid=grid)
+    net = build_height_net(np.array([[0.0, 1, 3], [2, -5, 0], [0.5, 0, 0]]))
+    bends = bound_bends(net, grid=grid)
     for found, expected in ((bends.uu, 1.0), (bends.uv, 5.0), (bends.vv, 6.0)):
         assert found.shape == (*grid, 1)
         np.testing.assert_allclose(found, expected, rtol=1e-12)
@@ -43,11 +43,11 @@ def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
     )
 
 
-def test_blocks_tell_where_a_patch_bends() -> None:
+def test_bounds_are_large_only_in_blocks_that_bend() -> None:
     # z = u² v²: z_uu = 2 v², z_uv = 4 u v, z_vv = 2 u².
     coefficients = np.zeros((3, 3))
     coefficients[2, 2] = 1.0
-    bends = bends_of(heights(coefficients), grid=(4, 4))
+    bends = bound_bends(build_height_net(coefficients), grid=(4, 4))
     high = np.arange(1, 5) / 4
     np.testing.assert_allclose(bends.uv[..., 0], 4 * np.outer(high, high), rtol=1e-12)
     # Of a quadratic the hull is wider than its values, the less the smaller the block.
@@ -59,12 +59,12 @@ def test_each_patch_of_a_batch_is_what_it_is_alone() -> None:
     rng = np.random.default_rng(9)
     nets, weights = rng.uniform(-1, 1, (5, 3, 4, 3)), rng.uniform(0.5, 2, (5, 3, 4))
     for loads in (None, weights):
-        together = second_derivative_bounds(TensorPatches(nets.copy(), loads), (9, 8), (3, 2))
+        together = bound_second_derivatives(TensorPatches(nets.copy(), loads), (9, 8), (3, 2))
         for k in range(5):
             alone = TensorPatches(nets[k : k + 1], None if loads is None else loads[k : k + 1])
             np.testing.assert_allclose(
                 together.deviations(1 / 9, 1 / 8)[k],
-                second_derivative_bounds(alone, (9, 8), (3, 2)).deviations(1 / 9, 1 / 8)[0],
+                bound_second_derivatives(alone, (9, 8), (3, 2)).deviations(1 / 9, 1 / 8)[0],
                 rtol=1e-9,
             )
 
@@ -74,16 +74,16 @@ def test_a_triangle_that_bends_alike_in_all_directions() -> None:
     corners = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]])
     pairs = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)]
     net = np.array([[*(corners[a] + corners[b]) / 2, corners[a] @ corners[b]] for a, b in pairs])
-    found = triangle_deviations(TrianglePatches(net[None]), 4)
+    found = bound_triangle_deviations(TrianglePatches(net[None]), 4)
     # The circle about a small triangle has the radius 1/(4 √3), and z rises to its square.
     np.testing.assert_allclose(found, 1 / 48, rtol=1e-12)
     rational = TrianglePatches(net[None], np.full((1, 6), 2.0))
-    np.testing.assert_allclose(triangle_deviations(rational, 4), 1 / 48, rtol=1e-12)
+    np.testing.assert_allclose(bound_triangle_deviations(rational, 4), 1 / 48, rtol=1e-12)
 
 
 @pytest.mark.parametrize("degree", [1, 3, 15, 64])
 def test_blocks_are_few(degree: int) -> None:
-    counts = [blocks_along(divisions, degree) for divisions in (1, 4, 16, 64, 1 << 16)]
+    counts = [count_blocks(divisions, degree) for divisions in (1, 4, 16, 64, 1 << 16)]
     assert counts[0] == 1
     assert counts == sorted(counts)
     assert counts[-1] == {1: 8, 3: 8, 15: 4, 64: 1}[degree]
@@ -91,15 +91,15 @@ def test_blocks_are_few(degree: int) -> None:
 
 @pytest.mark.parametrize("degree", [(1, 1), (2, 1), (1, 3), (3, 3), (2, 5)])
 @pytest.mark.parametrize("divisions", [(1, 1), (7, 16), (40, 9)])
-def test_one_product_bounds_what_several_bound(
+def test_one_product_and_several_give_the_same_bounds(
     degree: tuple[int, int], divisions: tuple[int, int]
 ) -> None:
     (p, q), (ru, rv) = degree, divisions
     nets = np.random.default_rng(p * q).normal(1e3, 1, size=(6, p + 1, q + 1, 3))
     patches = TensorPatches(nets)
-    bends = second_derivative_bounds(patches, divisions, (blocks_along(ru, p), blocks_along(rv, q)))
+    bends = bound_second_derivatives(patches, divisions, (count_blocks(ru, p), count_blocks(rv, q)))
     assert is_small(patches, divisions) or max(divisions) > 16
-    found = grid_deviations(patches, divisions)
+    found = bound_grid_deviations(patches, divisions)
     bounds = bends.deviations(1 / ru, 1 / rv)
     np.testing.assert_allclose(found, bounds, rtol=1e-4, atol=1e-12)
     assert (found >= bounds * (1 - 1e-12)).all()

@@ -22,7 +22,7 @@ from tools.certify.nearly import body, soup
 
 
 def shaken(nets: list[Array], amplitude: float) -> list[Array]:
-    """Nets whose points are moved at random, by at most so much in every coordinate."""
+    """Nets whose points are moved at random, by at most one distance in every coordinate."""
     rng = np.random.default_rng(0)
     return [net + rng.uniform(-amplitude, amplitude, net.shape) for net in nets]
 

@@ -148,7 +148,7 @@ def test_equal_values_weld_and_others_stay_apart(normals: bool) -> None:
 
 @pytest.mark.parametrize(("off", "welded"), [(2.0**-18, True), (2.0**-14, False)])
 def test_rounding_is_no_difference(off: float, welded: bool) -> None:
-    """Of the range of the values; and what is welded has one of them."""
+    """Relative to the range of the values; welded samples keep one of their values."""
     left = np.array([[[0.0], [0]], [[1], [1]]])
     right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
     made = mesh_of(strip(left, right), resolution=(1, 1))

@@ -118,7 +118,7 @@ def test_what_the_two_rows_beside_the_seam_say(
 
 
 def test_partials_are_those_of_the_domain() -> None:
-    """The same net is C1 over even knots only."""
+    """A net is C1 over even knots, and not over uneven ones."""
     net = loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))
     even, uneven = (np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6)))
     assert closed(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)

@@ -1,4 +1,4 @@
-"""What is counted beforehand is what comes out."""
+"""Counts predicted before a mesh is built are those of the mesh."""
 
 from itertools import product
 from typing import Any

@@ -21,7 +21,7 @@ Curve = tuple[Array, Array]
 
 
 def raised(curve: Curve, degree: int) -> Curve:
-    """The same curve in a higher degree, rounded once at the end."""
+    """A curve elevated to a higher degree in exact arithmetic, rounded once at the end."""
     row = [
         [Fraction(w) * Fraction(x) for x in point] + [Fraction(w)]
         for point, w in zip(curve[0].tolist(), curve[1].tolist(), strict=True)

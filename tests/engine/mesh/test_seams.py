@@ -206,7 +206,7 @@ def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> No
 
 
 def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
-    """The same curve written in two ways, in two batches."""
+    """One curve written in two ways, in two batches."""
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
     other = moved(net, 1)

@@ -40,7 +40,7 @@ kinds = st.sampled_from(["triangles", "quads"])
 
 
 def check_prediction(model: PatchModel, mesh: Mesh, options: MeshOptions) -> None:
-    """What is promised before anything is computed is enough."""
+    """Sizes predicted before anything is computed are large enough."""
     vertices, flat, quads = predict_size(model, options)
     assert len(mesh.positions) <= vertices
     assert len(mesh.triangles) <= flat
@@ -48,7 +48,7 @@ def check_prediction(model: PatchModel, mesh: Mesh, options: MeshOptions) -> Non
 
 
 def check_closed_by_bits(mesh: Mesh) -> None:
-    """The positions alone tell the same story as the mesh tells of itself."""
+    """Borders found by positions alone are those that the mesh reports."""
     loops = welded_by_position(mesh.positions, as_triangles(mesh))
     found, told = topology(loops), shape_of(mesh)
     assert (found.boundary, found.non_manifold) == (told.boundary, told.non_manifold)

@@ -77,7 +77,7 @@ def test_unused_samples_become_no_vertices() -> None:
 
 
 def test_without_merging_every_sample_is_a_vertex() -> None:
-    """The places are told all the same."""
+    """The places are reported although nothing is merged."""
     found, _ = welded([0, 1, 0], [UP, UP, UP], merge=False)
     assert figures(found) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
 

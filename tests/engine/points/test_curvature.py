@@ -81,7 +81,7 @@ def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
 def test_pole_of_higher_order() -> None:
     """The paraboloid z = x² + y² with the radius v, v² and v³: N vanishes to order 1, 3 and 5.
 
-    Beyond the order that is looked at nothing is told.
+    Beyond the highest order that is examined, there is no result.
     """
     arc = np.array([[1.0, 0], [1, 1], [0, 1]])
     for power, known in ((1, True), (2, True), (3, False)):

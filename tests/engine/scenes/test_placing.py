@@ -1,4 +1,4 @@
-"""What placements do to distances, against exact arithmetic; and to the bounds of meshes."""
+"""Effects of placements on distances, against exact arithmetic, and on the bounds of meshes."""
 
 import math
 from dataclasses import replace

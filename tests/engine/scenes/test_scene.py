@@ -134,7 +134,7 @@ def test_copies_keep_to_themselves() -> None:
 
 
 def test_a_framed_member_takes_the_grids_from_all() -> None:
-    """A mesh with strips is none of grids."""
+    """A mesh with strips has no grids."""
     turned = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
     table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
     uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))

@@ -1,4 +1,4 @@
-"""Tubes and ribbons from their definitions: the trefoil, hair, corners, and what is foreseen."""
+"""Tubes and ribbons from their definitions: the trefoil, hair, corners, and predicted sizes."""
 
 import math
 

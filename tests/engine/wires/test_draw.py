@@ -148,7 +148,7 @@ def test_wires_of_a_coloured_surface_keep_their_colour() -> None:
     assert len(values) == len(mesh.positions)
 
 
-def test_the_width_follows_the_size_unless_it_is_told() -> None:
+def test_the_width_follows_the_size_unless_it_is_given() -> None:
     model = patches_of("sphere")
     assert find_width(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
     assert find_width(model, MeshOptions(wire_width=0.25)) == 0.25

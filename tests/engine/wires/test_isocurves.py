@@ -90,7 +90,7 @@ def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
     ("counts", "expected"),
     [((1, 1), 4), ((3, 2), 7), ((0, 2), 3), ((5, 0), 6), ((0, 0), 0), ((1, 0), 2)],
 )
-def test_a_patch_alone_shows_so_many(counts: tuple[int, int], expected: int) -> None:
+def test_number_of_curves_of_one_patch(counts: tuple[int, int], expected: int) -> None:
     assert count(curves_of(patches_of("tveit"), counts)) == expected
 
 

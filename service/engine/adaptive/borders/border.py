@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.chains import find_chains
-from service.engine.adaptive.borders.division import divide
+from service.engine.adaptive.borders.division import divide_chains
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
@@ -62,8 +62,8 @@ def divide_border(
         `too_many_triangles`, as soon as the sides alone need more.
     """
     chains = find_chains(faces, seams)
-    division = divide(chains, seams, goal, len(faces.first), most, normals=normals)
-    begin, _, spans = faces.sides()
+    division = divide_chains(chains, seams, goal, len(faces.first), most, normals=normals)
+    begin, _, spans = faces.list_sides()
     collapsed = seams.collapsed[begin, np.arange(4)]
     poles = seams.corner[begin, BEGINS][collapsed]
     # Corners come first, as many as are vertices, then what lies between them.

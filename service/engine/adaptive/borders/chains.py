@@ -67,7 +67,7 @@ class _Steps:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Found:
+class _ChainRuns:
     """Distinct chains of one length n, and the runs along them.
 
     `steps` (K, n) in the order of the chain, `turned` (K,) whether these steps run against it;
@@ -89,21 +89,21 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     in the same order or in the opposite one. Otherwise its edges are chains of their own: how an
     edge is divided that others share must not depend on what they do not share.
     """
-    steps = _steps(faces, seams)
+    steps = _list_steps(faces, seams)
     count = np.bincount(steps.side, minlength=4 * len(faces.first))
     begin = np.cumsum(count) - count
     uses = np.bincount(steps.edge, minlength=len(seams.users))
     degree = np.empty(len(uses), dtype=np.intp)
     for group in seams.curves:
         degree[group.ids] = group.points.shape[1] - 1
-    along, against = _codes(steps, seams, count[steps.side] > 1)
+    along, against = _number_steps(steps, seams, count[steps.side] > 1)
     single = np.ones(len(steps.edge), dtype=bool)
-    found: list[_Found] = []
+    found: list[_ChainRuns] = []
     for length in (np.bincount(count)[2:].nonzero()[0] + 2).tolist():
         sides = (count == length).nonzero()[0]
         rows = begin[sides, None] + np.arange(length)
         forth, back = along[rows], against[rows[:, ::-1]]
-        turned = _precedes(back, forth)
+        turned = _is_before(back, forth)
         codes = np.where(turned[:, None], back, forth)
         first, number = unique_rows(codes.astype(np.float64))
         # All sides along one chain are whole, or none is.
@@ -115,14 +115,16 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         place = (np.cumsum(kept) - 1)[number[whole]]
         side = steps.side[rows[whole, 0]]
         found.append(
-            _Found(leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[whole])
+            _ChainRuns(
+                leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[whole]
+            )
         )
-    return _joined(steps, [_singles(steps, single), *found])
+    return _join_chains(steps, [_list_single_chains(steps, single), *found])
 
 
-def _steps(faces: Faces, seams: Seams) -> _Steps:
+def _list_steps(faces: Faces, seams: Seams) -> _Steps:
     """The edges along the sides of all faces."""
-    begin, step, spans = faces.sides()
+    begin, step, spans = faces.list_sides()
     count = np.where(seams.collapsed[begin, np.arange(4)], 0, spans).ravel()
     side = np.repeat(np.arange(len(count)), count)
     span = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
@@ -137,7 +139,7 @@ def _steps(faces: Faces, seams: Seams) -> _Steps:
     )
 
 
-def _codes(steps: _Steps, seams: Seams, wanted: Bools) -> tuple[Ints, Ints]:
+def _number_steps(steps: _Steps, seams: Seams, wanted: Bools) -> tuple[Ints, Ints]:
     """A number for every step that is wanted, and one for the same step walked the other way.
 
     Of two numbers the one is less whose edge comes first in the order of degrees and control
@@ -168,7 +170,7 @@ def _codes(steps: _Steps, seams: Seams, wanted: Bools) -> tuple[Ints, Ints]:
     return along, np.where(symmetric[steps.edge], along, along ^ 1)
 
 
-def _precedes(rows: Ints, others: Ints) -> Bools:
+def _is_before(rows: Ints, others: Ints) -> Bools:
     """Which rows come before the others in dictionary order."""
     differs = rows != others
     at = np.arange(len(rows)), differs.argmax(axis=1)
@@ -176,17 +178,17 @@ def _precedes(rows: Ints, others: Ints) -> Bools:
     return before
 
 
-def _singles(steps: _Steps, single: Bools) -> _Found:
+def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
     """Edges as chains of their own, in their own direction."""
     rows = single.nonzero()[0]
     first, place = unique_values(steps.edge[rows])
     leaders, turned = rows[first], steps.backward[rows]
-    return _Found(
+    return _ChainRuns(
         leaders[:, None], turned[first], steps.side[rows], steps.span[rows], place, turned
     )
 
 
-def _joined(steps: _Steps, found: list[_Found]) -> Chains:
+def _join_chains(steps: _Steps, found: list[_ChainRuns]) -> Chains:
     """All chains in one list, and all runs in the order of their sides."""
     edges, backward, corners = [], [], []
     side, first, chain, turned, length = [], [], [], [], []

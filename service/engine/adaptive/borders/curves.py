@@ -9,7 +9,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.homogeneous import to_homogeneous
 from service.engine.adaptive.borders.chains import Chains
-from service.engine.adaptive.borders.flatness import rounding
+from service.engine.adaptive.borders.flatness import bound_rounding
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.cutting.halving import halve
 from service.engine.bounds.faces import SPAN
@@ -48,13 +48,13 @@ class Curves:
     backward: Bools
     normals: SideNormals | None
 
-    def turns(
+    def measure_turns(
         self, rows: Ints, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
         """How far normals turn along parts of edges (`SideNormals.turns`); None without angle."""
         if self.normals is None:
             return None
-        return self.normals.turns(self.edge[rows], self.backward[rows], begin, end)
+        return self.normals.measure_turns(self.edge[rows], self.backward[rows], begin, end)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,7 +89,7 @@ class Tree:
         return real, cut, must
 
 
-def curves_of(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[Curves]:
+def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[Curves]:
     """All chains, those of one degree together."""
     kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
     for number, group in enumerate(seams.curves):
@@ -121,14 +121,14 @@ def curves_of(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iter
             owner,
             to_homogeneous(points, weights),
             origin,
-            rounding(size, far, points.shape[1] - 1),
+            bound_rounding(size, far, points.shape[1] - 1),
             chains.edge[rows],
             chains.backward[rows],
             normals,
         )
 
 
-def runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, Ints, Ints, Ints]:
+def halve_runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, Ints, Ints, Ints]:
     """Runs of edges and halves of those of several, `first`, `last` and `cuts` of each.
 
     There are halves as long as all runs have about `room` edges.
@@ -151,7 +151,7 @@ def runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, Ints, In
     return Tree(level, np.concatenate(parents)), first, last, cuts
 
 
-def halvings(count: int, levels: int) -> Tree:
+def build_halving_tree(count: int, levels: int) -> Tree:
     """Pieces that are all halved, again and again; one level at least."""
     ends = [count * (2**k - 1) for k in range(max(levels, 1) + 1)]
     level = [slice(*pair) for pair in pairwise(ends)]
@@ -160,7 +160,7 @@ def halvings(count: int, levels: int) -> Tree:
     return Tree(level, np.concatenate(parents))
 
 
-def all_halves(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints, FloatArray]:
+def halve_nets(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints, FloatArray]:
     """Places and nets of parts of edges, halved `depth` times, and of all their halves in a tree.
 
     First ones come first, then second ones. Nets are (M, n+1, D).

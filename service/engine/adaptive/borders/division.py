@@ -19,24 +19,24 @@ from service.bases.row_batches import row_runs as runs_of
 from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curves import (
     Curves,
-    all_halves,
-    curves_of,
-    halvings,
-    runs,
+    build_halving_tree,
+    group_curves,
+    halve_nets,
+    halve_runs,
 )
 from service.engine.adaptive.borders.flatness import (
     CORNERS,
+    CutDecision,
     Place,
-    Verdict,
-    judged,
-    refuse,
-    shapes,
-    tangents_of,
+    decide_cuts,
+    find_tangents,
+    measure_shapes,
+    refuse_hopeless,
 )
 from service.engine.adaptive.borders.side_normals import SideNormals
-from service.engine.adaptive.cutting.normal_variation import FALLING, chord_of
-from service.engine.adaptive.limits import Budget
-from service.engine.bounds.chords import projected
+from service.engine.adaptive.cutting.normal_variation import FALLING, find_chord
+from service.engine.adaptive.limits import MeshLimits
+from service.engine.bounds.chords import project
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
@@ -73,14 +73,14 @@ class Division:
     points: FloatArray
 
 
-class _Pieces:
+class _PieceCounter:
     """Counts pieces, each for every side it lies on, and refuses too many triangles.
 
     A face of k pieces has at least k − 2 triangles.
     """
 
     def __init__(self, faces: int, most: int) -> None:
-        self.triangles, self.budget = -2 * faces, Budget(most)
+        self.triangles, self.budget = -2 * faces, MeshLimits(most)
 
     def add(self, uses: Ints) -> None:
         """So many pieces more."""
@@ -88,7 +88,7 @@ class _Pieces:
         self.budget.count(self.triangles)
 
 
-def divide(
+def divide_chains(
     chains: Chains,
     seams: Seams,
     goal: Goal,
@@ -115,12 +115,14 @@ def divide(
     TooLarge
         `too_many_triangles`, as soon as the sides alone need more.
     """
-    pieces = _Pieces(faces, most)
+    pieces = _PieceCounter(faces, most)
     pieces.add(chains.uses)
     length = chains.length
     every = np.arange(len(length))
     parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
-    parts += [_divided(curves, goal, pieces) for curves in curves_of(chains, seams, normals)]
+    parts += [
+        _divide_curves(curves, goal, pieces) for curves in group_curves(chains, seams, normals)
+    ]
     chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
@@ -130,7 +132,9 @@ def divide(
     return Division(start.astype(np.intp), at, corner, points[order])
 
 
-def _divided(curves: Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, Ints, FloatArray]:
+def _divide_curves(
+    curves: Curves, goal: Goal, pieces: _PieceCounter
+) -> tuple[Ints, Ints, FloatArray]:
     """Chains, places and points of all pieces, in any order."""
     several = curves.start[1:] - curves.start[:-1] > 1
     row = curves.start[:-1][~several]
@@ -140,15 +144,15 @@ def _divided(curves: Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, Ints, F
         straight, *more = _cut_at_knots(curves, several.nonzero()[0], goal, pieces)
         row, cuts, again = map(np.concatenate, zip((row, cuts, again), more, strict=True))
         found.append((straight, np.zeros_like(straight), curves.nets[straight, 0]))
-    found += _halved(curves, (row, cuts, again), goal, pieces)
+    found += _halve_edges(curves, (row, cuts, again), goal, pieces)
     row, at, nets = (np.concatenate(columns) for columns in zip(*found, strict=True))
     owner = curves.owner[row]
-    points = projected(nets[:, None], 3)[:, 0] + curves.origin[owner]
+    points = project(nets[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
 
 
 def _cut_at_knots(
-    curves: Curves, chains: Ints, goal: Goal, pieces: _Pieces
+    curves: Curves, chains: Ints, goal: Goal, pieces: _PieceCounter
 ) -> tuple[Ints, Ints, Ints, Bools]:
     """Chains of several edges cut at the knot in the middle until they may be straight.
 
@@ -164,13 +168,13 @@ def _cut_at_knots(
     cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
     found: list[tuple[Ints, Ints, Ints, Bools]] = []
     while len(first):
-        tree, first, last, cuts = runs(first, last, cuts, AHEAD // curves.nets[0].size)
+        tree, first, last, cuts = halve_runs(first, last, cuts, AHEAD // curves.nets[0].size)
         several = last - first > 1
         cut, closed = np.zeros((2, len(several)), dtype=bool)
-        verdict, slack = _judged_runs(curves, first[several], last[several], cuts[several], goal)
+        verdict, slack = _judge_runs(curves, first[several], last[several], cuts[several], goal)
         cut[several], closed[several] = verdict.cut, verdict.closed
         real, cut, must = tree.walk(cut, closed, again)
-        refuse(verdict, real[several], slack, goal)
+        refuse_hopeless(verdict, real[several], slack, goal)
         straight, single = (real & several & ~cut).nonzero()[0], (real & ~several).nonzero()[0]
         found.append((first[straight], first[single], cuts[single], must[single]))
         cut &= several
@@ -184,9 +188,9 @@ def _cut_at_knots(
     return straight, row, cuts, again
 
 
-def _judged_runs(
+def _judge_runs(
     curves: Curves, first: Ints, last: Ints, cuts: Ints, goal: Goal
-) -> tuple[Verdict, FloatArray]:
+) -> tuple[CutDecision, FloatArray]:
     """Whether runs of edges may be straight: the nets of all their edges against the one chord.
 
     And what rounding may have done to them.
@@ -200,10 +204,10 @@ def _judged_runs(
     ends = np.stack([curves.nets[first, 0], curves.nets[last - 1, -1]], axis=1)
     tangents = None
     if goal.angle < inf:
-        into, _ = tangents_of(curves.nets[first], slack)
-        _, out = tangents_of(curves.nets[last - 1], slack)
+        into, _ = find_tangents(curves.nets[first], slack)
+        _, out = find_tangents(curves.nets[last - 1], slack)
         tangents = into[run], out[run]
-    chords = projected(ends, 3)
+    chords = project(ends, 3)
     shares = None
     if goal.two_sided:
         # Spans are of one length: to each its share of the chord.
@@ -211,11 +215,11 @@ def _judged_runs(
         number = (np.arange(len(run)) - begin[run])[:, None]
         low = chords[run, 0] + number * step[run]
         shares = np.stack([low, low + step[run]], axis=1)
-    found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
-    verdict = judged(found.together(begin), goal, Place(curves.origin[owner], slack), cuts)
-    turns = curves.turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
+    found = measure_shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
+    verdict = decide_cuts(found.combine_runs(begin), goal, Place(curves.origin[owner], slack), cuts)
+    turns = curves.measure_turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
     if turns is not None:
-        far = np.add.reduceat(turns[1], begin) > chord_of(goal.angle)
+        far = np.add.reduceat(turns[1], begin) > find_chord(goal.angle)
         verdict = replace(verdict, cut=verdict.cut | far)
     return verdict, slack
 
@@ -235,8 +239,8 @@ class _Parts:
     nets: FloatArray
 
 
-def _halved(
-    curves: Curves, single: tuple[Ints, Ints, Bools], goal: Goal, pieces: _Pieces
+def _halve_edges(
+    curves: Curves, single: tuple[Ints, Ints, Bools], goal: Goal, pieces: _PieceCounter
 ) -> list[tuple[Ints, Ints, FloatArray]]:
     """Single edges halved until the parts may be straight: rows, places and first points of these.
 
@@ -251,14 +255,14 @@ def _halved(
         waiting.append(_Parts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
     while waiting:
         parts = waiting.pop()
-        tree = halvings(len(parts.row), (AHEAD // parts.nets.size + 1).bit_length() - 1)
-        at, nets = all_halves(tree, parts.at, parts.depth, parts.nets)
+        tree = build_halving_tree(len(parts.row), (AHEAD // parts.nets.size + 1).bit_length() - 1)
+        at, nets = halve_nets(tree, parts.at, parts.depth, parts.nets)
         number = np.arange(len(at)) % len(parts.row)
         row, cuts = parts.row[number], parts.cuts[number] + tree.depth
         own = _Parts(row, at, cuts, parts.again, parts.depth, nets)
-        verdict, slack = _judged_parts(curves, own, tree.depth, goal)
+        verdict, slack = _judge_parts(curves, own, tree.depth, goal)
         real, cut, _ = tree.walk(verdict.cut, verdict.closed, parts.again)
-        refuse(verdict, real, slack, goal)
+        refuse_hopeless(verdict, real, slack, goal)
         pieces.add(curves.uses[curves.owner[row[cut]]])
         done = (real & ~cut).nonzero()[0]
         found.append((row[done], at[done], nets[done, 0]))
@@ -267,7 +271,9 @@ def _halved(
         depth = parts.depth + len(tree.level)
         for begin, end in runs_of(len(left), max(1, block // 2)):
             some = left[begin:end]
-            at_both, both = all_halves(halvings(len(some), 2), at[some], depth - 1, nets[some])
+            at_both, both = halve_nets(
+                build_halving_tree(len(some), 2), at[some], depth - 1, nets[some]
+            )
             half = slice(len(some), None)
             twice = (np.tile(column[some], 2) for column in (row, cuts + 1, verdict.closed))
             again_row, again_cuts, again = twice
@@ -275,23 +281,23 @@ def _halved(
     return found
 
 
-def _judged_parts(
+def _judge_parts(
     curves: Curves, parts: _Parts, further: Ints, goal: Goal
-) -> tuple[Verdict, FloatArray]:
+) -> tuple[CutDecision, FloatArray]:
     """Whether parts of edges, that were halved some times more, may be straight.
 
     And what rounding may have done to them.
     """
     owner, nets, depth = curves.owner[parts.row], parts.nets, parts.depth + further
     slack = curves.slack[owner]
-    ends = projected(nets[:, [0, -1]], 3)
-    tangents = tangents_of(nets, slack) if goal.angle < inf else None
-    found = shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    verdict = judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, depth)
+    ends = project(nets[:, [0, -1]], 3)
+    tangents = find_tangents(nets, slack) if goal.angle < inf else None
+    found = measure_shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    verdict = decide_cuts(found, goal, Place(curves.origin[owner], slack), parts.cuts, depth)
     begin = parts.at / SPAN
-    turns = curves.turns(parts.row, begin, begin + 0.5**depth)
+    turns = curves.measure_turns(parts.row, begin, begin + 0.5**depth)
     if turns is None:
         return verdict, slack
     half, whole = turns
-    far = (whole > chord_of(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * whole))
+    far = (whole > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * whole))
     return replace(verdict, cut=verdict.cut | (far & (depth < CORNERS))), slack

@@ -9,7 +9,12 @@ from math import cos, inf
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.bounds.chords import bounds, distances, largest, projected
+from service.engine.bounds.chords import (
+    bound_from_distances,
+    find_row_maxima,
+    measure_distances,
+    project,
+)
 from service.engine.bounds.faces import DEPTH
 from service.engine.bounds.goal import Goal
 from service.errors import InvalidRequest, Issue
@@ -65,7 +70,7 @@ class Shapes:
     low: FloatArray
     high: FloatArray
 
-    def together(self, begin: Ints) -> "Shapes":
+    def combine_runs(self, begin: Ints) -> "Shapes":
         """Runs of pieces, each against one chord, as one piece; `begin` are their first."""
         greatest, least = np.maximum.reduceat, np.minimum.reduceat
         return Shapes(
@@ -88,7 +93,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Verdict:
+class CutDecision:
     """Which pieces must be cut, and which of these end where they began; shape (M,).
 
     Some are `hopeless`: rounding leaves no room for what is `allowed`.
@@ -100,7 +105,7 @@ class Verdict:
     allowed: FloatArray
 
 
-def shapes(
+def measure_shapes(
     nets: FloatArray,
     chords: FloatArray,
     *,
@@ -116,28 +121,30 @@ def shapes(
     shares : ndarray of float64, shape (M, 2, 3), or None
         Ends of the part of the chord that belongs to each piece, if parameters matter.
     tangents : two arrays, or None
-        Those of `tangents_of`, if turning matters.
+        Those of `find_tangents`, if turning matters.
     """
-    points = projected(nets, 3)
+    points = project(nets, 3)
     weights = nets[..., 3] if nets.shape[2] == 4 else None
-    curve = bounds(distances(points, chords), weights)
+    curve = bound_from_distances(measure_distances(points, chords), weights)
     # Without weights the raised net is within 4/3 of the bound of the curve, at every degree.
     net = curve * (4 / 3)
     if weights is not None:
         rational = (weights != 1.0).any(axis=1)
-        raised = projected(_raised(nets[rational]), 3)
-        net[rational] = largest(distances(raised, chords[rational]))
+        raised = project(_elevate(nets[rational]), 3)
+        net[rational] = find_row_maxima(measure_distances(raised, chords[rational]))
     low = high = points[:, 0]
     for k in range(1, points.shape[1]):
         low, high = np.minimum(low, points[:, k]), np.maximum(high, points[:, k])
-    cosine = np.ones(len(nets)) if tangents is None else _least_cosine(points, tangents)
-    apart = np.zeros(len(nets)) if shares is None else _apart(points, weights, shares)
-    return Shapes(net, curve, apart, _length(chords[:, 1] - chords[:, 0]), cosine, low, high)
+    cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
+    apart = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
+    return Shapes(
+        net, curve, apart, _measure_lengths(chords[:, 1] - chords[:, 0]), cosine, low, high
+    )
 
 
-def judged(
+def decide_cuts(
     found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: Ints | int = 0
-) -> Verdict:
+) -> CutDecision:
     """Which pieces are no straight segments.
 
     A piece is cut that is too far from its chord (parameter by parameter where the goal has two
@@ -153,7 +160,7 @@ def judged(
     cuts, halvings : ndarray of int, shape (M,)
         Cuts that led from the chain to the piece, and how many of them halved its edge.
     """
-    allowed = goal.allowed(_distance_to_boxes(found, goal, place.origin))
+    allowed = goal.find_allowed(_measure_distances_to_eye(found, goal, place.origin))
     slack = place.slack
     far = (found.net > OF_NET * allowed - slack) | (found.curve > OF_CURVE * allowed - slack)
     far |= found.apart > OF_NET * allowed - slack
@@ -166,10 +173,10 @@ def judged(
     cut = far | bent | closed
     if goal.angle < inf:
         cut |= (found.cosine < cos(goal.angle)) & (halvings < CORNERS)
-    return Verdict(cut, closed, hopeless, allowed)
+    return CutDecision(cut, closed, hopeless, allowed)
 
 
-def refuse(verdict: Verdict, real: Bools, slack: FloatArray, goal: Goal) -> None:
+def refuse_hopeless(verdict: CutDecision, real: Bools, slack: FloatArray, goal: Goal) -> None:
     """Ends where a piece that is real, shape (M,), is hopeless.
 
     Raises
@@ -180,15 +187,15 @@ def refuse(verdict: Verdict, real: Bools, slack: FloatArray, goal: Goal) -> None
     hopeless = verdict.hopeless & real
     if hopeless.any():
         least = float(verdict.allowed[hopeless].min())
-        raise _too_small(least, float(slack[hopeless].max()), goal)
+        raise _build_error(least, float(slack[hopeless].max()), goal)
 
 
-def tangents_of(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
+def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Unit vectors along curves (M, n+1, …) at both ends, shape (M, 3) each; 0 where there is none.
 
     The first and the last leg of the net that is longer than what rounding makes of none.
     """
-    legs, length = _legs(projected(nets, 3))
+    legs, length = _find_legs(project(nets, 3))
     real = length > slack[:, None]
     rows = np.arange(len(nets))
     found = []
@@ -199,7 +206,7 @@ def tangents_of(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatA
     return found[0], found[1]
 
 
-def rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
+def bound_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
     """What halving and moving may do to nets of some size that are so far from the origin.
 
     Each of the n levels of a halving takes means, right to half an ε of the largest coordinate;
@@ -210,7 +217,7 @@ def rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
     return slack
 
 
-def _raised(nets: FloatArray) -> FloatArray:
+def _elevate(nets: FloatArray) -> FloatArray:
     """The same curves in the next degree, P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
     degree = nets.shape[1] - 1
     share = (np.arange(1, degree + 1) / (degree + 1))[:, None]
@@ -218,7 +225,7 @@ def _raised(nets: FloatArray) -> FloatArray:
     return np.concatenate([nets[:, :1], inner, nets[:, -1:]], axis=1)
 
 
-def _apart(points: FloatArray, weights: FloatArray | None, shares: FloatArray) -> FloatArray:
+def _bound_apart(points: FloatArray, weights: FloatArray | None, shares: FloatArray) -> FloatArray:
     """Bounds of ‖C(t) − (1 − t) a − t b‖, from the net of that difference in the next degree.
 
     W (C − L):  N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b)
@@ -230,32 +237,32 @@ def _apart(points: FloatArray, weights: FloatArray | None, shares: FloatArray) -
     least = np.ones(len(points))
     if weights is not None:
         after, before = weights[..., None] * after, weights[..., None] * before
-        least = -largest(-weights)
+        least = -find_row_maxima(-weights)
     none = np.zeros((len(points), 1, 3))
     after, before = np.concatenate([after, none], 1), np.concatenate([none, before], 1)
-    return largest(_length((1.0 - share) * after + share * before)) / least
+    return find_row_maxima(_measure_lengths((1.0 - share) * after + share * before)) / least
 
 
-def _least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
+def _find_least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Least cosine between the legs of nets and tangents; what has no direction does not count."""
-    legs, length = _legs(points)
+    legs, length = _find_legs(points)
     least = np.ones(len(points))
     for tangent in tangents:
         along = legs[..., 0] * tangent[:, None, 0] + legs[..., 1] * tangent[:, None, 1]
         along += legs[..., 2] * tangent[:, None, 2]
         counts = (length > 0) & (tangent != 0).any(axis=1)[:, None]
         cosine = np.where(counts, along, 1.0) / np.where(counts, length, 1.0)
-        least = np.minimum(least, -largest(-cosine))
+        least = np.minimum(least, -find_row_maxima(-cosine))
     return least
 
 
-def _legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _find_legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Differences of neighbours in nets, (M, n, 3), and their lengths."""
     legs = points[:, 1:] - points[:, :-1]
-    return legs, _length(legs)
+    return legs, _measure_lengths(legs)
 
 
-def _length(vectors: FloatArray) -> FloatArray:
+def _measure_lengths(vectors: FloatArray) -> FloatArray:
     """Lengths of vectors (…, 3), right also where their squares would vanish or be infinite."""
     x, y, z = (vectors[..., k] for k in range(3))
     size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(z))
@@ -265,15 +272,15 @@ def _length(vectors: FloatArray) -> FloatArray:
     return length
 
 
-def _distance_to_boxes(found: Shapes, goal: Goal, origin: FloatArray) -> FloatArray:
+def _measure_distances_to_eye(found: Shapes, goal: Goal, origin: FloatArray) -> FloatArray:
     """Distances from the eye to the boxes; 0 where nobody looks."""
     if goal.view is None:
         return np.zeros(len(origin))
     eye = goal.view.eye - origin
-    return _length(np.maximum(np.maximum(found.low - eye, eye - found.high), 0.0))
+    return _measure_lengths(np.maximum(np.maximum(found.low - eye, eye - found.high), 0.0))
 
 
-def _too_small(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
+def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
     return InvalidRequest(
         Issue(
             "tolerance_too_small",

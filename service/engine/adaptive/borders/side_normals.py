@@ -39,7 +39,7 @@ class SideNormals:
     count: Ints
     number: Ints
 
-    def turns(
+    def measure_turns(
         self, edge: Ints, against: Bools, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """How far apart unit normals are at both ends of parts of edges, and in the middle.
@@ -76,9 +76,9 @@ class SideNormals:
         return half, whole
 
 
-def side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> list[SideNormals]:
+def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> list[SideNormals]:
     """The normals along the edges of each model, given its batches and its seams."""
-    numbers = _different_edges([seams for _, seams in models])
+    numbers = _number_different_edges([seams for _, seams in models])
     sides: list[Ints] = []
     backward: list[Bools] = []
     edges: list[Ints] = []
@@ -103,7 +103,7 @@ def side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> list[Side
     return [replace(all_models, number=number) for number in numbers]
 
 
-def _different_edges(seams: Sequence[Seams]) -> list[Ints]:
+def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
     """Numbers of the edges (E,) of each model, equal where their curves are."""
     numbers = [np.zeros(len(own.users), np.intp) for own in seams]
     degrees = {group.points.shape[1] for own in seams for group in own.curves}

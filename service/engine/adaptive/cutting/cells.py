@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.limits import too_deep
+from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
 
 SHORTEST = 16
@@ -27,21 +27,21 @@ class Cells:
         return Cells(self.face[index], self.box[:, index])
 
     @classmethod
-    def joined(cls, parts: list["Cells"]) -> "Cells":
+    def concatenate(cls, parts: list["Cells"]) -> "Cells":
         """Cells of several lists."""
         return cls(
             np.concatenate([part.face for part in parts]),
             np.concatenate([part.box for part in parts], axis=1),
         )
 
-    def halved(self, along_v: Bools) -> tuple["Cells", "Cells"]:
+    def halve(self, along_v: Bools) -> tuple["Cells", "Cells"]:
         """First and second halves, cut across v or else across u, at a knot if there is one."""
         low = np.where(along_v, self.box[2], self.box[0])
         high = np.where(along_v, self.box[3], self.box[1])
         knot = (low // SPAN + high // SPAN) // 2 * SPAN
         middle = np.where(high - low > SPAN, knot, (low + high) // 2)
         if (np.minimum(middle - low, high - middle) < SHORTEST).any():
-            raise too_deep()
+            raise build_depth_error()
         first, second = self.box.copy(), self.box.copy()
         first[1] = np.where(along_v, first[1], middle)
         first[3] = np.where(along_v, middle, first[3])
@@ -76,33 +76,33 @@ class Leaves:
         )
 
     @classmethod
-    def none(cls) -> "Leaves":
+    def empty(cls) -> "Leaves":
         """No leaves at all."""
         box = np.empty((4, 0), dtype=np.intp)
         no = np.zeros(0, dtype=bool)
         return cls(Cells(box[0], box), no, no, np.empty((7, 0)))
 
     @classmethod
-    def together(cls, parts: list["Leaves"]) -> "Leaves":
+    def concatenate(cls, parts: list["Leaves"]) -> "Leaves":
         """Leaves of several lists, one list after the other."""
         if len(parts) == 1:
             return parts[0]
         return cls(
-            Cells.joined([part.cells for part in parts]),
+            Cells.concatenate([part.cells for part in parts]),
             np.concatenate([part.along_v for part in parts]),
             np.concatenate([part.rising for part in parts]),
             np.concatenate([part.form for part in parts], axis=1),
         )
 
     @classmethod
-    def joined(cls, parts: list["Leaves"]) -> "Leaves":
+    def merge(cls, parts: list["Leaves"]) -> "Leaves":
         """Leaves of several lists, in the order of face, u0, v0."""
-        found = cls.together(parts)
+        found = cls.concatenate(parts)
         box = found.cells.box
         return found.take(np.lexsort((box[2], box[0], found.cells.face)))
 
 
-def whole(faces: Faces) -> Cells:
+def build_whole_cells(faces: Faces) -> Cells:
     """One cell a face."""
     none = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN

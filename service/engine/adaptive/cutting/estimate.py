@@ -10,10 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.halving import nine, points, quadratic
-from service.engine.adaptive.cutting.normal_variation import Scale, level, turning
+from service.engine.adaptive.cutting.halving import (
+    build_quadratic_matrix,
+    evaluate_nine_points,
+    project,
+)
+from service.engine.adaptive.cutting.normal_variation import (
+    Scale,
+    compare_normals,
+    find_height_limit,
+)
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.heights import greatest
+from service.engine.bounds.heights import maximize_quadratics
 from service.engine.bounds.vectors import Vectors, dot, dots, length
 
 THIN = 1e-9
@@ -61,7 +69,7 @@ NEITHER = np.zeros(1, dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Verdict:
+class CellEstimates:
     """What is known of m cells.
 
     Attributes
@@ -84,7 +92,9 @@ class Verdict:
     form: FloatArray
 
 
-def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None) -> Verdict:
+def estimate_cells(
+    nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None
+) -> CellEstimates:
     """Verdict on cells of one span.
 
     Parameters
@@ -96,15 +106,15 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
     scale : Scale or None
         What is too small is not cut for the sake of its normals; None if these do not matter.
     """
-    at = nine(nets)
+    at = evaluate_nine_points(nets)
     nine_points = at.reshape(9, *at.shape[2:])
-    planes, normal, steps, squares = two_planes(nine_points)
+    planes, normal, steps, squares = find_planes(nine_points)
     flat = planes.flat
-    allowed = allowed_at(nets, goal, eye)
+    allowed = find_allowed(nets, goal, eye)
     if scale is not None:
         size = np.sqrt(np.maximum(squares[4], squares[5]))
-        allowed = np.minimum(allowed, level(goal.angle, size, scale))
-    over, signed, told = _heights(nine_points, planes, normal, goal.two_sided)
+        allowed = np.minimum(allowed, find_height_limit(goal.angle, size, scale))
+    over, signed, told = measure_heights(nine_points, planes, normal, goal.two_sided)
     is_rising = over[0] < over[1] * NEARLY
     if planes.worse.any():
         is_rising = np.where(planes.worse == 0, is_rising, planes.worse < 0)
@@ -116,29 +126,29 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
         # Where all are near enough nothing need be copied.
         some = rest if len(rest) < len(fails) else slice(None)
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., some]
-        net, bare = points(nets[..., some]), flat[some]
-        more = remainder(net, at[..., some], normals, bare, goal.two_sided)
+        net, bare = project(nets[..., some]), flat[some]
+        more = measure_remainder(net, at[..., some], normals, bare, goal.two_sided)
         above = (best[some] + REST * more > BOLD * allowed[some]).nonzero()[0]
         if len(above):
             chosen = rest[above]
             fails[chosen] = True
-            bends[:, chosen] = sagging(
+            bends[:, chosen] = measure_sag(
                 net[..., above], normals[..., above], bare[above], goal.two_sided
             )
-    form = form_of(steps, normal, -signed[4:], allowed)
-    v_first = across_v(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
+    form = build_forms(steps, normal, -signed[4:], allowed)
+    v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
-        turn = turning(at, goal.angle, scale, nets)
+        turn = compare_normals(at, goal.angle, scale, nets)
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)
-    return Verdict(fails, v_first, is_rising, form)
+    return CellEstimates(fails, v_first, is_rising, form)
 
 
-def form_of(
+def build_forms(
     steps: FloatArray, normal: Vectors, bends: FloatArray, allowed: FloatArray
 ) -> FloatArray:
-    """`Verdict.form` of cells with such `STEPS`, normals, and bends (2, m) along u and v."""
+    """`CellEstimates.form` of cells with such `STEPS`, normals, and bends (2, m) along u and v."""
     along = (steps[:2] - steps[2:4]) * 0.5
     form = np.empty((7, len(allowed)))
     form[:2], form[2] = dots(along[0], along), dot(along[1], along[1])
@@ -147,7 +157,7 @@ def form_of(
     return form
 
 
-def across_v(
+def choose_directions(
     bends: FloatArray, lengths: FloatArray, skew: FloatArray, allowed: FloatArray
 ) -> Bools:
     """Whether cells are to be cut across v, not across u: in the direction that bends more.
@@ -189,7 +199,7 @@ class Planes:
     worse: Ints
 
 
-def two_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
+def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
     """Planes of cells of which nine points (9, 3, m) are known.
 
     And unit normals of the cells, across both diagonals, or zero; `STEPS` (6, 3, m) and the squares
@@ -214,7 +224,7 @@ def two_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]
     return Planes(normals, none.all(axis=0), worse), crossed[4], steps, squares
 
 
-def _heights(
+def measure_heights(
     at: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """How high nine points (9, 3, m) of cells are, whose unit normals are known.
@@ -230,7 +240,7 @@ def _heights(
     """
     away = at.take(HALFWAY, axis=0)
     away -= at.take(FROM, axis=0)
-    highs = highest(dots(away, planes.normals))
+    highs = maximize_heights(dots(away, planes.normals))
     over = np.maximum(highs[::2], highs[1::2])
     bends = at.take(BENDS[1], axis=0)
     bends += at.take(BENDS[2], axis=0)
@@ -248,16 +258,16 @@ def _heights(
     return over, signed, told
 
 
-def highest(m: FloatArray) -> FloatArray:
+def maximize_heights(m: FloatArray) -> FloatArray:
     """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m is (3, …)."""
     both = np.empty((3, 2, *m.shape[1:]))
     both[:, 0], both[:, 1] = m, -m
-    up, down = greatest(both)
+    up, down = maximize_quadratics(both)
     highs: FloatArray = np.maximum(up, down)
     return highs
 
 
-def remainder(
+def measure_remainder(
     net: FloatArray, at: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool
 ) -> FloatArray:
     """The greatest height (m,) of a control point that is left without the biquadratic part.
@@ -275,19 +285,21 @@ def remainder(
     normals = normals[:, np.newaxis, np.newaxis]
     heights: FloatArray
     heights = np.maximum.reduce(
-        np.abs(_left(dots(net, normals), dots(at, normals))), axis=(0, 1, 2)
+        np.abs(_subtract_biquadratic(dots(net, normals), dots(at, normals))), axis=(0, 1, 2)
     )
     if flat.any() or two_sided:
-        left = _left(net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2))
+        left = _subtract_biquadratic(
+            net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2)
+        )
         stray = np.sqrt(np.add.reduce(left * left, axis=0).max(axis=(0, 1)))
         heights = np.where(flat, stray, np.maximum(heights, stray * (0.5 if two_sided else 0.0)))
     return heights
 
 
-def sagging(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) -> FloatArray:
+def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) -> FloatArray:
     """How high a chord of nets is below the surface along u, and along v: (2, m).
 
-    Judged by second differences; the arguments are those of `remainder`.
+    Judged by second differences; the arguments are those of `measure_remainder`.
     """
     found = np.empty((2, net.shape[3]))
     for axis in (0, 1):
@@ -303,9 +315,9 @@ def sagging(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) 
     return found
 
 
-def _left(values: FloatArray, at: FloatArray) -> FloatArray:
+def _subtract_biquadratic(values: FloatArray, at: FloatArray) -> FloatArray:
     """Nets (k, p+1, q+1, m) less those of biquadratic functions with values (k, 3, 3, m)."""
-    along_u, along_v = (quadratic(n - 1)[..., np.newaxis] for n in values.shape[1:3])
+    along_u, along_v = (build_quadratic_matrix(n - 1)[..., np.newaxis] for n in values.shape[1:3])
     row = along_u[:, 0, np.newaxis] * at[:, np.newaxis, 0]
     row += along_u[:, 1, np.newaxis] * at[:, np.newaxis, 1]
     row += along_u[:, 2, np.newaxis] * at[:, np.newaxis, 2]
@@ -315,10 +327,10 @@ def _left(values: FloatArray, at: FloatArray) -> FloatArray:
     return left
 
 
-def allowed_at(nets: FloatArray, goal: Goal, eye: Vectors | None) -> FloatArray:
+def find_allowed(nets: FloatArray, goal: Goal, eye: Vectors | None) -> FloatArray:
     """Deviation allowed at the least distance of the box about each net from the eye."""
     if eye is None:
         return np.full(nets.shape[3], goal.tolerance)
-    net = points(nets)
+    net = project(nets)
     low, high = net.min(axis=(0, 1)), net.max(axis=(0, 1))
-    return goal.allowed(length(np.maximum(np.maximum(low - eye, eye - high), 0.0)))
+    return goal.find_allowed(length(np.maximum(np.maximum(low - eye, eye - high), 0.0)))

@@ -12,8 +12,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.cells import Cells
-from service.engine.bounds.blossoms import box_nets
-from service.engine.bounds.blossoms import rows as blossoms
+from service.engine.bounds.blossoms import build_blossoms as blossoms
+from service.engine.bounds.blossoms import build_box_nets
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 
@@ -40,7 +40,7 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
         np.multiply(rest[-1], 0.5**k, out=both[degree - k, ..., 1, :])
 
 
-def raised(nets: FloatArray) -> FloatArray:
+def elevate(nets: FloatArray) -> FloatArray:
     """The same surfaces with both degrees at least 2.
 
     P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i
@@ -57,22 +57,22 @@ def raised(nets: FloatArray) -> FloatArray:
     return nets
 
 
-def nine(nets: FloatArray) -> FloatArray:
-    """Points at u, v ∈ {0, ½, 1}: `nine(nets)[i, j]` is S(i/2, j/2), shape (3, m)."""
+def evaluate_nine_points(nets: FloatArray) -> FloatArray:
+    """Points at u, v ∈ {0, ½, 1}, shape (3, 3, 3, m): entry [i, j] is S(i/2, j/2), shape (3, m)."""
     lines = np.empty((3, *nets.shape[1:]))
-    lines[0], lines[1], lines[2] = nets[0], _middle(nets), nets[-1]
+    lines[0], lines[1], lines[2] = nets[0], _evaluate_middle(nets), nets[-1]
     places = np.empty((3, 3, *nets.shape[2:]))
     places[:, 0], places[:, 2] = lines[:, 0], lines[:, -1]
-    places[:, 1] = _middle(lines.swapaxes(0, 1))
-    return points(places)
+    places[:, 1] = _evaluate_middle(lines.swapaxes(0, 1))
+    return project(places)
 
 
-def points(nets: FloatArray) -> FloatArray:
+def project(nets: FloatArray) -> FloatArray:
     """Control points, weights divided out: shape (p+1, q+1, 3, m)."""
     return nets if nets.shape[2] == 3 else nets[:, :, :3] / nets[:, :, 3:]
 
 
-def _middle(rows: FloatArray) -> FloatArray:
+def _evaluate_middle(rows: FloatArray) -> FloatArray:
     """Value at ½ along the first axis: Σ binom(n, i) / 2^n P_i."""
     degree = len(rows) - 1
     if degree > 50:  # A binomial or a sum of them would be rounded.
@@ -80,18 +80,18 @@ def _middle(rows: FloatArray) -> FloatArray:
             rows = (rows[:-1] + rows[1:]) * 0.5
         middle: FloatArray = rows[0]
         return middle
-    shares = _binomial(degree).reshape(-1, *[1] * (rows.ndim - 1))
+    shares = _build_binomials(degree).reshape(-1, *[1] * (rows.ndim - 1))
     value: FloatArray = np.add.reduce(rows * shares, axis=0)
     return value
 
 
 @lru_cache(maxsize=64)
-def _binomial(degree: int) -> FloatArray:
+def _build_binomials(degree: int) -> FloatArray:
     return np.array([comb(degree, i) / 2**degree for i in range(degree + 1)])
 
 
 @lru_cache(maxsize=128)
-def quadratic(degree: int) -> FloatArray:
+def build_quadratic_matrix(degree: int) -> FloatArray:
     """What the values at 0, ½ and 1 of a quadratic are to its net of a degree n ≥ 2: (n+1, 3).
 
     As a net of degree 2 they are x_0, 2 x_½ − ½ (x_0 + x_1), x_1. Point i of the net raised to
@@ -107,13 +107,13 @@ def quadratic(degree: int) -> FloatArray:
     return net
 
 
-def over(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
+def restrict(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
     """Nets of patches, given by their rows, over cells of one span; both degrees at least 2."""
     low, high = cells.box[::2], cells.box[1::2]
     first = low // SPAN * SPAN
     if (high - low == SPAN).all():
-        return raised(nets.take(rows))
+        return elevate(nets.take(rows))
     places = np.array([low - first, high - first]) / SPAN
     along = (blossoms(degree, places[:, k]) for k, degree in enumerate(nets.degree))
-    made = box_nets(nets.items.take(rows, axis=0), *along)
-    return raised(np.ascontiguousarray(made.transpose(2, 3, 1, 0)))
+    made = build_box_nets(nets.items.take(rows, axis=0), *along)
+    return elevate(np.ascontiguousarray(made.transpose(2, 3, 1, 0)))

@@ -14,18 +14,23 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.cutting.estimate import (
     NEARLY,
+    CellEstimates,
     Planes,
-    Verdict,
-    across_v,
-    allowed_at,
-    form_of,
-    remainder,
-    sagging,
-    two_planes,
+    build_forms,
+    choose_directions,
+    find_allowed,
+    find_planes,
+    measure_remainder,
+    measure_sag,
 )
-from service.engine.adaptive.cutting.halving import nine, over
-from service.engine.adaptive.cutting.halving import points as points_of
-from service.engine.adaptive.cutting.normal_variation import FINEST, chord_of, level, normals
+from service.engine.adaptive.cutting.halving import evaluate_nine_points, restrict
+from service.engine.adaptive.cutting.halving import project as points_of
+from service.engine.adaptive.cutting.normal_variation import (
+    FINEST,
+    estimate_normals,
+    find_chord,
+    find_height_limit,
+)
 from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.vectors import Vectors, dot, dots, length
@@ -78,7 +83,7 @@ class _Pieces:
         )
 
 
-def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
+def divide_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     """Leaves of several spans, and the cells of one span that are left to be looked at."""
     leaves: list[Leaves] = []
     rest: list[Cells] = []
@@ -87,14 +92,14 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     while waiting:
         cells = waiting.pop()
         while waiting and len(cells) + len(waiting[-1]) <= BLOCK:
-            cells = Cells.joined([cells, waiting.pop()])
+            cells = Cells.concatenate([cells, waiting.pop()])
         counts = np.cumsum(_counts(cells))
         fitting = max(1, int(np.searchsorted(counts, BLOCK, side="right")))
         if fitting < len(cells):
             waiting.append(cells.take(slice(fitting, None)))
             cells = cells.take(slice(fitting))
         levels = _levels(cells)
-        every = Cells.joined([own.cells for own in levels])
+        every = Cells.concatenate([own.cells for own in levels])
         verdict = _examined(task, every, known)
         here, done = np.arange(len(cells)), []
         for own in levels:
@@ -105,7 +110,7 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
             cut -= own.begin
             if own.halves is None:
                 last = own.cells.take(cut)
-                both = Cells.joined([*last.halved(_crosswise(last, along_v))])
+                both = Cells.concatenate([*last.halve(_crosswise(last, along_v))])
                 several = _counts(both) > 1
                 rest.append(both.take(~several))
                 if several.any():
@@ -141,7 +146,7 @@ def _levels(cells: Cells) -> list[_Level]:
     begin, total, none = 0, int(_counts(cells).sum()), np.empty(0, dtype=np.intp)
     while len(cells) and (more := 2 * int(_counts(cells).sum())) + total <= AHEAD:
         directions = (_crosswise(cells, np.full(len(cells), axis == 1)) for axis in (0, 1))
-        halves = Cells.joined([half for own in directions for half in cells.halved(own)])
+        halves = Cells.concatenate([half for own in directions for half in cells.halve(own)])
         several = _counts(halves) > 1
         begin, before = begin + len(cells), begin
         number = np.where(several, begin - 1 + np.cumsum(several), -1)
@@ -181,12 +186,12 @@ def _pieces(cells: Cells) -> _Pieces:
 
 def _nets(task: Task, own: Cells, wanted: Ints) -> Iterator[tuple[FloatArray, Ints]]:
     """Nets of the wanted pieces, a group and a block at a time, and which pieces they are."""
-    patch = task.patch_of(own)
-    for nets, here in task.ground.by_group(patch[wanted]):
+    patch = task.find_patches(own)
+    for nets, here in task.patch_nets.split_by_group(patch[wanted]):
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
         for k in range(0, len(here), block):
             some = wanted[here[k : k + block]]
-            net = over(nets, task.ground.row[patch[some]], own.take(some))
+            net = restrict(nets, task.patch_nets.row[patch[some]], own.take(some))
             task.budget.spend(net.size)
             yield net, some
 
@@ -196,7 +201,7 @@ class _Known:
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self.place = np.full(len(task.ground.sizes), -1)
+        self.place = np.full(len(task.patch_nets.sizes), -1)
         self.points = np.empty((3, 3, 3, 0))
 
     def of(self, own: Cells, patch: Ints) -> FloatArray:
@@ -209,7 +214,7 @@ class _Known:
             more = np.empty((3, 3, 3, len(fresh)))
             self.place[patch[fresh]] = np.arange(len(fresh))
             for net, here in _nets(self.task, own, fresh):
-                more[..., self.place[patch[here]]] = nine(net)
+                more[..., self.place[patch[here]]] = evaluate_nine_points(net)
             self.place[patch[fresh]] += self.points.shape[3]
             self.points = np.concatenate([self.points, more], axis=3)
         if whole.all():
@@ -217,27 +222,27 @@ class _Known:
         points = np.empty((3, 3, 3, len(patch)))
         points[..., whole] = self.points[..., self.place[patch[whole]]]
         for net, here in _nets(self.task, own, (~whole).nonzero()[0]):
-            points[..., here] = nine(net)
+            points[..., here] = evaluate_nine_points(net)
         return points
 
 
-def _examined(task: Task, cells: Cells, known: _Known) -> Verdict:
+def _examined(task: Task, cells: Cells, known: _Known) -> CellEstimates:
     """Verdict on cells of several spans."""
     pieces, goal = _pieces(cells), task.goal
     own, of = pieces.own, pieces.cell
-    patch = task.patch_of(own)
-    middles = task.ground.middles
+    patch = task.find_patches(own)
+    middles = task.patch_nets.middles
     about = middles[:, patch] - middles[:, task.faces.first[own.face]]
     points = known.of(own, patch)
     at = (points + about).reshape(9, 3, -1)
     corner = np.zeros((9, 3, len(cells)))
     corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
     corner[8], corner[2] = at[8][:, pieces.end], at[2][:, pieces.start + pieces.width - 1]
-    planes, normal, steps, squares = two_planes(corner)
+    planes, normal, steps, squares = find_planes(corner)
     allowed = _allowed(task, pieces)
     if goal.angle < np.pi:
         size = np.sqrt(np.maximum(squares[4], squares[5]))
-        allowed = np.minimum(allowed, level(goal.angle, size))
+        allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
     stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
     box, size = cells.box[:, of], cells.box[1::2] - cells.box[::2]
     low, high = ((own.box[k::2] - box[::2]) / size[:, of] for k in (0, 1))
@@ -258,9 +263,9 @@ def _examined(task: Task, cells: Cells, known: _Known) -> Verdict:
         worse = ~fails & (best + left[0] > allowed)
         fails |= worse
         bends = np.where(worse, left[1:], bends)
-    form = form_of(steps, normal, bends, allowed)
-    along_v = across_v(bends, lengths, form[4] * 8.0, allowed)
-    return Verdict(fails, along_v, rising, form)
+    form = build_forms(steps, normal, bends, allowed)
+    along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
+    return CellEstimates(fails, along_v, rising, form)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -369,11 +374,11 @@ def _turned(pieces: _Pieces, at: FloatArray, normal: Vectors, angle: float) -> B
     So no two of them are further apart than the angle.
     """
     own = normal[:, pieces.cell]
-    found = normals(at.reshape(3, 3, 3, -1))
+    found = estimate_normals(at.reshape(3, 3, 3, -1))
     apart = np.maximum.reduce(
         [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
     )
-    turned: Bools = pieces.worst(apart) > chord_of(angle / 2.0)
+    turned: Bools = pieces.worst(apart) > find_chord(angle / 2.0)
     return turned
 
 
@@ -383,8 +388,8 @@ def _allowed(task: Task, pieces: _Pieces) -> FloatArray:
         return np.full(len(pieces.whole), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
     for net, here in _nets(task, pieces.own, np.arange(len(pieces.cell))):
-        eye = task.eye_of(task.patch_of(pieces.own.take(here)))
-        allowed[here] = allowed_at(net, task.goal, eye)
+        eye = task.find_eyes(task.find_patches(pieces.own.take(here)))
+        allowed[here] = find_allowed(net, task.goal, eye)
     return -pieces.worst(-allowed)
 
 
@@ -395,7 +400,7 @@ def _left(
     normals: FloatArray,
     wanted: Bools,
 ) -> FloatArray:
-    """What `remainder` and `sagging` say of wanted cells, of every one the greatest: (3, m).
+    """The largest `measure_remainder` and `measure_sag` of the pieces of wanted cells: (3, m).
 
     Known are nine points of the pieces, and which cells have no planes.
     """
@@ -404,6 +409,6 @@ def _left(
     for net, here in _nets(task, pieces.own, wanted[pieces.cell].nonzero()[0]):
         cell, bare = pieces.cell[here], points_of(net)
         under, no_plane = normals[..., cell], flat[cell]
-        found[0, here] = remainder(bare, points[..., here], under, no_plane, two_sided)
-        found[1:, here] = sagging(bare, under, no_plane, two_sided)
+        found[0, here] = measure_remainder(bare, points[..., here], under, no_plane, two_sided)
+        found[1:, here] = measure_sag(bare, under, no_plane, two_sided)
     return pieces.worst(found)

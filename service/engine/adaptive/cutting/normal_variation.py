@@ -14,7 +14,7 @@ from math import pi, sin, tan
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.halving import points
+from service.engine.adaptive.cutting.halving import project
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 NONE = 1e-7
@@ -61,19 +61,21 @@ class Scale:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Turning:
+class NormalCuts:
     """Cells that are to be cut since normals turn too far, and the direction that helps more."""
 
     exceeds: Bools
     along_v: Bools
 
 
-def scale(box: FloatArray, size: FloatArray) -> Scale:
+def measure_scale(box: FloatArray, size: FloatArray) -> Scale:
     """The scale of cells with boxes (4, m) in spans, in patches of these sizes (m,)."""
     return Scale(box[1::2] - box[::2], size)
 
 
-def turning(at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None) -> Turning:
+def compare_normals(
+    at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None
+) -> NormalCuts:
     """Normals of cells in nine places, compared in pairs.
 
     Parameters
@@ -85,12 +87,14 @@ def turning(at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None 
     nets : ndarray of float64, shape (p+1, q+1, D, m), optional
         Of the same cells.
     """
-    most = chord_of(angle)
-    found = normals(at, nets)
+    most = find_chord(angle)
+    found = estimate_normals(at, nets)
     lines = found, [list(line) for line in zip(*found, strict=True)]
-    halves = [_most((line[k], line[k + 1]) for line in own for k in (0, 1)) for own in lines[::-1]]
+    halves = [
+        _find_largest((line[k], line[k + 1]) for line in own for k in (0, 1)) for own in lines[::-1]
+    ]
     wholes = [
-        np.maximum(_most((line[0], line[2]) for line in own), half)
+        np.maximum(_find_largest((line[0], line[2]) for line in own), half)
         for own, half in zip(lines[::-1], halves, strict=True)
     ]
     longs = (
@@ -98,22 +102,22 @@ def turning(at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None 
         np.maximum.reduce([length(a[k + 1] - a[k]) for a in at for k in (0, 1)]),
     )
     may = [
-        helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
+        is_halving_helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
         for half, whole, share, long, beside in zip(
             halves, wholes, scale.shares, longs, wholes[::-1], strict=True
         )
     ]
-    across = _most((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
-    helps = _most((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
+    across = _find_largest((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
+    helps = _find_largest((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
     helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
     gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
     exceeds = (gains[0] > most) | (gains[1] > most)
     # As far as across it turns along u and v together, so half of it along one of them at least.
     exceeds |= helps & (across > most) & (np.maximum(*gains) > 0.5 * most)
-    return Turning(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
+    return NormalCuts(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
 
 
-def helpful(
+def is_halving_helpful(
     turn: tuple[FloatArray, FloatArray],
     share: FloatArray | float,
     extent: FloatArray,
@@ -138,7 +142,7 @@ def helpful(
     return found & (extent > GRAIN * size)
 
 
-def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
+def find_height_limit(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
     """Heights above chords of this size, shape (m,), for which normals have to turn further.
 
     What begins and ends on a chord of the length d, and is nowhere steeper against it than α/2,
@@ -155,14 +159,14 @@ def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatAr
     return np.where(small, np.inf, most)
 
 
-def normals(at: FloatArray, nets: FloatArray | None = None) -> list[list[Vectors]]:
+def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> list[list[Vectors]]:
     """Unit normals in nine places of biquadratic surfaces through them; zero where there is none.
 
     With nets, those at the corners are the surface's own. One that is missing at the end of a line
     (at a pole) is taken to be on from the middle as the other end is from there.
     """
-    slopes_u = [_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
-    slopes_v = [_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
+    slopes_u = [_find_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
+    slopes_v = [_find_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
     slopes = [[(slopes_u[j][i], slopes_v[i][j]) for j in range(3)] for i in range(3)]
     real_u, real_v = (
         NONE * np.maximum.reduce([length(own) for line in every for own in line])
@@ -170,21 +174,21 @@ def normals(at: FloatArray, nets: FloatArray | None = None) -> list[list[Vectors
     )
     if nets is not None:
         for i, j in CORNERS:
-            slopes[i][j] = _legs(nets, i == 2, j == 2)
-    found = [[_normal(*own, real_u, real_v) for own in row] for row in slopes]
+            slopes[i][j] = _find_legs(nets, i == 2, j == 2)
+    found = [[_build_normal(*own, real_u, real_v) for own in row] for row in slopes]
     for j in range(3):
-        found[0][j], found[2][j] = ends(*(found[i][j] for i in range(3)))
+        found[0][j], found[2][j] = extrapolate_ends(*(found[i][j] for i in range(3)))
     for i in range(3):
-        found[i][0], found[i][2] = ends(*found[i])
+        found[i][0], found[i][2] = extrapolate_ends(*found[i])
     return found
 
 
-def chord_of(angle: float) -> float:
+def find_chord(angle: float) -> float:
     """How far apart unit vectors at an angle are."""
     return 2.0 * sin(min(angle, pi) / 2.0)
 
 
-def ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
+def extrapolate_ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
     """Unit normals at both ends of a line; where one is missing, b turned once more."""
     share = 2.0 * dot(a, b), 2.0 * dot(c, b)
     return (
@@ -193,27 +197,27 @@ def ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
     )
 
 
-def apart(a: Vectors, b: Vectors) -> FloatArray:
+def measure_apart(a: Vectors, b: Vectors) -> FloatArray:
     """How far apart unit normals are; 0 where one is missing."""
     missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
     return np.where(missing, 0.0, length(a - b))
 
 
-def _slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vectors]:
+def _find_slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vectors]:
     """Derivatives at 0, ½ and 1 of a quadratic curve through three points."""
     return 4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b
 
 
-def _legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
+def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
     """Directions of the derivatives at a corner of nets (p+1, q+1, D, m)."""
     p, q = len(nets) - 1, nets.shape[1] - 1
     rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
-    near = points(nets[np.ix_(rows, columns)])
+    near = project(nets[np.ix_(rows, columns)])
     along_u, along_v = near[1, 0] - near[0, 0], near[0, 1] - near[0, 0]
     return along_u * (-p if far_u else p), along_v * (-q if far_v else q)
 
 
-def _normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
+def _build_normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
     """Unit normal; zero where there is none."""
     normal = cross(u, v)
     size, long_u, long_v = length(normal), length(u), length(v)
@@ -221,7 +225,7 @@ def _normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> V
     return normal * (some / np.where(some, size, 1.0))
 
 
-def _most(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
+def _find_largest(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
     """How far apart the unit normals of pairs are at most; 0 where one is missing."""
-    most: FloatArray = np.maximum.reduce([apart(a, b) for a, b in pairs])
+    most: FloatArray = np.maximum.reduce([measure_apart(a, b) for a, b in pairs])
     return most

@@ -12,10 +12,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves
-from service.engine.adaptive.cutting.estimate import Verdict, judged
-from service.engine.adaptive.cutting.halving import halve, over
-from service.engine.adaptive.cutting.knot_spans import flattened
-from service.engine.adaptive.cutting.normal_variation import scale
+from service.engine.adaptive.cutting.estimate import CellEstimates, estimate_cells
+from service.engine.adaptive.cutting.halving import halve, restrict
+from service.engine.adaptive.cutting.knot_spans import divide_spans
+from service.engine.adaptive.cutting.normal_variation import measure_scale
 from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
@@ -33,7 +33,7 @@ TURNS = 2500
 """Those that comparing the normals of a cell takes."""
 
 
-def divided(task: Task, start: Cells) -> Leaves:
+def divide_cells(task: Task, start: Cells) -> Leaves:
     """The leaves of cells, cut as often as it takes; `Budget` and `too_deep` tell what it raises.
 
     Parameters
@@ -47,24 +47,24 @@ def divided(task: Task, start: Cells) -> Leaves:
         In the order of face, u0, v0. The same, bit for bit, whatever other cells there are.
     """
     if not len(start):
-        return Leaves.none()
+        return Leaves.empty()
     found: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
-        found, rest = flattened(task, start.take(several))
-        start = Cells.joined([start.take(~several), *rest])
-    for nets, here in task.ground.by_group(task.patch_of(start)):
-        found += _divided(task, start.take(here), nets)
-    return Leaves.joined(found)
+        found, rest = divide_spans(task, start.take(several))
+        start = Cells.concatenate([start.take(~several), *rest])
+    for nets, here in task.patch_nets.split_by_group(task.find_patches(start)):
+        found += _divide_single_spans(task, start.take(here), nets)
+    return Leaves.merge(found)
 
 
-def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
+def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
     """Leaves of cells of one span and one degree, deepest first and a block at a time."""
     degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
     numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
     block = max(16, BLOCK // numbers)
     angles = task.goal.angle < np.pi
-    patches = task.patch_of(start)
+    patches = task.find_patches(start)
     waiting: list[_Level] = [
         (start.take(rows), patches[rows], None)
         for rows in (slice(k, k + block) for k in reversed(range(0, len(start), block)))
@@ -73,36 +73,36 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
     while waiting:
         cells, patch, net = waiting.pop()
         if net is None:
-            net = over(nets, task.ground.row[patch], cells)
+            net = restrict(nets, task.patch_nets.row[patch], cells)
         parts = [(cells, patch, net)]
         total = len(cells)
         while waiting and (more := waiting[-1][2]) is not None and total + more.shape[3] <= block:
             parts.append((*waiting.pop()[:2], more))
             total += more.shape[3]
         if len(parts) > 1:
-            cells = Cells.joined([part[0] for part in parts])
+            cells = Cells.concatenate([part[0] for part in parts])
             patch = np.concatenate([part[1] for part in parts])
             net = np.concatenate([part[2] for part in parts], axis=3)
-        cells, patch, net, sizes = _with_halves(cells, patch, net)
+        cells, patch, net, sizes = _add_halves(cells, patch, net)
         turns = TURNS * len(cells) if angles else 0
         task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
-        size = scale(cells.box / SPAN, task.ground.sizes[patch]) if angles else None
-        verdict = judged(net, task.goal, task.eye_of(patch), size)
-        done, cut = _chosen(verdict, sizes)
+        size = measure_scale(cells.box / SPAN, task.patch_nets.sizes[patch]) if angles else None
+        verdict = estimate_cells(net, task.goal, task.find_eyes(patch), size)
+        done, cut = _choose_leaves(verdict, sizes)
         if len(done):
             yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
             leaves += len(done)
             task.budget.count(leaves)
         if not len(cut):
             continue
-        halves, twice, made = _halved(cells, patch, net, cut, verdict.along_v[cut])
+        halves, twice, made = _halve_cells(cells, patch, net, cut, verdict.along_v[cut])
         waiting += [
             (halves.take(rows), twice[rows], made[..., rows])
             for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
 
 
-def _chosen(verdict: Verdict, sizes: list[int]) -> tuple[Ints, Ints]:
+def _choose_leaves(verdict: CellEstimates, sizes: list[int]) -> tuple[Ints, Ints]:
     """Leaves among cells and their halves of several levels, and what is still to be cut."""
     found, begin = [], 0
     level = np.arange(sizes[0])
@@ -117,7 +117,7 @@ def _chosen(verdict: Verdict, sizes: list[int]) -> tuple[Ints, Ints]:
     return np.concatenate(found), cut
 
 
-def _halved(
+def _halve_cells(
     cells: Cells, patch: Ints, net: FloatArray, cut: Ints, along_v: Bools
 ) -> tuple[Cells, Ints, FloatArray]:
     """Halves of some cells: first those across u, then those across v."""
@@ -130,10 +130,10 @@ def _halved(
         if len(cut[rows]):
             halve(net[..., cut[rows]], axis, both[..., rows])
     twice = np.concatenate([patch[cut], patch[cut]])
-    return Cells.joined([*cells.take(cut).halved(along_v)]), twice, made
+    return Cells.concatenate([*cells.take(cut).halve(along_v)]), twice, made
 
 
-def _with_halves(
+def _add_halves(
     cells: Cells, patch: Ints, net: FloatArray
 ) -> tuple[Cells, Ints, FloatArray, list[int]]:
     """Few cells, then level by level all halves: across u, first and second ones, and across v.

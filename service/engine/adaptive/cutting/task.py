@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.cells import Cells
-from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
@@ -17,16 +17,16 @@ from service.engine.bounds.vectors import Vectors
 class Task:
     """Faces, the patches they are made of, and what is asked of their triangles."""
 
-    ground: PatchNets
+    patch_nets: PatchNets
     faces: Faces
     goal: Goal
-    budget: Budget
+    budget: MeshLimits
 
-    def patch_of(self, cells: Cells) -> Ints:
+    def find_patches(self, cells: Cells) -> Ints:
         """The patch in which cells of one span lie."""
-        return self.patch_at(cells.face, cells.box[0], cells.box[2])
+        return self.find_patches_at(cells.face, cells.box[0], cells.box[2])
 
-    def patch_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
+    def find_patches_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
         """The patch at a place: the upper one on a knot line, if there is one."""
         faces = self.faces
         k, l = (  # noqa: E741
@@ -36,16 +36,16 @@ class Task:
         patch: Ints = faces.first[face] + k * faces.stride[face] + l
         return patch
 
-    def positions(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
+    def evaluate_points(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
         """Points of the surface at places, shape (m, 3), model coordinates."""
         ends = self.faces.spans[face].T * SPAN
         inner = (
             np.where(place == end, SPAN, place % SPAN) / SPAN
             for place, end in zip((u, v), ends, strict=True)
         )
-        return self.ground.positions(self.patch_at(face, u, v), *inner)
+        return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *inner)
 
-    def certifying(self, face: Ints, places: Ints) -> float:
+    def estimate_work(self, face: Ints, places: Ints) -> float:
         """What certifying triangles (m, 3, 2) of places of faces takes, in multiplications, about.
 
         A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
@@ -53,18 +53,18 @@ class Task:
         """
         costs = [
             10 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
-            for p, q in (nets.degree for nets in self.ground.groups)
+            for p, q in (nets.degree for nets in self.patch_nets.groups)
         ]
         # Half of the patches in the box about each are cut by it, and all that it is long.
         first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
         long, wide = np.maximum(last - first, 1).T.astype(np.float64)
         pieces = long * wide / 2 + (long + wide) / 2
-        group = self.ground.group[self.faces.first[face]]
+        group = self.patch_nets.group[self.faces.first[face]]
         counts = np.bincount(group, pieces, minlength=len(costs))
         return float(np.dot(counts, costs))
 
-    def eye_of(self, patch: Ints) -> Vectors | None:
+    def find_eyes(self, patch: Ints) -> Vectors | None:
         """The eye of the goal's view in the coordinates of the nets of these patches."""
         if self.goal.view is None:
             return None
-        return self.goal.view.eye[:, np.newaxis] - self.ground.middles[:, patch]
+        return self.goal.view.eye[:, np.newaxis] - self.patch_nets.middles[:, patch]

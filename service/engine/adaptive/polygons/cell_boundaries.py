@@ -18,7 +18,7 @@ from service.bases.arrays import Bools, Ints
 from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells
-from service.engine.adaptive.limits import too_deep
+from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
 
 LIFT = 4
@@ -32,7 +32,7 @@ CORNER_ROWS = np.array([[0, 1, 1, 0], [2, 2, 3, 3]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Outline:
+class CellBoundaries:
     """Samples, and the polygons and strips that they are the corners of.
 
     Attributes
@@ -81,7 +81,7 @@ class Outline:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Rim:
+class BorderPlaces:
     """The border as places of the faces: what all outlines of a mesh have in common.
 
     Attributes
@@ -111,7 +111,7 @@ class Rim:
     pole: Bools
 
     @classmethod
-    def of(cls, faces: Faces, border: Border) -> "Rim":
+    def of(cls, faces: Faces, border: Border) -> "BorderPlaces":
         """The rim of faces."""
         size = (faces.spans * SPAN).T
         side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
@@ -126,7 +126,7 @@ class Rim:
         return cls(faces, border, side, u, v, base, base[side] + at, low, pole)
 
 
-def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
+def trace_boundaries(rim: BorderPlaces, cells: Cells, flattened: Ints) -> CellBoundaries:
     """The outline of leaves, that cover the faces without gap or overlap.
 
     Parameters
@@ -142,8 +142,8 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     del places
     # Whole numbers that tell lines of all faces apart, and then small ones, in the same order.
     low_u, low_v = rim.low
-    lines_u, rank_u = _ranked(low_u[face] + u)
-    lines_v, rank_v = _ranked(low_v[face] + v)
+    lines_u, rank_u = _rank(low_u[face] + u)
+    lines_v, rank_v = _rank(low_v[face] + v)
     many_u, many_v = len(lines_u), len(lines_v)
     # Of arrays with four entries a leaf as few as possible are there at once.
     first, sample = unique_values(rank_u * many_v + rank_v)
@@ -170,7 +170,7 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
         (by_v.searchsorted(above + begin_u), by_v.searchsorted(above + end_u)),
         (by_u.searchsorted(before + begin_v, "right"), by_u.searchsorted(before + end_v)),
     ]
-    start, corners = _chained(np.array(runs), order)
+    start, corners = _chain_polygons(np.array(runs), order)
     plain = start[1:] - start[:-1] == 4
     plain[number] = False
     # Corners of neighbouring leaves may be one.
@@ -178,7 +178,7 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     pairs = pairs[unique_values(pairs)[0]]
     segment, lift = pairs // len(first), pairs % len(first)
     ends, s = np.array([segment, segment + 1]), rim.side[segment] % 4
-    return Outline(
+    return CellBoundaries(
         face,
         u,
         v,
@@ -197,14 +197,14 @@ def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     )
 
 
-def _ranked(values: Ints) -> tuple[Ints, Ints]:
+def _rank(values: Ints) -> tuple[Ints, Ints]:
     """Distinct values, rising, and which of them each is."""
     first, number = unique_values(values)
     return values[first], number
 
 
 def _lift(
-    rim: Rim, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
+    rim: BorderPlaces, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
     """Lift corners, in place, or tell which vertices of the border they are.
 
@@ -218,7 +218,7 @@ def _lift(
     corner, leaf, segment : ndarray of int, shape (k,)
         The corners that were lifted, and the entries of the border before them.
     touching : ndarray of int, shape (2, E)
-        See `Outline`.
+        See `CellBoundaries`.
     """
     (places, vertex), box, border = corners, cells.box, rim.border
     limits = np.zeros((len(rim.faces.spans), 4), dtype=np.intp)
@@ -249,13 +249,13 @@ def _lift(
         np.minimum.at(least, touching[0], np.concatenate([height, height]))
         depth = (least[entry] // LIFT) >> flattened[entry]
         if depth.min() < 1:
-            raise too_deep()
+            raise build_depth_error()
         side = lying[free[1]]
         places[side // 2, corner, found] += np.where(side % 2 == 1, -depth, depth)
     return corner, found, entry, touching
 
 
-def _chained(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
+def _chain_polygons(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
     """Polygons from runs of sorted samples, (4, 2, L): where each begins and ends.
 
     Below and above the samples are sorted by v, in `order`, on the right and on the left by u;

@@ -20,7 +20,7 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.cutting.estimate import NEARLY, highest
+from service.engine.adaptive.cutting.estimate import NEARLY, maximize_heights
 from service.engine.bounds.vectors import dots
 
 ALL = 7
@@ -39,7 +39,7 @@ NEXT = [1, 2, 0]
 
 
 @lru_cache(maxsize=64)
-def triples(corners: int) -> Ints:
+def list_triples(corners: int) -> Ints:
     """All triangles i < j < k of a convex polygon, (3, K): first k = i + 2, and so on."""
     found = [
         (i, j, i + gap)
@@ -53,9 +53,9 @@ def triples(corners: int) -> Ints:
 
 
 @lru_cache(maxsize=ALL)
-def ways(corners: int) -> Ints:
-    """All ways to cut a convex polygon: rows of n − 2 columns of `triples`; a Catalan number."""
-    number = {tuple(triple): row for row, triple in enumerate(triples(corners).T.tolist())}
+def list_triangulations(corners: int) -> Ints:
+    """All ways to cut a convex polygon, (ways, n − 2): columns of `list_triples`."""
+    number = {tuple(triple): row for row, triple in enumerate(list_triples(corners).T.tolist())}
 
     def between(i: int, k: int) -> list[list[int]]:
         if k - i < 2:
@@ -72,7 +72,7 @@ def ways(corners: int) -> Ints:
     return table
 
 
-def cut(
+def triangulate_polygons(
     size: Ints, x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray
 ) -> tuple[Ints, Ints]:
     """Triangles of m convex polygons.
@@ -97,19 +97,19 @@ def cut(
     start = np.cumsum(size) - size
     triangles, polygon = [np.empty((0, 3), dtype=np.intp)], [start[:0]]
     for batch in _batches(size):
-        corners = [start[rows] + triples(n)[:, :, np.newaxis] for n, rows in batch]
+        corners = [start[rows] + list_triples(n)[:, :, np.newaxis] for n, rows in batch]
         owner = [
             rows[np.arange(own[0].size) % len(rows)]
             for (_, rows), own in zip(batch, corners, strict=True)
         ]
         every = np.concatenate([own.reshape(3, -1) for own in corners], axis=1)
         own_form = form[3:].take(np.concatenate(owner), axis=1)
-        costs = _costs(x[every], y[every], points.take(every, axis=1), own_form)
+        costs = _find_costs(x[every], y[every], points.take(every, axis=1), own_form)
         first = 0
         for (n, rows), own in zip(batch, corners, strict=True):
             mine = costs[first : first + own[0].size].reshape(own.shape[1:])
             first += mine.size
-            chosen = _best_of_all(mine, n) if n <= ALL else _best(mine, n)
+            chosen = _choose_among_all(mine, n) if n <= ALL else _choose_step_by_step(mine, n)
             triangles.append(own[:, chosen, np.arange(len(rows))].reshape(3, -1).T)
             polygon += [rows] * (n - 2)
     return np.concatenate(triangles), np.concatenate(polygon)
@@ -133,16 +133,16 @@ def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
         yield batch
 
 
-def _best_of_all(costs: FloatArray, corners: int) -> Ints:
-    """The cheapest way to cut each polygon, (n − 2, m), given the costs of `triples` (K, m)."""
-    found = ways(corners)
+def _choose_among_all(costs: FloatArray, corners: int) -> Ints:
+    """The cheapest way to cut each polygon, (n − 2, m), given costs of `list_triples` (K, m)."""
+    found = list_triangulations(corners)
     total = costs[found].sum(axis=1)
     chosen: Ints = found[(total * NEARLY <= total.min(axis=0)).argmax(axis=0)].T
     return chosen
 
 
-def _best(costs: FloatArray, corners: int) -> Ints:
-    """As `_best_of_all`, from smaller polygons to larger ones."""
+def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
+    """As `_choose_among_all`, from smaller polygons to larger ones."""
     many = costs.shape[1]
     least = np.zeros((corners, corners, many))
     middle = np.empty((corners, corners, many), dtype=np.intp)
@@ -159,7 +159,7 @@ def _best(costs: FloatArray, corners: int) -> Ints:
         middle[i, i + gap] = begin + i[:, np.newaxis] * (gap - 1) + chosen
         begin = end
     here = np.arange(many)
-    number, (_, between, _) = np.empty((corners - 2, many), dtype=np.intp), triples(corners)
+    number, (_, between, _) = np.empty((corners - 2, many), dtype=np.intp), list_triples(corners)
     # Joined corners that are still to be cut off; the first of a list of n − 2 at most.
     open_ = np.zeros((corners, 2, many), dtype=np.intp)
     open_[0, 1] = corners - 1
@@ -176,7 +176,7 @@ def _best(costs: FloatArray, corners: int) -> Ints:
     return number
 
 
-def _costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
+def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
     """What triangles cost, (K,): r⁴ + a share of how much worse than the best their shape is.
 
     r is the deviation over what is allowed; the shape of a triangle is Σ e² / (4 √3 A), with its
@@ -192,7 +192,7 @@ def _costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -
         The last rows of `Verdict.form`.
     """
     dx, dy = x[NEXT] - x, y[NEXT] - y
-    ratio = highest((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
+    ratio = maximize_heights((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
     ratio *= ratio
     steps = (points[:, NEXT] - points).swapaxes(0, 1)
     squares = dots(steps, steps)

@@ -7,15 +7,15 @@ from numpy.typing import DTypeLike
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import Leaves
-from service.engine.adaptive.polygons.cell_boundaries import Outline
-from service.engine.adaptive.polygons.polygon_triangulation import cut
+from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
+from service.engine.adaptive.polygons.polygon_triangulation import triangulate_polygons
 
 INDEX: DTypeLike = np.int32
 """Of what is kept for each edge of triangles, of which there are fewer than 2^31."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Rows:
+class TriangleRows:
     """Triangles of places.
 
     Attributes
@@ -35,9 +35,9 @@ class Rows:
     base: Ints
 
 
-def triangulated(
-    outline: Outline, leaves: Leaves, points: FloatArray, wanted: Bools, segments: Bools
-) -> Rows:
+def build_triangles(
+    outline: CellBoundaries, leaves: Leaves, points: FloatArray, wanted: Bools, segments: Bools
+) -> TriangleRows:
     """The triangles of some leaves of an outline, and of the strips over some segments.
 
     Parameters
@@ -47,12 +47,12 @@ def triangulated(
     wanted : ndarray of bool, shape (L,)
     segments : ndarray of bool, shape (M,)
     """
-    corners, leaf = _of_leaves(outline, leaves, points, wanted)
+    corners, leaf = _triangulate_leaves(outline, leaves, points, wanted)
     none = np.full(len(leaf), -1)
     if not len(outline.segment):
-        return Rows(corners, leaf, none, none)
-    strips = _of_strips(outline, segments[outline.segment].nonzero()[0])
-    return Rows(
+        return TriangleRows(corners, leaf, none, none)
+    strips = _triangulate_strips(outline, segments[outline.segment].nonzero()[0])
+    return TriangleRows(
         np.concatenate([corners, strips.corners]),
         np.concatenate([leaf, strips.leaf]),
         np.concatenate([none, strips.segment]),
@@ -60,8 +60,8 @@ def triangulated(
     )
 
 
-def _of_leaves(
-    outline: Outline, leaves: Leaves, points: FloatArray, wanted: Bools
+def _triangulate_leaves(
+    outline: CellBoundaries, leaves: Leaves, points: FloatArray, wanted: Bools
 ) -> tuple[Ints, Ints]:
     """Corners and leaves of triangles."""
     plain = (outline.plain & wanted).nonzero()[0]
@@ -79,14 +79,14 @@ def _of_leaves(
     corners = outline.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
     u0, u1, v0, v1 = leaves.cells.box[:, rest[polygon]]
     x, y = (outline.u[corners] - u0) / (u1 - u0), (outline.v[corners] - v0) / (v1 - v0)
-    triangles, polygon = cut(size, x, y, points[corners].T, leaves.form[:, rest])
+    triangles, polygon = triangulate_polygons(size, x, y, points[corners].T, leaves.form[:, rest])
     return (
         np.concatenate([pair, corners[triangles]]),
         np.concatenate([np.repeat(plain, 2), rest[polygon]]),
     )
 
 
-def _of_strips(outline: Outline, rows: Ints) -> Rows:
+def _triangulate_strips(outline: CellBoundaries, rows: Ints) -> TriangleRows:
     """A fan from a, a triangle on the whole segment, and a fan from b; of these lifted corners.
 
     The one in the middle has for its tip the last lifted corner in the first half of the segment.
@@ -97,7 +97,7 @@ def _of_strips(outline: Outline, rows: Ints) -> Rows:
     count = len(segment)
     if not count:
         none = np.empty(0, dtype=np.intp)
-        return Rows(np.empty((0, 3), dtype=np.intp), none, none, none)
+        return TriangleRows(np.empty((0, 3), dtype=np.intp), none, none, none)
     u, v = outline.u, outline.v
     low, high = outline.ends[:, rows]
     # Along the segment one of the two coordinates says the same for all three: no harm in adding.
@@ -122,10 +122,10 @@ def _of_strips(outline: Outline, rows: Ints) -> Rows:
     number = np.concatenate([np.arange(len(start)), strip[pair]])
     turned = outline.turned[rows[start]][number]
     corners[turned] = corners[turned][:, [0, 2, 1]]
-    return Rows(corners, np.full(len(corners), -1), segment[start][number], number)
+    return TriangleRows(corners, np.full(len(corners), -1), segment[start][number], number)
 
 
-def edges(corners: Ints) -> tuple[Ints, Ints]:
+def number_directed_edges(corners: Ints) -> tuple[Ints, Ints]:
     """Numbers of the edges of triangles (T, 3), as they run and backwards: (3 T,) each."""
     many, end = corners.max() + 1, corners[:, [1, 2, 0]]
     there = corners * many
@@ -135,18 +135,18 @@ def edges(corners: Ints) -> tuple[Ints, Ints]:
     return there.ravel(), end.ravel()
 
 
-def among(values: Ints, others: Ints) -> Bools:
+def is_among(values: Ints, others: Ints) -> Bools:
     """Which of few values are among many others: the few are sorted, not the many."""
     if not len(values):
         return np.zeros(0, dtype=bool)
     known, number = np.unique(values, return_inverse=True)
     there = np.zeros(len(known), dtype=bool)
-    there[_places(known, others)[1]] = True
+    there[_find_places(known, others)[1]] = True
     found: Bools = there[number]
     return found
 
 
-def _places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
+def _find_places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
     """Those of many others that are among a few sorted numbers, and which of these they are."""
     place = np.searchsorted(known, others)
     place[place == len(known)] = 0
@@ -154,7 +154,7 @@ def _places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
     return here, place[here]
 
 
-def pairs(vertex: Ints) -> Ints:
+def number_edges(vertex: Ints) -> Ints:
     """Numbers of the edges of triangles (T, 3), the same in both directions: (3 T,)."""
     other = vertex[:, [1, 2, 0]]
     found: Ints = np.minimum(vertex, other, dtype=np.intp)
@@ -163,17 +163,17 @@ def pairs(vertex: Ints) -> Ints:
     return found.ravel()
 
 
-def foster(corners: Ints, leaf: Ints, host: Ints) -> None:
+def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
     """Find hosts for triangles that have none: beside them, if possible in the same leaf.
 
     A leaf at a corner of its face of which both sides are one point has no triangle of its own.
     Only those are looked for that have none, −1; `host` (T,) is changed.
     """
-    there, back = edges(corners)
+    there, back = number_directed_edges(corners)
     waiting = (host < 0).nonzero()[0]
     back = back[(3 * waiting[:, np.newaxis] + np.arange(3)).ravel()]
     known, number = np.unique(back, return_inverse=True)
-    here, which = _places(known, there)
+    here, which = _find_places(known, there)
     found = np.full(len(known), -1)
     found[which] = here // 3
     beside = found[number].reshape(-1, 3)
@@ -187,13 +187,13 @@ def foster(corners: Ints, leaf: Ints, host: Ints) -> None:
             host[waiting[open_]] = offered
 
 
-def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]:
+def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]:
     """Triangles beside edges, their vertices across, and edges (triangle · 3 + k) of too many.
 
     What is beside a face is not seen from it: its triangles must not depend on its company.
     """
     # At the peak of a mesh's memory: nothing is held any longer than it is needed.
-    keys = pairs(vertex)
+    keys = number_edges(vertex)
     gone = np.repeat(~kept, 3)
     keys[gone] = -1
     sides = np.argsort(keys)[np.count_nonzero(gone) :]
@@ -223,8 +223,8 @@ def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]
     return beside.reshape(vertex.shape), across.reshape(vertex.shape), sides
 
 
-def crossed(corners: Ints, crowd: Ints) -> Ints:
+def find_crossed_edges(corners: Ints, crowd: Ints) -> Ints:
     """Of edges with more than two triangles, those that run through the inside of a face."""
-    there, back = edges(corners)
-    inside = crowd[among(back[crowd], there)]
+    there, back = number_directed_edges(corners)
+    inside = crowd[is_among(back[crowd], there)]
     return np.stack([inside // 3, inside % 3], axis=1)

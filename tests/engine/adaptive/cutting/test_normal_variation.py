@@ -8,12 +8,12 @@ import pytest
 from service.engine.adaptive.cutting.normal_variation import (
     FINEST,
     ROUGH,
+    NormalCuts,
     Scale,
-    Turning,
-    chord_of,
-    level,
-    normals,
-    turning,
+    compare_normals,
+    estimate_normals,
+    find_chord,
+    find_height_limit,
 )
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
@@ -39,7 +39,7 @@ def at_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
     return Scale(np.array([[share_u], [share_v]]), np.array([size]))
 
 
-def verdict(found: Turning) -> tuple[bool, bool]:
+def verdict(found: NormalCuts) -> tuple[bool, bool]:
     return bool(found.exceeds[0]), bool(found.along_v[0])
 
 
@@ -48,8 +48,8 @@ def test_an_arc_turns_by_its_angle(turn: float) -> None:
     """Along u, or v if it is laid so; nothing is asked across it."""
     for angle, exceeds in ((0.95 * turn, True), (1.05 * turn, False)):
         at = arc(turn)
-        assert verdict(turning(at, angle, at_scale(1, 1))) == (exceeds, False)
-        found = turning(at.swapaxes(0, 1), angle, at_scale(1, 1))
+        assert verdict(compare_normals(at, angle, at_scale(1, 1))) == (exceeds, False)
+        found = compare_normals(at.swapaxes(0, 1), angle, at_scale(1, 1))
         assert verdict(found) == (exceeds, True)
 
 
@@ -59,7 +59,7 @@ def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
     u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
     cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
     cap[1, 0, 1] += noise
-    found = normals(nine_of(cap))
+    found = estimate_normals(nine_of(cap))
     for i in range(3):
         apart = np.linalg.norm(np.abs(found[i][0][:, 0]) - [0.0, 0.0, 1.0])
         assert 2 * asin(apart / 2) < 0.02
@@ -74,18 +74,20 @@ def fold(skew: float) -> Array:
 @pytest.mark.parametrize(("skew", "least"), [(1.0, ROUGH), (0.0, FINEST)])
 def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
     """One that is along v takes a cell for every halving, any other one twice as many as before."""
-    large, small = (verdict(turning(fold(skew), 0.5, at_scale(s, s))) for s in (2 * least, least))
+    large, small = (
+        verdict(compare_normals(fold(skew), 0.5, at_scale(s, s))) for s in (2 * least, least)
+    )
     assert large == (True, False)
     assert small[0] is False
 
 
 @pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])
 def test_a_roof_as_high_as_the_level_turns_by_the_angle(angle: float) -> None:
-    height = level(angle, np.array([2.0]))[0]
+    height = find_height_limit(angle, np.array([2.0]))[0]
     assert 2 * np.arctan(height) == pytest.approx(angle)
-    assert chord_of(angle) == pytest.approx(2 * sin(angle / 2))
-    assert level(pi, np.array([2.0]))[0] == np.inf
-    assert level(angle, np.array([2.0]), at_scale(1, ROUGH))[0] == np.inf
+    assert find_chord(angle) == pytest.approx(2 * sin(angle / 2))
+    assert find_height_limit(pi, np.array([2.0]))[0] == np.inf
+    assert find_height_limit(angle, np.array([2.0]), at_scale(1, ROUGH))[0] == np.inf
 
 
 def test_what_lies_between_nine_places_is_not_missed() -> None:
@@ -133,13 +135,13 @@ def test_spans_end_as_patches_do(spans: tuple[int, int]) -> None:
 
 def test_what_is_large_in_space_is_cut_though_its_parameters_are_few() -> None:
     """A fold as before, in a cell that is most of its patch."""
-    assert verdict(turning(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
-    assert verdict(turning(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=50.0)))[0] is False
+    assert verdict(compare_normals(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
+    assert verdict(compare_normals(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=50.0)))[0] is False
 
 
 def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
     """What is too narrow to be cut across is not cut into ever shorter pieces instead."""
     u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
     trough = nine_of(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
-    found = turning(trough, 0.5, at_scale(1.0, 1.0, size=1.0))
+    found = compare_normals(trough, 0.5, at_scale(1.0, 1.0, size=1.0))
     assert verdict(found)[0] is False

@@ -7,11 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.cutting.cells import Cells, Leaves, whole
-from service.engine.adaptive.cutting.halving import halve, nine, over, quadratic, raised
-from service.engine.adaptive.cutting.subdivision import divided
+from service.engine.adaptive.cutting.cells import Cells, Leaves, build_whole_cells
+from service.engine.adaptive.cutting.halving import (
+    build_quadratic_matrix,
+    elevate,
+    evaluate_nine_points,
+    halve,
+    restrict,
+)
+from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.cutting.task import Task
-from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import Nets, PatchNets
@@ -24,12 +30,12 @@ from tests.strategies import Array, model_of, nets, weighted_nets
 
 def task_of(model: PatchModel, goal: Goal) -> Task:
     faces = find_faces(model, find_seams(model.batches))
-    return Task(PatchNets.of(model), faces, goal, Budget())
+    return Task(PatchNets.of(model), faces, goal, MeshLimits())
 
 
 def leaves_of(model: PatchModel, goal: Goal) -> Leaves:
     task = task_of(model, goal)
-    return divided(task, whole(task.faces))
+    return divide_cells(task, build_whole_cells(task.faces))
 
 
 def cuts(leaves: Leaves) -> tuple[int, int]:
@@ -47,11 +53,11 @@ def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, be
     pieces = [(0.0, 0.5, both[..., 0, :]), (0.5, 1.0, both[..., 1, :])]
     box = np.array([[0], [SPAN], [0], [SPAN]])
     box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
-    piece = over(Nets(zero, last), zero, Cells(zero, box))
+    piece = restrict(Nets(zero, last), zero, Cells(zero, box))
     pieces.append((low, high, piece))
     exact = exact_net(net)
     for start, stop, piece in pieces:
-        for i, row in enumerate(nine(raised(piece))):
+        for i, row in enumerate(evaluate_nine_points(elevate(piece))):
             for j, place in enumerate(row):
                 at = [i / 2, j / 2]
                 at[axis] = start + (stop - start) * at[axis]
@@ -68,7 +74,7 @@ def test_a_quadratic_is_known_by_three_points() -> None:
             n = len(net)
             share = np.arange(1, n) / n
             net = np.concatenate([[net[0]], share * net[:-1] + (1 - share) * net[1:], [net[-1]]])
-        assert quadratic(degree) @ values == pytest.approx(net, abs=1e-14)
+        assert build_quadratic_matrix(degree) @ values == pytest.approx(net, abs=1e-14)
 
 
 @given(weighted_nets(), st.sampled_from([2.0, 0.3]))

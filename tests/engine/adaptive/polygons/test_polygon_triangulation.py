@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from service.bases.arrays import Ints
 from service.engine.adaptive.polygons.polygon_triangulation import (
     ALL,
-    _best,
-    _best_of_all,
-    cut,
-    triples,
-    ways,
+    _choose_among_all,
+    _choose_step_by_step,
+    list_triangulations,
+    list_triples,
+    triangulate_polygons,
 )
 from tests.strategies import Array
 
@@ -32,7 +32,9 @@ def around(below: int, right: int, above: int, left: int) -> tuple[Array, Array]
 
 def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
     """Triangles of one polygon, and twice their areas."""
-    triangles, polygon = cut(np.array([len(x)]), x, y, np.stack([x, y, z]), form[:, None])
+    triangles, polygon = triangulate_polygons(
+        np.array([len(x)]), x, y, np.stack([x, y, z]), form[:, None]
+    )
     assert (polygon == 0).all()
     a, b, c = triangles.T
     areas: Array = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
@@ -52,8 +54,8 @@ def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
 def test_all_ways_are_known() -> None:
     """Catalan numbers, each way another one."""
     for corners in range(4, ALL + 1):
-        found = ways(corners)
-        assert triples(corners).shape == (3, comb(corners, 3))
+        found = list_triangulations(corners)
+        assert list_triples(corners).shape == (3, comb(corners, 3))
         assert len(found) == comb(2 * corners - 4, corners - 2) // (corners - 1)
         assert len({tuple(sorted(way)) for way in found.tolist()}) == len(found)
 
@@ -62,8 +64,10 @@ def test_all_ways_are_known() -> None:
 def test_the_best_way_is_put_together_as_it_is_found_among_all(corners: int, seed: int) -> None:
     """So what is true of few corners is true of many."""
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
-    least = costs[_best_of_all(costs, corners), np.arange(5)].sum(axis=0)
-    assert costs[_best(costs, corners), np.arange(5)].sum(axis=0) == pytest.approx(least)
+    least = costs[_choose_among_all(costs, corners), np.arange(5)].sum(axis=0)
+    assert costs[_choose_step_by_step(costs, corners), np.arange(5)].sum(axis=0) == pytest.approx(
+        least
+    )
 
 
 @pytest.mark.parametrize("extra", [0, 6])
@@ -88,7 +92,7 @@ def test_a_straight_corner_keeps_its_area() -> None:
     """Two sides of the square that are one line in space: the diagonal starts between them."""
     x, y = around(0, 0, 0, 0)
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0]]).T
-    triangles, _ = cut(np.array([4]), x, y, points, FLAT[:, None])
+    triangles, _ = triangulate_polygons(np.array([4]), x, y, points, FLAT[:, None])
     assert {frozenset(t) for t in triangles.tolist()} == {
         frozenset({0, 1, 2}),
         frozenset({0, 2, 3}),
@@ -103,8 +107,10 @@ def test_polygons_do_not_know_each_other() -> None:
     x, y = (np.concatenate(places) for places in zip(*shapes, strict=True))
     points = rng.uniform(-1, 1, (3, len(x)))
     form = np.concatenate([rng.uniform(-1, 1, (6, len(size))), np.ones((1, len(size)))])
-    together, polygon = cut(size, x, y, points, form)
+    together, polygon = triangulate_polygons(size, x, y, points, form)
     for k, end in enumerate(np.cumsum(size).tolist()):
         own = slice(end - int(size[k]), end)
-        alone, _ = cut(size[k : k + 1], x[own], y[own], points[:, own], form[:, [k]])
+        alone, _ = triangulate_polygons(
+            size[k : k + 1], x[own], y[own], points[:, own], form[:, [k]]
+        )
         assert np.array_equal(together[polygon == k], alone + own.start)

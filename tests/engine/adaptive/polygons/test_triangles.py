@@ -2,28 +2,28 @@
 
 import numpy as np
 
-from service.engine.adaptive.cutting.cells import whole
-from service.engine.adaptive.cutting.subdivision import divided
+from service.engine.adaptive.cutting.cells import build_whole_cells
+from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft
-from service.engine.adaptive.limits import Budget
-from service.engine.adaptive.polygons.cell_boundaries import Outline, outlined
+from service.engine.adaptive.limits import MeshLimits
+from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import bordered
 from tests.strategies import Array, model_of, moved
 
 
-def triangles_of(nets: list[Array], tolerance: float) -> tuple[Outline, Draft]:
+def triangles_of(nets: list[Array], tolerance: float) -> tuple[CellBoundaries, Draft]:
     """The first triangles of a model, before any is certified."""
     model = model_of(nets)
     found = bordered(model, Goal(tolerance))
-    task = Task(PatchNets.of(model), found.faces, Goal(tolerance), Budget())
+    task = Task(PatchNets.of(model), found.faces, Goal(tolerance), MeshLimits())
     draft = Draft(task, found.border, lambda positions: positions)
-    leaves = divided(task, whole(found.faces))
+    leaves = divide_cells(task, build_whole_cells(found.faces))
     draft.renew(leaves)
     # The first samples are those of the outline, in its order.
-    return outlined(draft.rim, leaves.cells, draft.halvings), draft
+    return trace_boundaries(draft.rim, leaves.cells, draft.halvings), draft
 
 
 def arched(height: float) -> Array:
