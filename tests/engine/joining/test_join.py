@@ -134,7 +134,7 @@ def test_what_only_touches_is_not_cut() -> None:
 
 
 def test_cut_surfaces_are_refused_where_they_are_too_large() -> None:
-    """As other bodies with a limit on their vertices are."""
+    """With the error that any mesh of too many vertices has."""
     case = NEARLY["borders"][1](1)
     options = MeshOptions((16, 16))
     form = BY_NAME["json"]
