@@ -1,4 +1,4 @@
-"""What formats of curves share: counts, coordinates and the report."""
+"""Counts, coordinates and the report, which all formats of curves share."""
 
 from dataclasses import dataclass
 from typing import TypeAlias

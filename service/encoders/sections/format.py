@@ -1,4 +1,4 @@
-"""What formats of sections share: counts, points and the report."""
+"""Counts, points and the report, which all formats of sections share."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
