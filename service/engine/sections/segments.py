@@ -137,7 +137,7 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
     low, high = sides.low[order], sides.high[order]
     distinct = np.flatnonzero(is_change(line, low, high))
     # Of nested sides the next is inside.
-    following = np.append(distinct[1:], -1)
+    following = np.append(distinct[1:], distinct[-1:])
     is_smallest = (line[following] != line[distinct]) | (low[following] >= high[distinct])
     is_smallest[-1:] = True
     smallest = distinct[is_smallest]

@@ -187,3 +187,12 @@ def test_a_plane_does_not_depend_on_the_others() -> None:
         (alone,) = cut(model, (0, 0, 1), heights[k]).sections
         for one, other in zip(together[k].polylines, alone.polylines, strict=True):
             assert np.array_equal(one.points, other.points)
+
+
+def test_a_surface_that_is_one_point_lies_in_the_plane_through_it() -> None:
+    sections = cut(model_of([np.ones((2, 2, 3))]), [[0, 0, 1]] * 3, np.arange(3.0)).sections
+    assert [(shape(each), each.coplanar.tolist()) for each in sections] == [
+        ((0, 0, 0), []),
+        ((0, 0, 0), [0]),
+        ((0, 0, 0), []),
+    ]
