@@ -52,6 +52,10 @@ MOST_CLOSE = 12_000_000
 """Pairs that are looked at closely for all points of a request. One takes 1 to 2.5 µs, so that the
 answer comes within half a minute."""
 
+ROUNDED, LEAST = 48 * 2.0**-53, 2.0**-36
+"""The least such widths: in units of the distance, of which rounding leaves intervals of 14 to 40
+units of 2⁻⁵³; and in the coordinates of the nets, where narrower minima are never settled."""
+
 STEPS = 8
 """Of Newton's method, before a cell is halved instead."""
 
@@ -115,7 +119,7 @@ class _Chunk:
         self.can_split, self.is_crowded, self.most_open = can_split, False, 0
         self.share = Share(share, len(points))
         self.cells, self.patches = search.cells, search.patches
-        self.enough = ENOUGH * search.tolerance
+        self.enough = max(ENOUGH * search.tolerance, LEAST)
         self.x = np.ascontiguousarray(points.T)
         self.nearest = Nearest(self.cells, self.x, search.tolerance)
         self.settled: list[tuple[Ints, Ints, CellBounds]] = []
@@ -176,7 +180,7 @@ class _Chunk:
     def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
         """The children of open pairs; those beyond the budget end."""
         best = np.sqrt(self.nearest.best)
-        stop = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.enough
+        stop = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(best[point])
         stop |= np.bincount(point, minlength=len(best))[point] > MOST_PAIRS
         stop |= ~self.cells.can_halve(cell)
         if stop.any():
@@ -190,6 +194,10 @@ class _Chunk:
             return point, cell
         children, parents = self.cells.children(cell)
         return point[parents], children
+
+    def enough_at(self, distance: FloatArray) -> FloatArray:
+        """Widths of intervals that are enough at these distances."""
+        return np.maximum(self.enough, ROUNDED * distance)
 
     def polish(self) -> tuple[Ints, Ints]:
         """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
@@ -225,7 +233,7 @@ class _Chunk:
             change = 2 * least_change(found.gradient, bounds.convexity[:, rows], at)
             low = found.low * found.low + change - 4 * wrong.sum(axis=0) - bounds.loss[rows]
             self.nearest.add_places(point[rows], net[rows], found)
-            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough
+            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(found.high)
             if left > 1:  # one step more makes the place exact, to which distances are blind
                 good &= change >= -EXACT * EXACT
             good |= low > self.nearest.limit(point[rows])

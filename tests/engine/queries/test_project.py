@@ -132,6 +132,25 @@ def test_a_budget_of_work_makes_intervals_wider_and_never_wrong(
     np.testing.assert_array_equal(again, columns["distance_bounds"])
 
 
+@pytest.mark.parametrize(("away", "tolerance"), [(1e3, 1e-12), (1e9, 1e-9), (1e30, 1e-3)])
+def test_intervals_that_rounding_keeps_wide_take_no_more_work(
+    away: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Cells were halved in vain: 200 such points took more than a minute."""
+    points = RNG(4).normal(size=(40, 3)) * away
+    monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
+    low, high = project(find("sphere").surface(), points, tolerance)["distance_bounds"].T
+    truth = np.abs(quadrics.sphere(points)[0])
+    assert ((low <= truth * (1 + 1e-15)) & (truth * (1 - 1e-15) <= high)).all()
+    assert (high - low <= np.maximum(1e-11, 1e-14 * truth)).all()
+
+
+def test_a_surface_that_is_one_point_has_one_closest_point() -> None:
+    surface = BezierSurface(np.ones((3, 3, 3)))
+    columns = project(surface, np.array([[1.0, 1, 3], [1, 1, 1]]))
+    np.testing.assert_allclose(columns["distance_bounds"], [[2, 2], [0, 0]], atol=1e-13)
+
+
 def test_ties_are_told_and_the_first_patch_is_taken() -> None:
     square = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]])
     both = np.concatenate([square, square + np.array([0, 0, 2])])
