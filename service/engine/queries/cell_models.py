@@ -43,7 +43,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
-from service.engine.vectors import cross
+from service.engine.queries.column_vectors import cross
 
 UNIT = float(np.finfo(np.float64).eps) / 2
 
@@ -72,7 +72,9 @@ LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
 """Bounds of |n · (S_ij − Q_ij)|."""
 SIZE_A, SIZE_B = 42, 43
 """The greatest length of a row of control points, along a and along b."""
-COLUMNS = 44
+STRAIN = 44
+"""REST / min(|A|, |B|): large in cells that are far from flat."""
+COLUMNS = 45
 
 THIRD = ((3, 0), (2, 1), (1, 2), (0, 3))
 ORDERS = tuple((i, k - i) for k in range(4) for i in range(k, -1, -1))
@@ -90,29 +92,30 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         How often each was halved.
     largest : float
         M.
+
+    Notes
+    -----
+    Within, cells are the last axis: operations on many short rows would take three times as long.
     """
     (p, q), rational = (nets.shape[1] - 1, nets.shape[2] - 1), nets.shape[3] == 4
+    nets = np.ascontiguousarray(nets.transpose(1, 2, 3, 0))
     error = 4 * UNIT * largest * (depth + 2) * (p + q + 2)
     center, partials = _partials_at_center(nets)
-    spread = 1.0
+    spread = np.ones(())
     points, weights = nets, None
     if rational:
-        weights = nets[..., 3]
-        points = nets[..., :3] / nets[..., 3:]
-        spread = weights.max(axis=(1, 2)) / weights.min(axis=(1, 2))
-    about = points - center[:, np.newaxis, np.newaxis]
-    radius = np.sqrt(_squares(about).max(axis=(1, 2)))
+        weights = nets[:, :, 3:]
+        points = nets[:, :, :3] / weights
+        spread = (weights.max(axis=(0, 1)) / weights.min(axis=(0, 1)))[0]
+    about = points - center
+    radius = np.sqrt(_squares(about).max(axis=(0, 1)))
     bounds = _bounds_of_partials(about, weights, radius)
     errors = {(i, j): 8 * error * spread ** (i + j) * float(p**i * q**j) for i, j in ORDERS}
     third = [1.0000001 * bounds[of] + errors[of] for of in THIRD]
     a, b, aa, ab, bb = (partials[of] for of in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
-    normal = cross(a, b)
-    normal /= _length(normal)[:, np.newaxis]
-    normal[~np.isfinite(normal).all(axis=1)] = 0.0
-    heights = about[..., :1] * normal[:, np.newaxis, np.newaxis, :1]
-    for axis in (1, 2):
-        heights += about[..., axis : axis + 1] * normal[:, np.newaxis, np.newaxis, axis : axis + 1]
-    bounds = _bounds_of_partials(heights, weights, np.abs(heights).max(axis=(1, 2, 3)))
+    normal = _unit_normals(a, b)
+    heights = _dot(about, normal)[:, :, np.newaxis]
+    bounds = _bounds_of_partials(heights, weights, np.abs(heights).max(axis=(0, 1, 2)))
     lifts = [1.0000001 * bounds[of] + errors[of] for of in THIRD]
     slope_a, slope_b = (errors[of] + 8 * UNIT * _length(partials[of]) for of in ((1, 0), (0, 1)))
     wrong = [errors[2 - k, k] + 8 * UNIT * _length(of) for k, of in enumerate((aa, ab, bb))]
@@ -120,12 +123,12 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     alpha = _length(aa) + _length(ab) + (tau[0] + tau[1]) / 2 + slope_a
     beta = _length(ab) + _length(bb) + (tau[1] + tau[2]) / 2 + slope_b
     long_a, long_b = _length(a), _length(b)
-    table = np.empty((COLUMNS, len(nets)))
-    table[CENTER : CENTER + 3] = center.T
+    table = np.empty((COLUMNS, nets.shape[3]))
+    table[CENTER : CENTER + 3] = center
     radius += 2 * error
     table[RADIUS], table[ERROR] = radius, error
     for first, of in zip((TANGENT_A, TANGENT_B, 11, 14, 17), (a, b, aa, ab, bb), strict=True):
-        table[first : first + 3] = of.T
+        table[first : first + 3] = of
     table[FORM_AA], table[FORM_AB], table[FORM_BB] = _dot(a, a), _dot(a, b), _dot(b, b)
     squares = (
         2 * long_a * alpha + alpha**2,
@@ -138,12 +141,13 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         table[LIFT_AA + k] = tau[k] - third[k] - third[k + 1] + lifts[k] + lifts[k + 1]
     least = 2 * error + slope_a + slope_b + wrong[0] / 2 + wrong[1] + wrong[2] / 2
     table[REST], table[REST_LIFT] = _remainder(third, least), _remainder(lifts, least)
+    table[STRAIN] = table[REST] / np.minimum(long_a, long_b)
     table[ROUND] = 16 * UNIT * (long_a + long_b + _length(aa) + 2 * _length(ab) + _length(bb))
-    table[NORMAL : NORMAL + 3] = normal.T
+    table[NORMAL : NORMAL + 3] = normal
     table[SLOPE_A], table[SLOPE_B] = slope_a, slope_b
     table[LEAST_A], table[LEAST_B] = 2 * error * (long_a + slope_a), 2 * error * (long_b + slope_b)
     table[SIZE_A], table[SIZE_B] = (
-        np.sqrt(_squares(np.diff(points, axis=k))).sum(axis=k).max(axis=1) for k in (1, 2)
+        np.sqrt(_squares(np.diff(points, axis=k))).sum(axis=k).max(axis=0) for k in (0, 1)
     )
     if q == 0:
         # Nothing moves along b: ½ b² is added to what is to be least, which then is least at b = 0.
@@ -153,25 +157,33 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     return table
 
 
+def _unit_normals(a: FloatArray, b: FloatArray) -> FloatArray:
+    """A × b, of length 1, or 0 where that vanishes."""
+    normal = cross(a, b)
+    normal /= _length(normal)
+    normal[:, ~np.isfinite(normal).all(axis=0)] = 0.0
+    return normal
+
+
 def _partials_at_center(nets: FloatArray) -> tuple[FloatArray, dict[tuple[int, int], FloatArray]]:
-    """S (K, 3) at the centres and its first and second partials in a and b, term by term."""
+    """S (3, K) at the centres and its first and second partials in a and b, term by term."""
     x: dict[tuple[int, int], FloatArray] = {}
-    p, q = nets.shape[1] - 1, nets.shape[2] - 1
+    p, q = nets.shape[0] - 1, nets.shape[1] - 1
     for i in range(3):
-        lines = _at_middle(_differences(nets, i, 1), 1)
+        lines = _at_middle(_differences(nets, i, 0))
         for j in range(3 - i):
-            x[i, j] = _at_middle(_differences(lines, j, 1), 1) * (_factor(p, i) * _factor(q, j))
-    if nets.shape[3] == 3:
+            x[i, j] = _at_middle(_differences(lines, j, 0)) * (_factor(p, i) * _factor(q, j))
+    if nets.shape[2] == 3:
         return x[0, 0], x
-    w = x[0, 0][:, 3:]
-    center = x[0, 0][:, :3] / w
+    w = x[0, 0][3]
+    center = x[0, 0][:3] / w
     s = {(0, 0): center}
     for i, j in ORDERS[1:6]:
-        value = x[i, j][:, :3].copy()
+        value = x[i, j][:3].copy()
         for k in range(i + 1):
             for m in range(j + 1):
                 if k or m:
-                    value -= comb(i, k) * comb(j, m) * x[k, m][:, 3:] * s[i - k, j - m]
+                    value -= comb(i, k) * comb(j, m) * x[k, m][3] * s[i - k, j - m]
         s[i, j] = value / w
     return center, s
 
@@ -180,13 +192,13 @@ def _bounds_of_partials(
     about: FloatArray, weights: FloatArray | None, radius: FloatArray
 ) -> dict[tuple[int, int], FloatArray]:
     """Upper bounds (K,) of the lengths of the third partials over the cells."""
-    p, q = about.shape[1] - 1, about.shape[2] - 1
+    p, q = about.shape[0] - 1, about.shape[1] - 1
     if weights is None:
         return {of: _largest(about, of) * _factor(p, of[0]) * _factor(q, of[1]) for of in THIRD}
-    x = about * weights[..., np.newaxis]
-    least = weights.min(axis=(1, 2))
+    x = about * weights
+    least = weights.min(axis=(0, 1, 2))
     bound = {(0, 0): radius}
-    w = {of: _largest(weights[..., np.newaxis], of) for of in ORDERS[1:]}
+    w = {of: _largest(weights, of) for of in ORDERS[1:]}
     for i, j in ORDERS[1:]:
         value = _largest(x, (i, j)) * _factor(p, i) * _factor(q, j)
         for k in range(i + 1):
@@ -220,33 +232,33 @@ def _differences(nets: FloatArray, order: int, axis: int) -> FloatArray:
     return nets
 
 
-def _at_middle(nets: FloatArray, axis: int) -> FloatArray:
-    """The value at ½ along an axis, which goes away: a sum in one order, whatever the batch."""
-    rows = np.moveaxis(nets, axis, 0)
+def _at_middle(rows: FloatArray) -> FloatArray:
+    """The value at ½ along the first axis, which goes away: a sum in one order."""
     basis = bernstein(len(rows) - 1, [0.5])[0]
     value: FloatArray = basis[0] * rows[0]
     for share, row in zip(basis[1:].tolist(), rows[1:], strict=True):
-        value = value + share * row
+        value += share * row
     return value
 
 
 def _largest(nets: FloatArray, order: tuple[int, int]) -> FloatArray:
     """The greatest length of a difference of this order, (K,)."""
-    for axis, times in enumerate(order, start=1):
+    for axis, times in enumerate(order):
         nets = _differences(nets, times, axis)
-    return np.asarray(np.sqrt(_squares(nets).max(axis=(1, 2))))
+    return np.asarray(np.sqrt(_squares(nets).max(axis=(0, 1))))
 
 
 def _squares(vectors: FloatArray) -> FloatArray:
-    total: FloatArray = vectors[..., 0] * vectors[..., 0]
-    for axis in range(1, vectors.shape[-1]):
-        total = total + vectors[..., axis] * vectors[..., axis]
-    return total
+    """|x|² of vectors (…, 3 or fewer, K)."""
+    return _dot(vectors, vectors)
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
-    product = first * second
-    return np.asarray(product[:, 0] + product[:, 1] + product[:, 2])
+    """X · y of vectors (…, 3 or fewer, K)."""
+    total: FloatArray = first[..., 0, :] * second[..., 0, :]
+    for k in range(1, first.shape[-2]):
+        total += first[..., k, :] * second[..., k, :]
+    return total
 
 
 def _length(vectors: FloatArray) -> FloatArray:

@@ -44,6 +44,8 @@ class CellTree:
     Attributes
     ----------
     nets : QueryNets
+    first : ndarray of int
+        The cells at which queries begin; together they are all of the nets.
     models : ndarray of float64, shape (COLUMNS, cells or more)
     place : ndarray of float64, shape (4, cells or more)
         u₀, u₁, v₀, v₁ in the parameters of the net.
@@ -83,6 +85,8 @@ class CellTree:
             self.net[run] = np.arange(group.first, group.first + k)
             self.point_sides[:, run] = self._point_sides(group.nets)
         self.roots = self.count
+        self.first = np.arange(self.count)
+        self._kept = [len(g.nets) for g in nets.groups]
 
     @property
     def nbytes(self) -> int:
@@ -104,9 +108,19 @@ class CellTree:
         if self.nbytes <= MOST_BYTES // 2:
             return
         self.count = self.roots
-        for space, group in zip(self._spaces, self.nets.groups, strict=True):
-            space.count = len(group.nets)
-        self._child[: self.roots] = -1
+        for space, kept in zip(self._spaces, self._kept, strict=True):
+            space.count = kept
+        self._child[self.first] = -1
+
+    def begin_smaller(self, most: int, column: int, limit: float) -> None:
+        """Halves the first cells while a column is beyond a limit and they are at most `most`."""
+        while True:
+            coarse = self.models[column, self.first] > limit
+            if not coarse.any() or len(self.first) + 3 * np.count_nonzero(coarse) > most:
+                break
+            children, _ = self.children(self.first[coarse])
+            self.first = np.concatenate([self.first[~coarse], children])
+        self.roots, self._kept = self.count, [space.count for space in self._spaces]
 
     @property
     def is_full(self) -> bool:

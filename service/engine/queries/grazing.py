@@ -43,7 +43,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
-from service.engine.queries.ray_bounds import SAFE, cross, dot
+from service.engine.queries.column_vectors import cross, dot
+from service.engine.queries.ray_bounds import SAFE
 
 _VECTORS = (
     columns.TANGENT_A,

@@ -16,12 +16,14 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_slices
+from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
+from service.engine.queries.column_vectors import dot
 from service.engine.queries.distance_bounds import sphere_bounds
-from service.engine.queries.ray_bounds import Rays, sphere_misses
+from service.engine.queries.ray_bounds import SAFE, Rays, sphere_misses
 
 FANOUT, FEW = 8, 24
-"""Members of a sphere; patches at which each point looks at once."""
+"""Members of a sphere; cells of the first level, at most."""
 
 PAIRS = 1 << 13
 """Pairs of a ray and a sphere that are looked at at a time."""
@@ -33,18 +35,18 @@ class PatchTree:
     Attributes
     ----------
     order : ndarray of int, shape (N,)
-        The nets along the curve.
+        The first cells along the curve.
     levels : list of ndarray of float64, shape (5, n)
         Centre, radius and error of the spheres, the coarsest first. Sphere k of a level holds
-        spheres 8 k … 8 k + 7 of the next, those of the last level nets of the `order`.
+        spheres 8 k … 8 k + 7 of the next, those of the last level cells of the `order`.
     """
 
-    def __init__(self, cells: CellTree) -> None:
-        spheres = cells.models[:5, : cells.roots]
-        self.order = np.argsort(_morton(spheres[:3]), kind="stable")
-        level = spheres[:, self.order]
-        self.levels = [level]
-        while level.shape[1] > FEW:
+    def __init__(self, cells: CellTree, few: int = FEW) -> None:
+        spheres = cells.models[:5, cells.first]
+        order = np.argsort(_morton(spheres[:3]), kind="stable")
+        level = spheres[:, order]
+        self.order, self.levels = cells.first[order], [level]
+        while level.shape[1] > few:
             level = _over(level)
             self.levels.insert(0, level)
 
@@ -64,17 +66,43 @@ class PatchTree:
         return point, self.order[sphere]
 
     def candidates_on(self, rays: Rays) -> tuple[Ints, Ints]:
-        """Pairs of a ray and a net that it may meet, in the order of rays."""
-        m, first = len(rays.near), self.levels[0].shape[1]
-        ray = np.repeat(np.arange(m), first)
-        sphere = np.tile(np.arange(first), m)
-        for level, finer in zip(self.levels[:-1], self.levels[1:], strict=True):
+        """Pairs of a ray and a cell that it may meet, in the order of rays."""
+        ray, sphere = _met_spheres(self.levels[0], rays)
+        for level in self.levels[1:]:
+            ray, sphere = _members(ray, sphere, level.shape[1])
             meets = np.empty(len(ray), bool)
             for rows in row_slices(len(ray), 1, PAIRS):
                 spheres, farthest = level.take(sphere[rows], axis=1), np.array(np.inf)
                 meets[rows] = ~sphere_misses(spheres, rays, ray[rows], farthest)[0]
-            ray, sphere = _members(ray[meets], sphere[meets], finer.shape[1])
+            ray, sphere = ray[meets], sphere[meets]
         return ray, self.order[sphere]
+
+
+def _met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
+    """Pairs of a ray and one of n spheres that it may meet, in the order of rays.
+
+    All n m pairs are looked at without gathering: |g|² − (g · d)² is the square of the distance, up
+    to 16 u |g|².
+    """
+    found = []
+    center, radius = spheres[:3, np.newaxis], spheres[3]
+    for rows in row_slices(len(rays.near), spheres.shape[1], PAIRS):
+        o, d = rays.origin[:, rows, np.newaxis], rays.direction[:, rows, np.newaxis]
+        g = center - o
+        along, square = dot(g, d), dot(g, g)
+        square *= 1 - 32 * UNIT
+        along_square = along * along
+        square -= along_square
+        wide = radius + rays.slack[rows, np.newaxis]
+        along += wide
+        meets = along >= rays.near[rows, np.newaxis]
+        wide *= wide
+        wide *= SAFE
+        meets &= square <= wide
+        ray, sphere = np.nonzero(meets)
+        found.append((ray + rows.start, sphere))
+    ray, sphere = (np.concatenate(each) for each in zip(*found, strict=True))
+    return ray, sphere
 
 
 def _members(who: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:

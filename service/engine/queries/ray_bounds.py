@@ -45,6 +45,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
+from service.engine.queries.column_vectors import cross, dot, length
 from service.engine.queries.nets import QueryNets
 
 SETTLED = 0.5
@@ -93,7 +94,7 @@ def local_rays(
     far = np.ascontiguousarray(nets.local(origins).T)
     near = dot(far, d)
     o = far - near * d
-    slack = 4 * UNIT * (_length(far) + np.abs(near)) + 16 * UNIT * (_length(o) + 4)
+    slack = 4 * UNIT * (length(far) + np.abs(near)) + 16 * UNIT * (length(o) + 4)
     slack = np.where(np.isfinite(slack), slack, np.inf)
     return Rays(o, d, near, slack, np.maximum(thickness, WIDEST * slack))
 
@@ -188,10 +189,10 @@ def root_bounds(
     for k, (row, by) in enumerate(((x, -b), (y, a))):
         value = dot(by, q)
         aa, ab, bb = (dot(row, second) for second in seconds)
-        length = np.sqrt(dot(row, row)) * SAFE
+        long = length(row) * SAFE
         square = np.abs(aa) + 2 * np.abs(ab) + np.abs(bb)
-        near.append((0.5 * square + length * model[m.REST]) * SAFE + wrong[k])
-        most.append((square + 3 * length * model[m.REST]) * SAFE + wrong[k])
+        near.append((0.5 * square + long * model[m.REST]) * SAFE + wrong[k])
+        most.append((square + 3 * long * model[m.REST]) * SAFE + wrong[k])
         values.append(value)
         turned.append((aa, ab, bb))
     empty = np.abs(values[0]) > size + near[0]
@@ -223,25 +224,3 @@ def root_bounds(
         exists,
     )
     return empty, settled, found
-
-
-def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """A × b of columns (3, N)."""
-    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        np.multiply(a[i], b[j], out=found[k])
-        found[k] -= a[j] * b[i]
-    return found
-
-
-def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """A · b of columns (3, N)."""
-    total = a[0] * b[0]
-    total += a[1] * b[1]
-    total += a[2] * b[2]
-    return np.asarray(total)
-
-
-def _length(a: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(dot(a, a)))

@@ -22,7 +22,8 @@ from enum import IntEnum
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries.ray_bounds import Rays, cross, dot
+from service.engine.queries.column_vectors import cross, dot
+from service.engine.queries.ray_bounds import Rays
 
 LONG = 32
 """Length from which a touching interval is called along, in units of √(thickness · diagonal)."""

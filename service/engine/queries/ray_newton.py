@@ -8,9 +8,10 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
+from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.grazing import Strips
 from service.engine.queries.net_partials import net_partials
-from service.engine.queries.ray_bounds import Rays, RootBounds, cross, dot
+from service.engine.queries.ray_bounds import Rays, RootBounds
 from service.engine.queries.ray_hits import Hits, Kind, Origin
 
 STEPS = 8

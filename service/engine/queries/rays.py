@@ -31,13 +31,14 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import CellTree
+from service.engine.queries.column_vectors import dot
 from service.engine.queries.grazing import STEEPEST, grazed_strips
 from service.engine.queries.nets import QueryNets
 from service.engine.queries.patch_tree import PatchTree
 from service.engine.queries.ray_bounds import (
+    SETTLED,
     Rays,
     RootBounds,
-    dot,
     local_rays,
     root_bounds,
     sphere_misses,
@@ -51,9 +52,9 @@ from service.engine.queries.ray_newton import (
 )
 from service.engine.queries.shares import Share
 
-CHUNK, FEWEST = 1 << 14, 16
-"""Rays that are looked at together, so many that many cells are made at a time; fewer where these
-take much memory."""
+FEWEST, CHUNK, MOST_RAYS = 16, 1 << 14, 1 << 16
+"""Rays that are searched together: `CHUNK` at first, fewer where their cells take much memory, and
+more where they do not."""
 
 PAIRS = 1 << 13
 """Pairs of a ray and a cell that are looked at at a time."""
@@ -71,6 +72,20 @@ SMALL = 1 / 8
 BEHIND = 4
 """How far behind a crossing cells are still looked at, in units of the thickness."""
 
+
+FEW = 128
+"""Cells at which every ray looks at once, at most, but for models of more patches."""
+
+COARSE = SETTLED / 3
+"""Strain of cells in which no ray is settled, which are halved at once.
+
+By |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n|, ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|; and
+with Y, ν ≥ 3 REST / |B|.
+"""
+
+TAIL = 1 / 4
+"""The second half of the first pairs of rays joins the search when the first half has left this
+part of its number open."""
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
@@ -107,7 +122,9 @@ class RaySearch:
         self.thickness = thickness
         self.long = LONG * (thickness * nets.diagonal / nets.scale) ** 0.5
         self.cells = CellTree(nets)
-        self.patches = PatchTree(self.cells)
+        self.cells.begin_smaller(FEW, columns.STRAIN, COARSE)
+        self.patches = PatchTree(self.cells, FEW)
+        self.most_open = 0
 
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
@@ -126,7 +143,9 @@ class RaySearch:
             else:
                 found.hits.ray[:] += first
                 yield found
-                first, size = first + size, min(2 * size, CHUNK)
+                first = first + size
+                if 2 * self.most_open <= MOST_OPEN:
+                    size = min(2 * size, MOST_RAYS)
             self.cells.forget_much()
 
     def _search(
@@ -166,6 +185,7 @@ class RaySearch:
         """Hits of a few rays, one for each place, and which rays are reached."""
         chunk = _Chunk(self, rays, share, only_first=only_first, can_split=can_split)
         hits = chunk.search()
+        self.most_open = chunk.most_open
         if can_split and (chunk.is_crowded or self.cells.is_full):
             return None
         return begin_at_origins(self.cells, rays, merge_hits(hits, rays, self.long)), chunk.reached
@@ -176,50 +196,78 @@ def _firsts(hits: Hits) -> Hits:
     return hits.take(np.diff(hits.ray, prepend=-1) > 0)
 
 
+def _joined(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+    """All pairs in the order of rays."""
+    some = [each for each in pairs if len(each[0])]
+    if len(some) < 2:
+        return some[0] if some else NO_PAIRS
+    ray, cell = (np.concatenate(each) for each in zip(*some, strict=True))
+    order = np.argsort(ray, kind="stable")
+    return ray[order], cell[order]
+
+
 class _Chunk:
     """The search for the hits of some rays."""
 
     def __init__(
         self, search: RaySearch, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> None:
-        self.can_split, self.is_crowded = can_split, False
+        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
         self.share, self.waiting = share, NO_PAIRS
         self.only_first = only_first
         self.cells, self.patches, self.rays = search.cells, search.patches, rays
         self.farthest = np.full(len(rays.near), np.inf)
         self.reached = np.isfinite(rays.slack)
+        self.is_later = np.zeros(len(rays.near), bool)
         self.settled: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
         self.found: list[Hits] = []
 
     def search(self) -> Hits:
         """All levels, until no pair is left."""
-        ray, cell = self.patches.candidates_on(self.rays)
-        while len(ray) or self.settled:
+        (ray, cell), later = self.halves(*self.patches.candidates_on(self.rays))
+        self.is_later[later[0]] = True
+        while len(ray) or self.settled or len(later[0]):
+            if len(ray) - len(self.waiting[0]) <= TAIL * len(later[0]):
+                ray, cell = _joined([(ray, cell), later])
+                later = NO_PAIRS
+                self.is_later[:] = False
             pairs = [self.step(ray, cell)]
             if sum(len(each[0]) for each in self.settled) >= len(pairs[0][0]):
                 pairs.append(self.polish())
-            pairs.append(self.waiting)
-            self.waiting = NO_PAIRS
-            ray, cell = (np.concatenate(each) for each in zip(*pairs, strict=True))
-            order = np.argsort(ray, kind="stable")
-            ray, cell = ray[order], cell[order]
+            ray, cell = _joined([*pairs, self.waiting])
         hits = Hits.joined(self.found)
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
+    def halves(self, ray: Ints, cell: Ints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+        """The first pairs: the nearer cells of each ray; the others, most of them behind a hit."""
+        if not self.only_first or not len(ray):
+            return (ray, cell), NO_PAIRS
+        center, radius = self.cells.models[:3, cell], self.cells.models[columns.RADIUS, cell]
+        low = dot(center, self.rays.direction[:, ray]) - radius
+        starts = np.flatnonzero(np.diff(ray, prepend=-1))
+        middle = (np.minimum.reduceat(low, starts) + np.maximum.reduceat(low, starts)) / 2
+        is_near = low <= np.repeat(middle, np.diff(starts, append=len(ray)))
+        return (ray[is_near], cell[is_near]), (ray[~is_near], cell[~is_near])
+
     def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """The pairs of the next level; those that are settled in this one are put aside."""
+        self.waiting = NO_PAIRS
         keep, low = np.zeros(len(ray), bool), np.empty(len(ray))
         models, limit = self.cells.models, self.farthest[ray]
         for rows in row_slices(len(ray), 1, PAIRS):
             spheres = models[:4].take(cell[rows], axis=1)
             misses, low[rows] = sphere_misses(spheres, self.rays, ray[rows], limit[rows])
             keep[rows] = ~misses
-        radius = models[columns.RADIUS, cell]
-        is_point = keep & (radius <= SMALL * self.rays.thickness[ray])
+        near = np.flatnonzero(keep)
+        is_point = models[columns.RADIUS, cell[near]] <= SMALL * self.rays.thickness[ray[near]]
         if is_point.any():
-            self.found.append(take_points(self.cells, self.rays, ray[is_point], cell[is_point]))
-        near = self.affordable(np.flatnonzero(keep & ~is_point), ray, cell)
-        left = []
+            points = near[is_point]
+            self.found.append(take_points(self.cells, self.rays, ray[points], cell[points]))
+            near = near[~is_point]
+        near = self.affordable(near, ray, cell)
+        coarse = models[columns.STRAIN, cell[near]] > COARSE
+        left = [(ray[near[coarse]], cell[near[coarse]])]
+        near = near[~coarse]
         for some in (near[k : k + PAIRS] for k in range(0, max(len(near), 1), PAIRS)):
             checkpoint()
             left.append(self.look(ray[some], cell[some], low[some]))
@@ -227,7 +275,8 @@ class _Chunk:
 
     def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
         """Of the pairs `near` those of rays that go on; the others wait, or end."""
-        goes, ends = self.share.allot(np.bincount(ray[near], minlength=len(self.reached)))
+        counts = np.bincount(ray[near], minlength=len(self.reached))
+        goes, ends = self.share.allot(counts, self.is_later)
         self.reached &= ~ends
         rows = near[~(goes | ends)[ray[near]]]
         self.waiting = ray[rows], cell[rows]
@@ -281,6 +330,7 @@ class _Chunk:
             self.reached[ray[stop]] = False
             keep = self.reached[ray]
             ray, cell = ray[keep], cell[keep]
+        self.most_open = max(self.most_open, len(ray))
         if len(ray) > MOST_OPEN and self.can_split:
             self.is_crowded = True
             ray, cell = ray[:0], cell[:0]

@@ -33,20 +33,23 @@ class Share:
         self.pairs = pairs
         self.spent = np.zeros(points, np.intp)
 
-    def allot(self, counts: Ints) -> tuple[Bools, Bools]:
+    def allot(self, counts: Ints, is_later: Bools | None = None) -> tuple[Bools, Bools]:
         """Which points go on, and which end; the others wait.
 
         Parameters
         ----------
         counts : ndarray of int, shape (m,)
-            Pairs that each would look at next; 0 of points that have ended.
+            Pairs that each would look at next.
+        is_later : ndarray of bool, shape (m,), optional
+            Points that will look at more pairs than these, later. The others end with `counts` 0.
         """
-        is_open = counts > 0
+        is_next = counts > 0
+        is_open = is_next if is_later is None else is_next | is_later
         wanted = self.spent + counts
         free = self.pairs - int(self.spent[~is_open].sum())
-        goes = is_open & (wanted * np.count_nonzero(is_open) <= free)
+        goes = is_next & (wanted * np.count_nonzero(is_open) <= free)
         ends = np.zeros(len(counts), bool)
-        if is_open.any() and not goes.any():
+        if is_next.any() and not goes.any() and not (is_open & ~is_next).any():
             order = np.argsort(np.where(is_open, wanted, 0), kind="stable")
             left = self.pairs - int(self.spent.sum())
             goes[order] = np.cumsum(counts[order]) <= left
