@@ -29,7 +29,7 @@ def add(commands: Commands) -> None:
     group.add_argument(
         "--weld-tolerance",
         metavar="X",
-        help="share of the diagonal within which borders are joined (1e-12)",
+        help="part of the diagonal within which borders are joined (1e-12)",
     )
     add_fields(measure)
     measure.set_defaults(run=_run)

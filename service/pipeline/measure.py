@@ -1,20 +1,20 @@
-"""A surface in, its area, volume, centroid and borders out, each number with an interval."""
+"""The measures of a surface as JSON: area, volume, centroid and borders, all with intervals."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from service.encoders.text import LONGEST_ESCAPE, json_document
-from service.engine.measures.measure import (
+from service.engine.measures.measure import measure
+from service.engine.measures.sources import SidePlace
+from service.engine.measures.values import (
     BUDGET,
     MOST_LISTED,
     Interval,
     MeasureQuery,
     Measures,
     PartMeasures,
-    measure,
 )
-from service.engine.measures.sources import SidePlace
 from service.errors import InvalidRequest
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
@@ -25,15 +25,15 @@ from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 
 PART, SIDE = 800, 600
-"""Bytes of a part, its name apart, and of a side or a border, in an answer, at most."""
+"""The most bytes of an answer for a part, without its name, and for a side or a border."""
 
 POINT = 5000
-"""Multiplications for each control point of a cell, about."""
+"""Multiplications for each control point of a cell, approximately."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeasureWork:
-    """A surface that may be measured."""
+    """The measures of a surface, within the limits."""
 
     surface: SurfaceKind
     query: MeasureQuery
@@ -48,7 +48,8 @@ class MeasureWork:
         InvalidRequest
             `not_parametric`, of tubes and ribbons.
         TooLarge
-            If surfaces, cut to meet others, are too many patches.
+            `too_costly`: if surfaces were cut into too many patches to be joined, or if the
+            tolerance takes too many cells.
         """
         try:
             lowered = self.surface.lower()
@@ -66,7 +67,7 @@ class MeasureWork:
 def plan_measure(
     surface: SurfaceKind, query: MeasureQuery, limits: Limits = DEFAULT_LIMITS
 ) -> MeasureWork:
-    """What is to be measured, found affordable from the shapes of the arrays.
+    """Plan the measures, which are checked against the limits by the shapes of the arrays.
 
     Raises
     ------
@@ -89,14 +90,14 @@ def _check_effort(patches: int, degree: tuple[int, int], limits: Limits) -> None
     limits.check_effort(effort, message, "/surface", "fewer patches, or patches of a lower degree")
 
 
-def measures_object(found: Measures) -> dict[str, Any]:
-    """The measures as JSON objects; what is not known is left out."""
+def measures_object(measures: Measures) -> dict[str, Any]:
+    """The measures as a JSON object, without volumes and centroids of open surfaces."""
     return {
-        "area": _interval(found.area),
-        **_solid(found.volume, found.centroid),
-        "closed": found.closed,
-        "boundary_length": _interval(found.boundary_length),
-        "boundary_count": found.loops,
+        "area": _interval(measures.area),
+        **_solid(measures.volume, measures.centroid),
+        "closed": measures.closed,
+        "boundary_length": _interval(measures.boundary_length),
+        "boundary_count": measures.boundary_count,
         "boundaries": [
             {
                 "length": _interval(each.length),
@@ -104,16 +105,16 @@ def measures_object(found: Measures) -> dict[str, Any]:
                 "closed": each.closed,
                 "first_edge": _side(each.first),
             }
-            for each in found.boundaries
+            for each in measures.boundaries
         ],
-        "open_edges": found.open_edges,
-        "inconsistent_edges": found.inconsistent_edges,
+        "open_edges": measures.open_edges,
+        "inconsistent_edges": measures.inconsistent_edges,
         "faulty_edges": [
-            {"open": each.is_open, **_side(each.place)} for each in found.faulty_edges
+            {"open": each.is_open, **_side(each.place)} for each in measures.faulty_edges
         ],
-        "parts": [_part(part) for part in found.parts],
-        "reached": found.reached,
-        "moved": found.moved,
+        "parts": [_part(part) for part in measures.parts],
+        "reached": measures.reached,
+        "moved": measures.moved,
     }
 
 

@@ -1,35 +1,41 @@
-"""What is to be measured, as a document says it: a surface, and how narrow intervals shall be."""
+"""The JSON language of measures: a surface, and how narrow the intervals must be."""
 
 from typing import Annotated
 
 from pydantic import Field
 
-from service.engine.measures.measure import TOLERANCE, WELD_TOLERANCE, MeasureQuery
+from service.engine.measures.values import (
+    LARGEST_TOLERANCE,
+    TOLERANCE,
+    WELD_TOLERANCE,
+    MeasureQuery,
+)
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.schemas.request import SurfaceRequest
 
 LEAST_TOLERANCE = 1e-12
-"""Narrower intervals would hold nothing but rounding."""
+"""Rounding alone makes intervals as wide as this."""
 
 
 class MeasureRequest(SurfaceRequest):
-    """A surface that is measured."""
+    """A surface to measure."""
 
-    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
+    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] = Field(
         default=TOLERANCE,
-        description="How wide intervals may be: as a part of the area, of the length of all "
-        "borders, and of the volume of the whole; those of the centroid as a part of the diagonal "
-        "of the box of the control points.",
+        description="The largest width of intervals: relative to the area, to the length of all "
+        "borders, and to the volume of the whole; for the centroid relative to the diagonal of the "
+        "box of the control points. What takes too much work is refused (`too_costly`), with the "
+        "tolerance that can be reached.",
         examples=[1e-9],
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
         default=WELD_TOLERANCE,
-        description="The share of the diagonal within which control points on borders of patches "
-        "count as one, as in a mesh. The intervals of volumes hold whatever lies in the gaps that "
-        "were closed so.",
+        description="The part of the diagonal within which control points on borders of patches "
+        "count as one, as in a mesh. The intervals of volumes hold every solid whose border lies "
+        "in the gaps that this closes.",
         examples=[1e-6],
     )
 
     def to_query(self) -> MeasureQuery:
-        """How narrow intervals shall be."""
+        """The tolerances as the engine takes them."""
         return MeasureQuery(self.tolerance, self.weld_tolerance)

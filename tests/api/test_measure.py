@@ -8,10 +8,11 @@ import orjson
 import pytest
 
 from service.api.models.measure import SurfaceMeasures
-from service.engine.measures.measure import MeasureQuery
+from service.engine.measures.values import MeasureQuery
 from service.errors import TooLarge
 from service.pipeline.limits import Limits
 from service.pipeline.measure import plan_measure
+from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import EXAMPLES
 from tests.api.client import Client
@@ -97,14 +98,33 @@ def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -
     assert (issue["code"], issue["pointer"]) == (code, pointer)
 
 
-def test_too_much_is_refused_before_any_work_and_hard_ones_say_so() -> None:
-    rng = np.random.default_rng(1)
-    surface = BsplineSurface(rng.uniform(0, 1, (40, 40, 3)))
+FOLDED = [[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]
+
+
+def test_narrow_intervals_are_refused_with_those_that_can_be_reached(client: Client) -> None:
+    """N is (0, 0, u − v − 0.1): |N| has a kink that cuts cells at any angle."""
+    few = Limits(max_multiplications=50_000_000)
+    surface = BezierSurface(np.array(FOLDED, float))
+    with pytest.raises(TooLarge) as refused:
+        plan_measure(surface, MeasureQuery(1e-9), few).run()
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer, issue.got) == ("too_costly", "/tolerance", "1e-09")
+    least, _, rest = issue.needed.removeprefix("at least ").partition(": ")
+    assert rest == f"{least} for the area"
+    found = orjson.loads(plan_measure(surface, MeasureQuery(float(least)), few).run())
+    assert found["reached"]
+    assert is_about(found["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(least))
+    example = client.get("/openapi.json").json()["components"]["responses"]["InvalidRequest"]
+    answer = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
+    assert answer["errors"][0]["code"] == "too_costly"
+
+
+def test_what_no_tolerance_would_reach_is_answered_with_wide_intervals() -> None:
+    surface = BsplineSurface(np.random.default_rng(1).uniform(0, 1, (40, 40, 3)))
     query = MeasureQuery(1e-12)
     with pytest.raises(TooLarge) as refused:
         plan_measure(surface, query, Limits(max_multiplications=1_000_000))
-    assert refused.value.issues[0].code == "too_costly"
+    assert refused.value.issues[0].pointer == "/surface"
     found = orjson.loads(plan_measure(surface, query, Limits(max_multiplications=10**8)).run())
     assert not found["reached"]
-    area = found["area"]
-    assert area["low"] < area["value"] < area["high"]
+    assert found["area"]["low"] < found["area"]["value"] < found["area"]["high"]

@@ -1,6 +1,7 @@
 """`surface measure`: flags and refusals."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -19,3 +20,15 @@ def test_flags_say_how_narrow(capsysbinary: pytest.CaptureFixture[bytes]) -> Non
 def test_a_flag_that_is_wrong_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["measure", "saddle", "--tolerance", "2", "-o", "-"]) == 1
     assert "--tolerance" in capsys.readouterr().err
+
+
+def test_a_tolerance_that_takes_too_much_work_is_refused(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("service.pipeline.measure.BUDGET", 10_000)
+    path = tmp_path / "folded.json"
+    path.write_text('{"control_net": [[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]}')
+    assert main(["measure", str(path), "--tolerance", "1e-9", "-o", "-"]) == 1
+    refused = capsys.readouterr().err
+    assert "--tolerance" in refused
+    assert "for the area" in refused

@@ -33,15 +33,16 @@ class EdgePlace(Answer):
 
 
 class FaultyEdge(EdgePlace):
-    """A side for which the surface has no volume."""
+    """A side on an edge that keeps the surface from having a volume."""
 
     open: bool
-    """Whether it is alone on its edge. Else the patches that meet there do not pass the edge as
-    often in one direction as in the other: one of them is turned round, or there are too many."""
+    """Whether the side is alone on its edge. Else the patches that meet there do not pass along the
+    edge as often in one direction as in the other: one of them is turned round, or there are too
+    many."""
 
 
 class Boundary(Answer):
-    """An open border: edges one after another, with the surface on the left of them."""
+    """An open border: edges one after another, with the surface on their left."""
 
     length: Interval
     """Its length."""
@@ -87,15 +88,16 @@ class SurfaceMeasures(Answer):
     open_edges: Count
     """Sides that are alone on their edge."""
     inconsistent_edges: Count
-    """Sides on other edges for which the surface has no volume."""
+    """Sides on other edges that keep the surface from having a volume."""
     faulty_edges: list[FaultyEdge]
-    """The first 100 of both."""
+    """The first 100 of both kinds."""
     parts: list[PartMeasures]
     """The parts, in their order, or the members of a group. No interval is wider than those of the
     whole may be."""
     reached: bool
-    """Whether all intervals of the whole are as narrow as `tolerance` asks. They are wider where
-    that would take too long."""
+    """Whether all intervals of the whole are at most `tolerance` wide. They are wider where
+    rounding or the gaps that joining closed (`moved`) require it, and for quantities that reach no
+    `tolerance` that a request may have, as a volume of zero."""
     moved: Length
-    """How far control points were moved at most, so that borders meet; intervals have room for
-    it."""
+    """The largest distance by which control points were moved so that borders meet; intervals have
+    room for it."""

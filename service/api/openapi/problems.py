@@ -25,11 +25,14 @@ from service.cancellation import OutOfTime
 from service.decoders import teapot
 from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.measures.values import MeasureQuery
 from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import PointsQuery
 from service.errors import Busy, DamagedObject, StoreFailed, SurfaceError
 from service.pipeline.documents import plan_conversion
+from service.pipeline.limits import Limits
+from service.pipeline.measure import plan_measure
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.document import DEFAULT_LIMITS
@@ -39,6 +42,7 @@ from service.schemas.validation import parse_request
 from service.settings.values import Settings
 from service.storage.failures import disk_full
 from service.storage.quota import quota_exceeded
+from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Split
 from service.surface.examples import find
@@ -56,6 +60,8 @@ _KNOTS = (
     b'{"surface": {"type": "bspline", "control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], '
     b'[1, 1, 0]]], "degree": 1, "knots": [[0, 0, 1, 1], [0, 1, 0.5, 1]]}}'
 )
+_FOLDED = BezierSurface(np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]))
+_FEW = Limits(max_multiplications=100_000_000)
 _MESH, _UNTIL = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
@@ -103,6 +109,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "points": lambda: plan_points(find("saddle").surface(), _OUTSIDE).run(),
             "knots": _post(_KNOTS),
             "parameters": lambda: plan_points(find("trefoil-tube").surface(), _PLACE).run(),
+            "intervals": lambda: plan_measure(_FOLDED, MeasureQuery(1e-11), _FEW).run(),
             "conversion": lambda: plan_conversion(
                 find("sphere").surface(), (Split(u=0.5),), SizeLimits()
             ).run(),

@@ -61,9 +61,9 @@ async def measure_surface(wanted: MeasureRequest, context: ContextDep) -> Respon
     """Measures a surface: every number comes with an interval that provably holds the truth.
 
     A surface has a volume if all of its edges meet, and its patches are oriented consistently;
-    `faulty_edges` are the reason where they do not. Intervals that cannot be as narrow as
-    `tolerance` asks within the limits of the service are wider, and `reached` is false. Tubes and
-    ribbons are not measured (`not_parametric`).
+    `faulty_edges` are the reason where they do not. A `tolerance` that takes more work than one
+    request may have is refused (`too_costly`), and the refusal names the tolerance that can be
+    reached for each quantity. Tubes and ribbons are not measured (`not_parametric`).
     """
     services, job, *_ = context
     work = plan_measure(wanted.to_surface(), wanted.to_query(), services.limits)

@@ -9,6 +9,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.measures.tables import halves
+from service.engine.queries.nets import QueryNets
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,6 +82,17 @@ def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
     if axis == 0:
         return (matrix @ nets.reshape(d, rows, -1)).reshape(d, -1, columns, count)
     return (matrix @ nets.reshape(-1, columns, count)).reshape(d, rows, -1, count)
+
+
+def group_cells(nets: QueryNets, noise: float, patches: Bools | None = None) -> list[Cells]:
+    """The nets of all patches, or of some, (P,), as cells by degree; `noise` is in model units."""
+    groups = []
+    for group in nets.groups:
+        patch = nets.patch[group.first : group.first + len(group.nets)]
+        rows = np.arange(len(patch)) if patches is None else np.flatnonzero(patches[patch])
+        if len(rows):
+            groups.append(cells_of(group.nets[rows], patch[rows], noise / nets.scale))
+    return groups
 
 
 def cells_of(nets: FloatArray, patch: Ints, noise: float) -> Cells:

@@ -1,9 +1,10 @@
 """Integrals over the patches of a model: cells are halved until all errors together are small.
 
-Only bounds are computed while cells are halved; the sums are computed once, in the end. Cells
-whose errors are least are kept as long as these add up to half of what is allowed; the others are
-halved, each in the direction in which it changes more. Errors that still are too large when there
-are as many cells as there may be make the interval wider.
+Only bounds are computed while cells are halved; the sums are computed once, in the end. In each
+round the cells with the smallest errors are kept, as long as these add up to half of the errors
+that are still allowed; the others are halved, each in the direction in which it changes more. The
+errors of all cells are part of the interval, also where the budget ends before they are small
+enough.
 """
 
 from dataclasses import dataclass
@@ -20,21 +21,21 @@ from service.engine.measures.remainders import Kind, remainders
 from service.engine.measures.rules import apply_rule
 
 NODES = 10
-"""Of a rule in each direction, where no rule is exact."""
+"""Nodes of a rule in each direction, where no rule is exact."""
 
 ROUGH = 6
-"""Of the rule that tells about how large an integral is."""
+"""Nodes of the rule that estimates an integral."""
 
 CHUNK = 1 << 18
 """Numbers of one array that are worked on at a time."""
 
 ROUNDS = 200
-"""How often cells are halved at most: they are never as small as that."""
+"""The most rounds of halving: budgets end before."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Integrals:
-    """Sums over cells, one column a cell, as `rules.apply_rule` gives them, and all their errors.
+    """Sums over K cells, one column a cell, as from `rules.apply_rule`, and all their errors.
 
     Attributes
     ----------
@@ -63,55 +64,96 @@ class Integrals:
         return sums, errors
 
 
-def growth(groups: list[Cells]) -> float:
-    """How much larger the area may become if control points move by the noise of their cells."""
-    total = []
+@dataclass(frozen=True, eq=False, slots=True)
+class Refinement:
+    """Cells that are small enough for their rules, or as small as a budget allows.
+
+    Attributes
+    ----------
+    kind : Kind
+    exact : list of Cells
+        Cells for which a rule of 2 max(p, q) nodes is exact.
+    bounded : list of BoundedCells
+        Other cells, for which rules of `NODES` nodes have remainders.
+    excess : float
+        Sum of the remainders, in units of the allowed errors: above 1 where the budget ended first.
+    """
+
+    kind: Kind
+    exact: "list[Cells]"
+    bounded: "list[BoundedCells]"
+    excess: float
+
+    def integrate(self) -> Integrals:
+        """The integrals over all cells."""
+        parts = [
+            _integrate(cells, self.kind, max(2, 2 * max(cells.degree)), None)
+            for cells in self.exact
+        ]
+        parts += [
+            _integrate(each.cells, self.kind, NODES, each.errors)
+            for each in self.bounded
+            if len(each.cells)
+        ]
+        return Integrals(
+            *(
+                np.concatenate([getattr(part, name) for part in parts], axis=-1)
+                for name in Integrals.__slots__
+            )
+        )
+
+
+def bound_growth(groups: list[Cells]) -> float:
+    """Bound the growth of the area if control points move by the noise of their cells.
+
+    With A ≥ |S_u| and B ≥ |S_v| over a cell, which become A + a and B + b, |S_u × S_v| grows by at
+    most (A + a) (B + b) − A B.
+    """
+    growths = []
     for cells in groups:
         for rows in chunks(cells, 1):
             plain, moved = (LocalNets(cells.take(rows), by) for by in (0.0, cells.noise))
             (a, b), (c, d) = plain.stretches, moved.stretches
-            total.append(float((c * d - a * b).sum()))
-    return fsum(total) * UPWARDS
+            growths.append(float((c * d - a * b).sum()))
+    return fsum(growths) * UPWARDS
 
 
 def estimate(groups: list[Cells], kind: Kind) -> tuple[FloatArray, FloatArray]:
-    """About what the integrals are, and their rounding: one rule a patch."""
-    parts = [_sums(cells, kind, ROUGH, None) for cells in groups]
+    """Estimate the integrals by one rule a patch; and bound the rounding of such rules."""
+    parts = [_integrate(cells, kind, ROUGH, None) for cells in groups]
     sums = [part.sums.sum(axis=1) for part in parts]
     return np.sum(sums, axis=0), np.sum([part.errors.sum(axis=1) for part in parts], axis=0)
 
 
-def integrate(groups: list[Cells], kind: Kind, wanted: FloatArray, budget: int) -> Integrals:
-    """Integrals of `kind` over all cells.
+def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) -> Refinement:
+    """Halve cells until their remainders add up to the allowed errors, or the budget ends.
 
     Parameters
     ----------
     groups : list of Cells
         Whole patches, of one degree each.
-    wanted : ndarray of float64, shape (1,) or (2,)
-        Errors of the whole that are small enough.
+    allowed : ndarray of float64, shape (1,) or (2,)
+        The errors that the whole may have.
     budget : int
         Control points that all cells may have.
     """
     closed = kind == "flux"
-    done = [
-        _sums(cells, kind, max(2, 2 * max(cells.degree)), None)
-        for cells in groups
-        if closed and not cells.is_rational
-    ]
-    rest = [_bounded(cells, kind) for cells in groups if not closed or cells.is_rational]
-    kept: list[_Bounded] = []
+    exact = [cells for cells in groups if closed and not cells.is_rational]
+    rest = [_bound(cells, kind) for cells in groups if not closed or cells.is_rational]
+    kept: list[BoundedCells] = []
     room, share = budget - sum(each.cells.size for each in rest), 1.0
+    excess = 0.0
     for _ in range(ROUNDS):
         checkpoint()
-        errors = np.concatenate([np.zeros(0), *(each.worst(wanted) for each in rest)])
+        errors = np.concatenate([np.zeros(0), *(each.relative_errors(allowed) for each in rest)])
         order = np.argsort(errors, kind="stable")
         added = np.cumsum(errors[order])
+        excess = 1 - share + float(added[-1]) if len(added) else 0.0
         if not len(added) or added[-1] <= share:
             break
         points = np.concatenate([np.full(len(e.cells), e.cells.size // len(e.cells)) for e in rest])
         few = int(np.searchsorted(added, share / 2, side="right"))
-        # The largest come first where there is no room for all.
+        # Without room for all, those with the largest errors are halved.
         few = max(few, len(order) - int((np.cumsum(points[order[::-1]]) <= room).sum()))
         if few == len(order):
             break
@@ -124,56 +166,53 @@ def integrate(groups: list[Cells], kind: Kind, wanted: FloatArray, budget: int) 
         rest = [
             half
             for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)
-            for half in e.take(chosen[a:b]).halves(kind)
+            for half in e.take(chosen[a:b]).halve(kind)
         ]
-    done += [
-        _sums(each.cells, kind, NODES, each.errors) for each in (*kept, *rest) if len(each.cells)
-    ]
-    return Integrals(
-        *(
-            np.concatenate([getattr(part, name) for part in done], axis=-1)
-            for name in Integrals.__slots__
-        )
-    )
+    return Refinement(kind, exact, [*kept, *rest], excess)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Bounded:
-    """Cells of one degree, what their rules may be wrong by, and how to halve them."""
+class BoundedCells:
+    """K cells of one degree, the remainders of their rules, and where they are better halved.
+
+    `errors` and `along_v` are those of `Remainders`.
+    """
 
     cells: Cells
     errors: FloatArray
     along_v: Bools
 
-    def worst(self, wanted: FloatArray) -> FloatArray:
-        """Errors in parts of what is wanted, (K,)."""
-        parts: FloatArray = (self.errors / wanted[:, np.newaxis]).max(axis=0)
-        return parts
+    def relative_errors(self, allowed: FloatArray) -> FloatArray:
+        """The errors in units of the allowed ones, the larger of two, (K,)."""
+        relative: FloatArray = (self.errors / allowed[:, np.newaxis]).max(axis=0)
+        return relative
 
-    def take(self, rows: Bools) -> "_Bounded":
-        """Some of them."""
-        return _Bounded(self.cells.take(rows), self.errors[:, rows], self.along_v[rows])
+    def take(self, rows: Bools) -> "BoundedCells":
+        """Some of the cells."""
+        return BoundedCells(self.cells.take(rows), self.errors[:, rows], self.along_v[rows])
 
-    def halves(self, kind: Kind) -> "list[_Bounded]":
-        """All of them, halved."""
+    def halve(self, kind: Kind) -> "list[BoundedCells]":
+        """All of the cells, halved; an empty list if there are none."""
         turned = ((0, ~self.along_v), (1, self.along_v))
         parts = [self.cells.take(rows).halved(axis) for axis, rows in turned if rows.any()]
-        return [_bounded(Cells.joined(parts), kind)] if parts else []
+        return [_bound(Cells.joined(parts), kind)] if parts else []
 
 
-def _bounded(cells: Cells, kind: Kind) -> _Bounded:
-    found = []
+def _bound(cells: Cells, kind: Kind) -> BoundedCells:
+    """The cells with the remainders of their rules."""
+    parts = []
     for rows in chunks(cells, 1):
         checkpoint()
-        found.append(remainders(local_nets(cells.take(rows), kind), kind, NODES))
-    return _Bounded(
+        parts.append(remainders(local_nets(cells.take(rows), kind), kind, NODES))
+    return BoundedCells(
         cells,
-        np.concatenate([each.errors for each in found], axis=1),
-        np.concatenate([each.along_v for each in found]),
+        np.concatenate([each.errors for each in parts], axis=1),
+        np.concatenate([each.along_v for each in parts]),
     )
 
 
-def _sums(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) -> Integrals:
+def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) -> Integrals:
+    """The integrals by rules of `count` nodes, and their rounding with `errors` added."""
     sums, rounding = [], []
     for rows in chunks(cells, count):
         checkpoint()
@@ -187,7 +226,7 @@ def _sums(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) -> In
 
 
 def local_nets(cells: Cells, kind: Kind) -> LocalNets:
-    """The nets of cells; what control points are wrong by tells on a flux in another way."""
+    """The nets of cells; without their noise for a flux, whose bound `solids` adds."""
     return LocalNets(cells, cells.noise if kind == "size" else 0.0)
 
 

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.engine.measures.cells import cells_of
-from service.engine.measures.integrals import integrate
-from service.engine.measures.measure import Interval, MeasureQuery, Measures, measure
+from service.engine.measures.integrals import refine
+from service.engine.measures.measure import measure
+from service.engine.measures.values import Interval, MeasureQuery, Measures
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
@@ -112,7 +113,7 @@ def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
 def test_the_flux_of_polynomials_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
     nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
     cells = cells_of(nets, np.arange(2), 0.0)
-    sums, errors = integrate([cells], "flux", np.ones(2), 0).over_parts(np.arange(2), 2)
+    sums, errors = refine([cells], "flux", np.ones(2), 0).integrate().over_parts(np.arange(2), 2)
     for k, net in enumerate(nets):
         truth = oracle.exact_flux([exact_net(net)])
         assert abs(sums[0, 1 + k] - truth) <= errors[0, 1 + k] < 1e-11

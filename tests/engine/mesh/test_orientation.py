@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from service.engine.measures.measure import MeasureQuery, measure
+from service.engine.measures.measure import measure
+from service.engine.measures.values import MeasureQuery
 from service.engine.mesh.connect import connect
 from service.engine.mesh.orientation import orient_sides
 from service.engine.queries.project import ProjectQuery, project_on_surface

@@ -1,0 +1,96 @@
+"""How narrow the intervals of a query can be within its budget; the refusal of narrower ones.
+
+Cells are halved before anything is summed (`integrals.refine`): a refusal costs the bounds alone.
+It names the tolerance that can be reached for each quantity. If a quantity reaches no tolerance
+that a query may have, as a volume of zero, the query is answered, and its interval is wider.
+"""
+
+from dataclasses import dataclass, field
+from math import floor, log10
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.measures.cells import Cells
+from service.engine.measures.integrals import Integrals, refine
+from service.engine.measures.remainders import Kind
+from service.engine.measures.values import LARGEST_TOLERANCE, MeasureQuery
+from service.errors import Issue, TooLarge
+
+USED = 0.43
+"""The part of the width of an interval that a remainder may have on either side."""
+
+MARGIN = 4
+"""Factor of the tolerance that a refusal names, beyond the width that was reached: for another
+tolerance other cells are halved."""
+
+
+@dataclass(slots=True)
+class Precision:
+    """The integrals of one query, and the tolerances that are reachable where its own is not.
+
+    Attributes
+    ----------
+    query : MeasureQuery
+    reachable : dict of str to float
+        A tolerance for each quantity for which the budget does not suffice.
+    is_answered : bool
+        Whether a quantity reaches no tolerance that a query may have.
+    """
+
+    query: MeasureQuery
+    reachable: dict[str, float] = field(default_factory=dict)
+    is_answered: bool = False
+
+    def integrate(
+        self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, least: FloatArray
+    ) -> Integrals | None:
+        """The integrals of a quantity; None if the query will be refused.
+
+        Parameters
+        ----------
+        name : str
+            Of the quantity, for the refusal.
+        scales : ndarray of float64, shape (1,) or (2,)
+            The allowed errors are the tolerance times these, as far as cells are concerned,
+        least : ndarray of float64, shape (1,) or (2,)
+            but at least these: the errors by rounding.
+        """
+        allowed = np.maximum(self.query.tolerance * scales, least)
+        refinement = refine(groups, kind, allowed, self.query.budget)
+        width = 2 * USED * refinement.excess  # in units of that for which `allowed` leaves room
+        if width > 1 and not self.is_answered:
+            with np.errstate(divide="ignore"):
+                reached = MARGIN * width * float((allowed / scales).max())
+            if reached <= LARGEST_TOLERANCE:
+                self.reachable[name] = round_up(reached)
+            else:
+                self.is_answered = not self.reachable
+        return None if self.reachable else refinement.integrate()
+
+    def check(self) -> None:
+        """Refuse the query if a quantity needs more cells than the budget has.
+
+        Raises
+        ------
+        TooLarge
+            `too_costly`.
+        """
+        if self.reachable:
+            each = ", ".join(f"{least:g} for {name}" for name, least in self.reachable.items())
+            raise TooLarge(
+                Issue(
+                    "too_costly",
+                    "Such narrow intervals take more work than this service gives to one request.",
+                    "/tolerance",
+                    f"{self.query.tolerance:g}",
+                    f"at least {max(self.reachable.values()):g}: {each}",
+                )
+            )
+
+
+def round_up(value: float) -> float:
+    """The least number of two decimal digits that is not below a positive value."""
+    unit = 1 - floor(log10(value))
+    digits = -floor(-value * 10.0**unit)
+    return float(f"{digits}e{-unit}")

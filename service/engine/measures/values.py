@@ -1,0 +1,130 @@
+"""What a caller asks of measures, and the answer as values."""
+
+from dataclasses import dataclass
+from math import inf, nextafter
+
+from service.engine.measures.sources import SidePlace
+from service.engine.options import MeshOptions
+
+TOLERANCE = 1e-6
+"""Relative width of intervals, if the caller gives none."""
+
+LARGEST_TOLERANCE = 0.1
+
+WELD_TOLERANCE = MeshOptions().weld_tolerance
+
+BUDGET = 1 << 20
+"""Control points of the cells of one integral: some seconds."""
+
+MOST_LISTED = 100
+"""Edges and borders that an answer lists."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeasureQuery:
+    """How narrow intervals must be, and what may be spent on that.
+
+    Attributes
+    ----------
+    tolerance : float
+        Largest width of an interval, relative to the area, the length or the volume of the whole;
+        for the centroid relative to the diagonal.
+    weld_tolerance : float
+        The part of the diagonal within which borders are joined.
+    budget : int
+        Control points of the cells of one integral, beyond those of the whole patches.
+    """
+
+    tolerance: float = TOLERANCE
+    weld_tolerance: float = WELD_TOLERANCE
+    budget: int = BUDGET
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A value, and two numbers between which the truth is."""
+
+    value: float
+    low: float
+    high: float
+
+    @staticmethod
+    def about(value: float, error: float, unit: float = 1.0, least: float = -inf) -> "Interval":
+        """[value − error, value + error], rounded outward, times `unit`, a power of two."""
+        low, high = nextafter(value - error, -inf), nextafter(value + error, inf)
+        return Interval(value * unit, max(low * unit, least), high * unit)
+
+    def is_within(self, width: float) -> bool:
+        """Whether the interval is at most `width` wide."""
+        return self.high - self.low <= width
+
+
+@dataclass(frozen=True, slots=True)
+class PartMeasures:
+    """The measures of one part; an open one has neither volume nor centroid."""
+
+    name: str
+    area: Interval
+    volume: Interval | None
+    centroid: tuple[Interval, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Boundary:
+    """An open border: its length, its number of edges, whether it returns, and its first edge."""
+
+    length: Interval
+    edges: int
+    closed: bool
+    first: SidePlace
+
+
+@dataclass(frozen=True, slots=True)
+class FaultyEdge:
+    """A side on an edge that keeps the surface from having a volume: open, or not balanced."""
+
+    is_open: bool
+    place: SidePlace
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """The measures of a surface.
+
+    Attributes
+    ----------
+    area, volume, centroid
+        Of the whole; without volume and centroid if it is not closed.
+    closed : bool
+        Whether every edge is balanced (`service.engine.mesh.orientation`).
+    boundary_length : Interval
+        Of all open borders.
+    boundary_count : int
+    boundaries : tuple of Boundary
+        The first `MOST_LISTED` open borders.
+    open_edges : int
+        Number of sides that are alone on their edges.
+    inconsistent_edges : int
+        Number of sides on other edges that are not balanced.
+    faulty_edges : tuple of FaultyEdge
+        The first `MOST_LISTED` of both.
+    parts : tuple of PartMeasures
+    reached : bool
+        Whether all intervals of the whole are as narrow as the query says.
+    moved : float
+        How far joining moved any point, in model units.
+    """
+
+    area: Interval
+    volume: Interval | None
+    centroid: tuple[Interval, ...] | None
+    closed: bool
+    boundary_length: Interval
+    boundary_count: int
+    boundaries: tuple[Boundary, ...]
+    open_edges: int
+    inconsistent_edges: int
+    faulty_edges: tuple[FaultyEdge, ...]
+    parts: tuple[PartMeasures, ...]
+    reached: bool
+    moved: float
