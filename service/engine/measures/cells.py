@@ -26,7 +26,7 @@ class Cells:
     depth : ndarray of int, shape (K,)
         How often each was halved.
     noise : float
-        How far control points may be from those that are meant, before any rounding of this room.
+        A bound of the errors of control points by lowering, placing and joining.
     """
 
     nets: FloatArray
@@ -41,23 +41,23 @@ class Cells:
 
     @property
     def is_rational(self) -> bool:
-        """Whether they have weights."""
+        """Whether the nets have weights."""
         return len(self.nets) == 4
 
     @property
     def size(self) -> int:
-        """Control points of all of them."""
+        """Number of control points of all cells."""
         return int(np.prod(self.nets.shape[1:]))
 
     def __len__(self) -> int:
         return len(self.patch)
 
     def take(self, rows: Ints | Bools | slice) -> "Cells":
-        """Some of them."""
+        """Some of the cells."""
         return Cells(self.nets[..., rows], self.patch[rows], self.depth[rows], self.noise)
 
     def halved(self, axis: int) -> "Cells":
-        """Twice as many: the first halves along u (axis 0) or v (axis 1), then the second."""
+        """Both halves of every cell, along u (axis 0) or v (axis 1): first halves come first."""
         d, rows, columns, count = self.nets.shape
         nets = along(halves(self.degree[axis]), self.nets, axis)
         shape = (d, 2, rows, columns, count) if axis == 0 else (d, rows, 2, columns, count)

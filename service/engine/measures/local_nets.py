@@ -1,4 +1,4 @@
-"""Nets of cells about their own middles, with their partials, and bounds over the whole cells.
+"""Nets of cells about the middles of the cells, their partials, and bounds over whole cells.
 
 With c the middle of a cell, X = w (S − c) and w are Bézier nets, and
 
@@ -6,16 +6,17 @@ With c the middle of a cell, X = w (S − c) and w are Bézier nets, and
 
 and likewise S_v. Without weights w = 1. All partials are by the parameters of the cell.
 
-**Rounding.** Coordinates and weights are at most 1, u = 2⁻⁵³, n the higher degree. Making the nets,
-halving them L times and subtracting c leaves errors of control points of at most
+**Rounding.** Coordinates and weights are at most 1, u = 2⁻⁵³, n is the higher degree. A net that
+was computed, halved L times and moved by c has control points with errors of at most
 
     ε = (24 n + 64 + (2 n + 6) L) u
 
-in length: a row of a product with `halves` is a mean of n + 1 numbers, wrong by at most (n + 2) u
-in each of three coordinates; each of the n steps from a triangle to a net by at most 12 u. Steps
-between control points, times n, are wrong by at most 2 n ε. At a node the basis is right to 12 n u,
-and the sums over it to 2 (n + 2) u, of what is summed in absolute value: a value of a net whose
-control vectors have lengths up to M is wrong by at most ε + 16 (n + 2) u M.
+in length. For a row of a product with `halves` is a mean of n + 1 numbers, wrong by at most
+(n + 2) u in each of three coordinates; each of the n steps from a triangle to a net is wrong by at
+most 12 u. Steps between control points, times n, are wrong by at most 2 n ε. At a node the product
+of two bases has a relative error of at most 12 n u, and the sum over both indices adds at most
+2 (n + 2) u times the sum of absolute values. So a value of a net whose control vectors have lengths
+up to M is wrong by at most ε + 16 (n + 2) u M.
 """
 
 from dataclasses import dataclass
@@ -33,21 +34,21 @@ UPWARDS = 1 + 2.0**-40
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Net:
-    """A net (d, a+1, b+1, K), and how wrong its control points may be in length, (K,)."""
+    """A net (d, a+1, b+1, K), and bounds of the errors of its control points in length, (K,)."""
 
     values: FloatArray
     noise: FloatArray
 
     @property
     def largest(self) -> FloatArray:
-        """The greatest length over each cell, (K,)."""
+        """An upper bound of the length of a value over each cell, (K,)."""
         return np.asarray(lengths(self.values).max(axis=(0, 1)) * UPWARDS + self.noise)
 
 
 class LocalNets:
     """X, w and their partials; curves have none by v, and polynomial nets no w.
 
-    `noise` is how far control points were from those that are meant, before any of this.
+    `noise` bounds the errors of control points before any rounding that ε counts.
     """
 
     def __init__(self, cells: Cells, noise: float = 0.0) -> None:

@@ -1,19 +1,24 @@
-"""What a Gauss–Legendre rule may be wrong by over a cell, bounded in the complex plane.
+"""Bounds of the errors of Gauss–Legendre rules over cells, by ellipses in the complex plane.
 
 **One parameter.** A function f that is analytic within the ellipse E_ρ about [−1, 1] and at most M
 there in absolute value has Chebyshev coefficients |a_k| ≤ 2 M ρ^−k. The rule of m ≥ 2 nodes is
-exact up to degree 2 m − 1, and for odd k; for even k it gives T_k at most 2, and ∫ T_k is at most
-2 / (k² − 1) ≤ 2/15 in absolute value. Over [0, 1], which is half as long, its error is therefore
+exact for T_k if k < 2 m or k is odd. For other k ≥ 4 the rule gives at most 2 in absolute value, as
+its weights are positive and add up to 2, and |∫ T_k| = 2 / (k² − 1) ≤ 2/15. Over [0, 1], which is
+half as long, the error is therefore
 
     ε ≤ ½ Σ_{k = 2m, 2m+2, …} 2 M ρ^−k (2 + 2/15) = (32/15) M ρ^−2m / (1 − ρ^−2)
 
-As the rule is exact of constants, M may be a bound of |f − f₀| for any constant f₀.
+As the rule is exact for constants, M may be a bound of |f − f₀| for any constant f₀.
 
-**Two parameters.** The rule of m × m nodes is wrong by at most the sum of two such errors: f with
-u complex and v in [0, 1], and f with v complex and u in [0, 1].
+**Two parameters.** With the integrals I_u, I_v and the rules Q_u, Q_v in one parameter,
 
-**Bounds of f.** With u complex a net is Σ_k c_k(v) T_k(2u − 1). Each c_k is a Bézier net in v, at
-most as long as its longest control vector C_k. So the net is within
+    I_u I_v − Q_u Q_v = (I_u − Q_u) I_v + Q_u (I_v − Q_v).
+
+I_v and Q_u are means over [0, 1]. So the rule of m × m nodes is wrong by at most the sum of two
+such errors: of f with u complex and v in [0, 1], and of f with v complex and u in [0, 1].
+
+**Bounds of f.** With u complex a net is Σ_k c_k(v) T_k(2u − 1). Each c_k is a Bézier net in v, and
+at most as long as the longest of its control vectors, C_k. So the net is within
 
     δ(ρ) = Σ_{k ≥ 1} C_k (ρ^k + ρ^−k)/2 + max |c_0 − a|
 
@@ -34,8 +39,10 @@ lengths of complex vectors are Hermitian.
   |f − f₀| ≤ (t + s) (|N₀| + D) − t |N₀|, and of the moment (t + s)² (|N₀| + D) − t² |N₀|.
 - Length of a curve: as area, with A for N₀ and α for D.
 
-Where no ellipse will do, the integral and its rule are both within bounds of f over the cell: that
-of the smallest ellipse, and the product of the greatest lengths.
+If none of the ellipses gives a finite bound, or a small one, the integral and its rule are both
+means of values of f over the cell. So they differ by at most 2 |f − f₀| on the smallest ellipse;
+and for areas and lengths, f ≥ 0, by at most the product of the largest lengths, for a flux by twice
+that.
 
 References
 ----------
@@ -59,11 +66,11 @@ Kind: TypeAlias = Literal["size", "flux"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Remainders:
-    """Of K cells.
+    """The remainders of rules over K cells.
 
     Attributes
     ----------
-    errors : ndarray of float64, shape (1, K), or (2, K) of a flux and of its moments
+    errors : ndarray of float64, shape (1, K), or (2, K) for a flux and its moments
     along_v : ndarray of bool, shape (K,)
         Whether a cell is better halved along v.
     """
@@ -74,7 +81,7 @@ class Remainders:
 
 @np.errstate(all="ignore")
 def remainders(nets: LocalNets, kind: Kind, count: int) -> Remainders:
-    """Bounds of the errors of rules of `count` nodes in each direction; the origin o is 0."""
+    """Bound the errors of rules of `count` nodes in each direction; the origin o is 0."""
     stretches, size = nets.stretches, len(nets.x.noise)
     if kind == "flux" and nets.w is None:
         raise ValueError("the flux of a polynomial has no remainder")
@@ -113,9 +120,16 @@ def remainders(nets: LocalNets, kind: Kind, count: int) -> Remainders:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Spread:
-    """A constant (d, K), how far a function is from it on each ellipse (R, K), and how far along.
+    """A function on ellipses.
 
-    `ripple` (K,) is about how far it changes along the direction of the ellipses.
+    Attributes
+    ----------
+    value : ndarray of float64, shape (d, K)
+        A constant.
+    off : ndarray of float64, shape (R, K)
+        Bounds of the distance of the function from it on each ellipse.
+    ripple : ndarray of float64, shape (K,)
+        How far the function changes in the complex parameter, approximately.
     """
 
     value: FloatArray
@@ -132,7 +146,7 @@ class _Spreads:
 
 
 def _weighted(nets: LocalNets, axis: int) -> _Spreads:
-    """What is said of S and its partials with one parameter complex."""
+    """The bounds of S − c and the partials with one parameter complex."""
     x = _spread(nets.x, axis)
     steps = [_spread(net, axis) for net in nets.x_partials]
     if nets.w is None:
@@ -141,18 +155,18 @@ def _weighted(nets: LocalNets, axis: int) -> _Spreads:
     least = w.value[0] - w.off * UPWARDS
     least = np.where(least > 0, least, np.nan)
     reach = (lengths(x.value) + x.off) / least
-    found = []
+    partials = []
     for step, net in zip(steps, nets.w_partials, strict=True):
         slope = _spread(net, axis)
         value = step.value / w.value[0]
         off = step.off + reach * (np.abs(slope.value[0]) + slope.off) + lengths(value) * w.off
         ripple = (step.ripple + nets.reach * slope.ripple + lengths(value) * w.ripple) / w.value[0]
-        found.append(_Spread(value, off / least, ripple))
-    return _Spreads(found, reach)
+        partials.append(_Spread(value, off / least, ripple))
+    return _Spreads(partials, reach)
 
 
 def _spread(net: Net, axis: int) -> _Spread:
-    """A net with one parameter complex."""
+    """The bounds of a net with one parameter complex."""
     degree = net.values.shape[1 + axis] - 1
     mean = net.values.mean(axis=(1, 2))
     coefficients = along(chebyshev(degree), net.values, axis)

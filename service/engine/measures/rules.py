@@ -10,7 +10,7 @@ B ≥ |S_v|, r ≥ |S − c| and w ≥ w₀ over the cell,
     |error of S − c| ≤ (η_X + r η_w) / w₀ + 8 u r =: σ
     |error of S_u|   ≤ (η_Xu + r η_wu + σ |w_u| + A η_w) / w₀ + 8 u (A + r |w_u| / w₀) =: α
 
-and β likewise, so that of N: ν = A β + α B + α β + 8 u A B; of the area ν + 4 u A B. With
+and β likewise for S_v, and ν for N: ν = A β + α B + α β + 8 u A B; of the area ν + 4 u A B. With
 R = |c − o| + r, of the flux R ν + (σ + 4 u R) A B and of the moment
 R² ν + (2 σ + 8 u R) R A B. Weights are right to 2 u each, and a sum of m² terms is wrong by at most
 (m² + 16) u times the largest term.
@@ -26,7 +26,7 @@ from service.engine.measures.tables import UNIT, basis_at_nodes, weights_at_node
 
 
 def apply_rule(nets: LocalNets, kind: Kind, count: int) -> tuple[FloatArray, FloatArray]:
-    """Sums over K cells, and bounds of their rounding.
+    """Compute sums over K cells, and bounds of their rounding.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def apply_rule(nets: LocalNets, kind: Kind, count: int) -> tuple[FloatArray, Flo
 
 
 def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
-    """Values of a net (d, a+1, b+1, K) at nodes of 1 or 2 axes, (d, nodes, K); u is the slower."""
+    """Values of a net (d, a+1, b+1, K) at nodes of 1 or 2 axes, (d, nodes, K); v varies fastest."""
     d, rows, columns, size = net.values.shape
     values = along(basis_at_nodes(rows - 1, count), net.values, 0)
     if axes > 1:
@@ -68,28 +68,28 @@ def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
 
 
 def rounding(nets: LocalNets, kind: Kind, count: int) -> FloatArray:
-    """Bounds of the rounding of sums: shape (1, K), or (2, K) of a flux and of its moment."""
+    """Bound the rounding of sums: shape (1, K), or (2, K) for a flux and its moment."""
     n, reach, least = max(nets.degree), nets.reach, nets.least_weight
 
-    def wrong(net: Net) -> FloatArray:
+    def error_of(net: Net) -> FloatArray:
         return np.asarray(net.noise + 16 * (n + 2) * UNIT * net.largest)
 
-    place = wrong(nets.x)
+    place = error_of(nets.x)
     if nets.w is not None:
-        place = (place + reach * wrong(nets.w)) / least
+        place = (place + reach * error_of(nets.w)) / least
     place = place + 8 * UNIT * reach
-    found = []
+    normals = []
     for k, (x, most) in enumerate(zip(nets.x_partials, nets.stretches, strict=True)):
-        error = wrong(x)
+        error = error_of(x)
         if nets.w is not None:
             w = nets.w_partials[k]
             slope = w.largest / least
-            error = (error + reach * wrong(w) + most * wrong(nets.w)) / least
+            error = (error + reach * error_of(w) + most * error_of(nets.w)) / least
             error = error + place * slope + 8 * UNIT * reach * slope
-        found.append(error + 8 * UNIT * most)
-    area, normal = nets.stretches[0], found[0]
-    if len(found) > 1:
-        (a, b), (alpha, beta) = nets.stretches, found
+        normals.append(error + 8 * UNIT * most)
+    area, normal = nets.stretches[0], normals[0]
+    if len(normals) > 1:
+        (a, b), (alpha, beta) = nets.stretches, normals
         area = a * b
         normal = a * beta + alpha * b + alpha * beta + 8 * UNIT * area
     added = (count**2 + 16) * UNIT

@@ -1,8 +1,8 @@
-"""The patches of a surface as they are measured: placed, and joined to one another.
+"""The patches of a surface for measures: placed, and joined to one another.
 
-Areas are those of the patches that were given. What encloses a volume is told by the patches that
-`service.engine.joining` made of these, as it does for meshes: every part of the answer names the
-patch and the side that were given.
+Areas are those of the patches of the request. Borders and volumes are those of the patches into
+which `service.engine.joining` turns these, as for meshes; `Source.place` finds the patch and the
+side of the request to which a side belongs.
 """
 
 from dataclasses import dataclass
@@ -29,11 +29,17 @@ CORNERS = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
 
 @dataclass(frozen=True, slots=True)
 class SidePlace:
-    """A side as the request knows it.
+    """A side of a patch in the numbering of the request.
 
-    `surface` is the number of a member of a group, None of others; `patch` its patch, or its
-    surface of a multipatch, None if it is one parametric surface; `uv` are the parameters at both
-    ends, of triangles (s, t).
+    Attributes
+    ----------
+    surface : int or None
+        The number of a member of a group.
+    patch : int or None
+        The number of the patch, of a multipatch of the surface; None for one parametric surface.
+    side : str
+    uv : tuple
+        Parameters at both ends; of triangles (s, t).
     """
 
     surface: int | None
@@ -44,7 +50,10 @@ class SidePlace:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Piece:
-    """Patches from `first` on are those of `model`, pieces of some `members` that were given."""
+    """A joined model, whose patches begin at `first`, and the `members` that became it.
+
+    Each member has its number in the group, its placement, and its model in the request.
+    """
 
     first: int
     model: PatchModel
@@ -63,9 +72,9 @@ class Source:
     part : ndarray of int, shape (P,)
         The part that each belongs to: a named run of patches, or a member of a group.
     noise : float
-        How far control points may be from those that are meant, in model units.
+        A bound of the errors of control points by lowering and placing, in model units.
     moved : float
-        How far joining moved any point.
+        The largest distance by which joining moved a point.
     """
 
     model: PatchModel
@@ -76,7 +85,7 @@ class Source:
     _pieces: tuple[_Piece, ...]
 
     def place(self, number: int) -> SidePlace:
-        """Where side `number` (patch · 4 + side) is in the request."""
+        """Find where side `number` (patch · 4 + side) is in the request."""
         patch, side = divmod(number, 4)
         piece = [each for each in self._pieces if each.first <= patch][-1]
         index, model = patch - piece.first, piece.model
@@ -115,7 +124,7 @@ def _on_triangle(ends: FloatArray) -> FloatArray:
 
 
 def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel, Ints, Source]:
-    """The patches that were given, in place, the part of each, and the patches joined.
+    """The placed patches of the request, the part of each, and the joined patches.
 
     Raises
     ------
@@ -177,12 +186,12 @@ def _given(group: GroupModel, number: int) -> PatchModel:
 
 
 def _stretch(member: PlacedModel) -> float:
-    """How much longer a placement makes a vector at most."""
+    """The largest factor by which a placement stretches a vector."""
     return 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3]))
 
 
 def _placing_error(member: PlacedModel, model: PatchModel) -> float:
-    """What lowering and placing have made control points wrong by, in units of the group."""
+    """A bound of the errors of control points by lowering and placing, in units of the group."""
     error = bound_lowering_error(model) * _stretch(member)
     if member.matrix is None:
         return error
@@ -193,6 +202,7 @@ def _placing_error(member: PlacedModel, model: PatchModel) -> float:
 
 
 def _mirrors(member: PlacedModel | None) -> bool:
+    """Whether a placement mirrors its member."""
     if member is None or member.matrix is None:
         return False
     return float(np.linalg.det(member.matrix[:3, :3])) < 0

@@ -1,4 +1,4 @@
-"""What a caller asks of measures, and the answer as values."""
+"""Queries of measures, and their answers, as values."""
 
 from dataclasses import dataclass
 from math import inf, nextafter

@@ -1,4 +1,4 @@
-"""How far a piece of a section is from its chord: proved, by the convex hull.
+"""Bounds of the distance of a piece of a section from its chord, by the convex hull.
 
 The piece lies in a rectangle of parameters, on the plane n · p = d, between the points A and B of
 the plane. Let e be the unit vector from A to B, g = n × e, and h(S) = n · S − d.
@@ -11,12 +11,16 @@ Proof. On the piece h = 0, so that g · (X − A) = g · (X − A) − λ h(X), 
 a mean of the P_ij (weights are positive), and an affine function of a mean is the mean of its
 values. ∎
 
-So the distance of X to the chord AB is at most the hypotenuse of the first bound and of what the
-second interval has beyond [0, |AB|]. λ and μ may be anything; they are chosen to cancel what is
-linear in the parameters: both bounds are of the second order in the size of the rectangle.
+So the distance of X from the chord AB is at most the hypotenuse of the first bound and of the
+length by which the second interval reaches beyond [0, |AB|]. λ and μ are free; they are chosen so
+that the linear terms in the parameters cancel: both bounds are of the second order in the size of
+the rectangle.
 
-Rounding. Control points of the rectangle are right to a few u (p + q), coordinates being about 1:
-`SLACK`, times 1 + |λ| + |μ|, is more.
+Rounding. Restriction takes 2 (p + q) steps of means and sums of p + q + 2 products: coordinates of
+the control points of the rectangle, and of A and B, are wrong by at most 8 (p + q) u, u = 2⁻⁵³.
+That is `SLACK` for p + q ≤ 64, and in proportion above. A and B are points at which the height is
+wrong by as much, and not exactly 0; and h enters the bounds with the factors λ and μ. So `SLACK` is
+taken 1 + |λ| + |μ| times.
 """
 
 from dataclasses import dataclass
@@ -29,13 +33,14 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.bounds.chords import bound_deviations
 from service.engine.queries.nets import NetGroup
-from service.engine.sections.heights import LocalPlanes, points_of, restricted
+from service.engine.sections.heights import LocalPlanes, points_of, restrict
 from service.engine.vectors import cross, dot
 
 SLACK = 2.0**-44
+"""Rounding of control points for p + q ≤ 64, in the coordinates of the nets."""
 
 ROOM = 1 << 19
-"""Numbers of control points that are worked on at a time."""
+"""Coordinates of control points that are computed at a time."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,20 +69,20 @@ class Pieces:
 
 
 def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
-    """Bounds of the distances of pieces of nets of one group from their chords, (2, m).
+    """Bound the distances of pieces of nets of one group from their chords: shape (2, m).
 
-    First without rounding, which halving makes smaller, then what rounding adds. That is large
-    where the surface is almost parallel to the plane.
+    The first row is without rounding, and decreases by halving; the second is the slack for
+    rounding, which is large where the surface is almost parallel to the plane.
     """
-    found = np.empty((2, len(pieces.net)))
+    bounds = np.empty((2, len(pieces.net)))
     for rows in row_slices(len(pieces.net), group.nets[0].size, ROOM):
         checkpoint()
-        found[:, rows] = _bounds(
+        bounds[:, rows] = _bounds(
             group,
             planes,
             Pieces(*(getattr(pieces, name)[rows] for name in Pieces.__dataclass_fields__)),
         )
-    return found
+    return bounds
 
 
 def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
@@ -94,7 +99,7 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
         some = cross(normal[no_chord], some)
         along[no_chord] = some / np.sqrt(dot(some, some))[:, np.newaxis]
     across = cross(normal, along)
-    points = points_of(restricted(nets, pieces.low, pieces.high))
+    points = points_of(restrict(nets, pieces.low, pieces.high))
     away = points - first[:, np.newaxis, np.newaxis]
     x = np.matmul(away, along[:, np.newaxis, :, np.newaxis])[..., 0]
     y = np.matmul(away, across[:, np.newaxis, :, np.newaxis])[..., 0]
@@ -102,44 +107,49 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     h_slope = _slopes(h)
     steep = dot(h_slope, h_slope)
     steep[steep == 0] = np.inf
-    wanted = np.zeros((len(length), 2))
+    target = np.zeros((len(length), 2))
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
     for axis, share in enumerate(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])):
-        wanted[:, axis] = share[pieces.axis] * length * sense[:, axis]
+        target[:, axis] = share[pieces.axis] * length * sense[:, axis]
     slide_y = dot(_slopes(y), h_slope) / steep
-    slide_x = dot(_slopes(x) - wanted, h_slope) / steep
+    slide_x = dot(_slopes(x) - target, h_slope) / steep
     beside = np.abs(y - slide_y[:, np.newaxis, np.newaxis] * h).max(axis=(1, 2))
     place = x - slide_x[:, np.newaxis, np.newaxis] * h
     beyond = np.maximum(place.max(axis=(1, 2)) - length, -place.min(axis=(1, 2)))
-    slack = SLACK * (1 + np.abs(slide_x) + np.abs(slide_y))
+    slack = slack_of(group.nets) * (1 + np.abs(slide_x) + np.abs(slide_y))
     return np.stack([np.hypot(beside, np.maximum(beyond, 0.0)), slack])
 
 
 def side_bounds(
     group: NetGroup, net: Ints, low: FloatArray, high: FloatArray, axis: int
 ) -> FloatArray:
-    """Bounds (m,) of the distances of sides of rectangles from their chords.
+    """Bound the distances (m,) of sides of rectangles from their chords.
 
     `low` and `high` (m, 2) differ along `axis` alone.
     """
-    lines = restricted(group.nets[net - group.first], low, high)
+    lines = restrict(group.nets[net - group.first], low, high)
     lines = lines[:, :, 0] if axis == 0 else lines[:, 0]
-    return bound_deviations(lines, points_of(lines[:, [0, -1]])) + SLACK
+    return bound_deviations(lines, points_of(lines[:, [0, -1]])) + slack_of(group.nets)
 
 
 def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Lengths (m,) that the diameters of the pieces of surface over rectangles do not exceed."""
-    found = np.empty(len(net))
-    for rows in row_slices(len(found), group.nets[0].size, ROOM):
-        cells = restricted(group.nets[net[rows] - group.first], low[rows], high[rows])
+    """Bound the diameters (m,) of the pieces of surface over rectangles."""
+    sizes = np.empty(len(net))
+    for rows in row_slices(len(sizes), group.nets[0].size, ROOM):
+        cells = restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
         points = points_of(cells).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)
-        found[rows] = np.sqrt(dot(sides, sides)) + SLACK
-    return found
+        sizes[rows] = np.sqrt(dot(sides, sides)) + slack_of(group.nets)
+    return sizes
+
+
+def slack_of(nets: FloatArray) -> float:
+    """A bound of the rounding of control points of rectangles of nets (m, p+1, q+1, 3 or 4)."""
+    return SLACK * max(1.0, (nets.shape[1] + nets.shape[2] - 2) / 64)
 
 
 def _points_at(nets: FloatArray, place: FloatArray) -> FloatArray:
-    """Points (m, 3) of nets (m, p+1, q+1, 3 or 4) at places (m, 2) of their own."""
+    """Points (m, 3) of nets (m, p+1, q+1, 3 or 4), each at one place (m, 2)."""
     m, rows, columns, width = nets.shape
     basis_u = bernstein(rows - 1, place[:, 0])[:, np.newaxis]
     basis_v = bernstein(columns - 1, place[:, 1])[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""Heights of patches over planes: what a section is the zero set of.
+"""Heights of patches over planes: polynomials whose zero sets are the sections.
 
 For a patch S(u, v) with control points P_ij, weights w_ij and a plane n · p = d
 
@@ -8,9 +8,10 @@ is a scalar Bézier polynomial. It is the height of S over the plane times Σ B_
 positive: its zero set is the section, and its sign is the side of the plane.
 
 Rounding. Coordinates are those of `QueryNets`, at most 1 in absolute value about the middle of the
-model, and the largest weight of a net is made 1. Heights of at most `THICKNESS` are taken for zero:
-what is cut is a surface whose control points are moved by as much, along n. That is far more than
-the rounding of h, so that what lies in the plane on paper lies in it here.
+model, and weights are divided by the largest of a net. Heights of at most `THICKNESS` count as
+zero: the section is that of a surface whose control points are moved by at most this distance
+along n. It is far more than the rounding of h, so a patch that lies in the plane by its exact
+numbers lies in it by those of the computation.
 """
 
 from collections.abc import Iterator
@@ -23,11 +24,11 @@ from service.engine.queries.nets import NetGroup, QueryNets
 from service.engine.sections.planes import Planes
 
 THICKNESS = 2.0**-40
-"""Heights that are taken for zero, in the coordinates of the nets."""
+"""The largest height that counts as zero, in the coordinates of the nets."""
 
 NOISE = 2.0**-44
-"""How far the numbers f of two patches may differ where they are one: where f is farther from zero,
-both see the same sign."""
+"""A bound of the difference of f in two patches on their common edge: if |f| is larger, both see
+the same sign."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,7 +54,7 @@ class LocalPlanes:
 
 
 class Boxes:
-    """Boxes about the control points of all nets: which planes may cut which nets."""
+    """Boxes around the control points of all nets, to find which planes may cut which nets."""
 
     def __init__(self, nets: QueryNets) -> None:
         low, high = [], []
@@ -65,7 +66,7 @@ class Boxes:
         self.middle, self.half = (lows + highs) / 2, (highs - lows) / 2
 
     def candidates(self, planes: LocalPlanes, first: int, last: int) -> tuple[Ints, Ints]:
-        """Pairs (plane, net) of planes first … last − 1, in this order."""
+        """Pairs of a plane of first … last − 1 and a net that it may cut, ordered by plane."""
         normals = planes.normals[first:last]
         gap = normals @ self.middle.T - planes.offsets[first:last, np.newaxis]
         near = np.abs(gap) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
@@ -81,13 +82,13 @@ def points_of(nets: FloatArray) -> FloatArray:
 def height_nets(
     group: NetGroup, planes: LocalPlanes, plane: Ints, net: Ints
 ) -> tuple[FloatArray, FloatArray, Bools]:
-    """The polynomials f of pairs of a plane and a net of a group.
+    """Compute the polynomials f of pairs of a plane and a net of a group.
 
     Returns
     -------
     nets : ndarray of float64, shape (m, p+1, q+1)
     floor : ndarray of float64, shape (m,)
-        Numbers f that belong to heights of `THICKNESS` at least, whatever the weights.
+        The least |f| at which a point can be `THICKNESS` from the plane, whatever the weights.
     coplanar : ndarray of bool, shape (m,)
         Whether the whole patch lies in the plane.
     """
@@ -103,10 +104,10 @@ def height_nets(
     return heights, floor, coplanar
 
 
-def restricted(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Nets (m, p+1, q+1, D) over rectangles of their own, `low` and `high` (m, 2) their corners.
+def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Restrict nets (m, p+1, q+1, D) each to a rectangle; `low` and `high` (m, 2) are its corners.
 
-    By de Casteljau's construction: sums of products that are not negative.
+    De Casteljau's construction: sums of products with factors that are not negative.
     """
     m, rows, columns, width = nets.shape
     along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])
@@ -116,7 +117,7 @@ def restricted(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArra
 
 
 def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict to intervals of their own: to [0, e], then to [s, e]."""
+    """Matrices (m, n+1, n+1) that restrict row k to [low_k, high_k]: to [0, e], then to [s, e]."""
     share = low / np.where(high > 0, high, 1.0)
     begins = _beginnings(degree, high)
     ends = _beginnings(degree, 1.0 - share)[:, ::-1, ::-1]
@@ -125,22 +126,22 @@ def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
 
 def _beginnings(degree: int, end: FloatArray) -> FloatArray:
     """Matrices (m, n+1, n+1) that restrict to [0, e]: row j has the polynomials B_k^j(e)."""
-    found = np.zeros((len(end), degree + 1, degree + 1))
-    found[:, 0, 0] = 1.0
+    matrices = np.zeros((len(end), degree + 1, degree + 1))
+    matrices[:, 0, 0] = 1.0
     t = end[:, np.newaxis]
     for j in range(1, degree + 1):
-        found[:, j] = (1.0 - t) * found[:, j - 1]
-        found[:, j, 1:] += t * found[:, j - 1, :-1]
-    return found
+        matrices[:, j] = (1.0 - t) * matrices[:, j - 1]
+        matrices[:, j, 1:] += t * matrices[:, j - 1, :-1]
+    return matrices
 
 
 def runs_of_planes(counts: Ints, most: int) -> Iterator[tuple[int, int]]:
-    """Runs of planes, one at least, of at most `most` pairs together where that can be."""
-    first, held = 0, 0
+    """Runs of planes with at most `most` pairs together; a run has at least one plane."""
+    first, total = 0, 0
     for k, count in enumerate(counts.tolist()):
-        if k > first and held + count > most:
+        if k > first and total + count > most:
             yield first, k
-            first, held = k, 0
-        held += count
+            first, total = k, 0
+        total += count
     if first < len(counts):
         yield first, len(counts)

@@ -1,4 +1,4 @@
-"""Planes, and what is asked of a section."""
+"""Planes, and the tolerance of sections."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,13 @@ from service.errors import InvalidRequest, Issue
 from service.surface.lowered import PatchModel
 
 RELATIVE_TOLERANCE = 1e-3
-"""Of polylines, in diagonals of the box of control points, if nothing is said."""
+"""The tolerance in diagonals of the box of control points, if the caller gives none."""
 
 LEAST_TOLERANCE = 1e-9
-"""In diagonals: nearer to the curve rounding is seen."""
-
+"""The least tolerance in diagonals; rounding comes near to smaller ones."""
 
 SINGLE = float(np.finfo(np.float32).eps)
+"""The relative precision of float32."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,8 +39,8 @@ class Planes:
     def axes(self) -> tuple[FloatArray, FloatArray]:
         """Unit vectors x and y (m, 3) within each plane: x × y = n.
 
-        x has no part along the axis that follows the longest coordinate of n but one: the axes of
-        a plane z = d are those of space.
+        x is the projection of the axis of space that follows the one along which n is longest: for
+        a plane z = d, x and y are the axes of space.
         """
         rows = np.arange(len(self.normals))
         start = np.zeros_like(self.normals)
@@ -56,14 +56,14 @@ class Planes:
 
 @dataclass(frozen=True, slots=True)
 class SectionTolerance:
-    """How near polylines shall be to the section.
+    """The largest distance of a section from its polylines.
 
     Attributes
     ----------
     distance : float or None
-        Model units.
+        The distance in model units.
     relative : float
-        In diagonals of the box of control points; where there is no distance.
+        The distance in diagonals of the box of control points, if `distance` is None.
     """
 
     distance: float | None = None
@@ -87,7 +87,7 @@ class SectionTolerance:
             raise InvalidRequest(
                 Issue(
                     "tolerance_too_small",
-                    "The numbers of the answer are not so precise.",
+                    "The numbers of the answer are less precise than the tolerance.",
                     "/relative_tolerance" if self.distance is None else "/tolerance",
                     f"{tolerance:.6g}",
                     f"at least {least:.3g} for this surface in this format, in model units",

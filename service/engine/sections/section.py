@@ -1,6 +1,6 @@
 """Sections of a surface by planes: cells, segments, arcs, polylines.
 
-The planes are looked at some at a time, each by itself: its section does not depend on the others.
+Several planes are cut at a time; the section by one plane does not depend on the others.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from service.engine.queries.nets import QueryNets, surface_nets
 from service.engine.sections.arcs import Arcs, find_arcs
 from service.engine.sections.borders import ONE, Borders, find_borders
 from service.engine.sections.cells import Cells
-from service.engine.sections.flatness import SLACK, cell_sizes
+from service.engine.sections.flatness import cell_sizes, slack_of
 from service.engine.sections.heights import Boxes, LocalPlanes, runs_of_planes
 from service.engine.sections.planes import Planes
 from service.engine.sections.search import CellSearch
@@ -29,10 +29,10 @@ from service.surface.checks import Up
 from service.surface.lowered import PatchModel
 
 PAIRS = 1 << 16
-"""Coefficients of f, at the beginning, of planes that are looked at together."""
+"""Coefficients of f over whole patches that are examined at a time."""
 
 LEAST = 2.0**-38
-"""Of tolerances, in the coordinates of the nets: that of a surface that is one point would be 0."""
+"""The least tolerance in the coordinates of the nets, for a surface that is one point."""
 
 NEAR = 2.0**-14
 """Distance, in the coordinates of the nets, within which places where a surface touches a plane are
@@ -55,7 +55,7 @@ class Polyline:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Section:
-    """What one plane cuts.
+    """The section by one plane.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Section:
     touching : ndarray of float64, shape (k, 3)
         Where the surface touches the plane, or comes so near that rounding hides which.
     coplanar : ndarray of int, shape (c,)
-        Patches that lie in the plane, of which the polylines are the border.
+        Patches that lie in the plane; polylines run along their border.
     """
 
     polylines: tuple[Polyline, ...]
@@ -99,14 +99,14 @@ def cut_surface(
     tolerance: float,
     allow: Callable[[int], None],
 ) -> Sections:
-    """The sections of a model whose seams are known.
+    """Cut a model with these seams by planes.
 
     Parameters
     ----------
     tolerance : float
         Model units.
     allow : callable
-        Is told how many pieces there are at least; raises if these are too many.
+        Takes a lower bound of the number of pieces; raises if that is too large.
     """
     nets = surface_nets(model.batches)
     borders = find_borders(nets, seams, triangular_patches(model.batches))
@@ -125,7 +125,8 @@ def cut_surface(
             checkpoint()
             rows = slice(*np.searchsorted(plane, [first + low, first + high]))
             sections += search.cut(range(first + low, first + high), plane[rows], net[rows])
-    bound = (search.deviation + SLACK) * nets.scale
+    slack = max(slack_of(group.nets) for group in nets.groups)
+    bound = (search.deviation + slack) * nets.scale
     return Sections(model.name, model.up, planes, tuple(sections), bound)
 
 
@@ -175,7 +176,7 @@ class _Search:
     def _draw(
         self, parts: tuple[Cells, ...], first: int, found: list[list[Polyline]]
     ) -> tuple[FloatArray, Ints]:
-        """Adds polylines to those of each plane; points that touch planes, and which planes."""
+        """Add polylines to those of each plane; return touching points, and their planes."""
         cells = CellTable.of(parts)
         segments = find_segments(cells, self.borders)
         arcs = find_arcs(cells, segments, self.borders)
@@ -219,13 +220,18 @@ class _Search:
             owner = np.zeros(len(means), np.intp)
             owner[hub] = cells.plane[rows]
             plane = np.concatenate([plane, owner])
-            self._note_crossings(cells, rows, np.abs(at - means[hub]).max(axis=1))
+            self._note_crossings(cells, rows, np.sqrt(((at - means[hub]) ** 2).sum(axis=1)))
         checkpoint()
         height = self.local.heights(plane, points)
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
     def _note_crossings(self, cells: CellTable, rows: Ints, away: FloatArray) -> None:
-        """Counts how far a section may be from a crossing, or an arc through it."""
+        """Count how far a section may be from the arcs at a crossing.
+
+        A piece of the section in a singular cell is within r = away + size of the mean of the
+        middles of its group of cells, and so are the ends of arcs on the border of these: as two
+        points of a ball they are at most 2 max r apart.
+        """
         low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
         size = np.zeros(len(rows))
         for group in self.nets.groups:
@@ -233,7 +239,7 @@ class _Search:
                 (cells.net[rows] >= group.first) & (cells.net[rows] < group.first + len(group.nets))
             )
             size[some] = cell_sizes(group, cells.net[rows][some], low[some], high[some])
-        self.deviation = max(self.deviation, float((2 * away + size).max()))
+        self.deviation = max(self.deviation, float(2 * (away + size).max()))
 
 
 def _apart(points: FloatArray, some: Ints, crossings: Ints) -> Ints:

@@ -22,7 +22,7 @@ from service.engine.sections.sides import CellSides, CellTable, is_change, numbe
 from service.surface.sides import BEGINS, ENDS
 
 TINY = 2.0**-1000
-"""What a coefficient becomes whose sign is wrong by rounding."""
+"""Absolute value that replaces a coefficient whose sign is wrong by rounding."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
