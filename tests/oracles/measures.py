@@ -1,9 +1,9 @@
 """Areas, volumes and lengths of inscribed polyhedra and polygons, extrapolated; and closed forms.
 
 A surface is sampled at n × n places between its knots, for n = n₀, 2 n₀, 4 n₀, …, by its own
-definition (`tests.oracles.sheets`). The area, the volume and the length of what is inscribed differ
-from the truth by powers of 1/n², which Romberg's scheme takes away one after the other. Nothing of
-the engine is used: no normals, no quadrature, no bounds.
+definition (`tests.oracles.sheets`). The area, the volume and the length of inscribed polyhedra and
+polygons differ from the truth by a series in 1/n², of which Romberg's scheme removes one power
+after the other. The engine is not used: no normals, no quadrature, no bounds.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ from tests.oracles.sheets import Array, Sheet, TensorSheet
 
 
 def romberg(inscribed: Callable[[int], float], first: int, levels: int) -> tuple[float, float]:
-    """The limit of a function of n whose error is a series in 1/n², and what it may be wrong by."""
+    """The limit of a function whose error is a series in 1/n², and an estimate of the error."""
     rows: list[list[float]] = []
     for level in range(levels):
         row = [inscribed(first * 2**level)]
@@ -30,7 +30,7 @@ def romberg(inscribed: Callable[[int], float], first: int, levels: int) -> tuple
 
 
 def area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
-    """Of all sheets together."""
+    """The area of all sheets together, and an estimate of its error."""
 
     def inscribed(n: int) -> float:
         return sum(float(_norms(_crosses(*_triangles(s, n))).sum()) / 2 for s in sheets)
@@ -39,7 +39,7 @@ def area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[floa
 
 
 def flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
-    """Σ ∫∫ S · N of all sheets: three times the volume that they enclose."""
+    """Σ ∫∫ S · N of all sheets, three times the enclosed volume, and an estimate of its error."""
 
     def inscribed(n: int) -> float:
         total = 0.0
@@ -52,7 +52,7 @@ def flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[floa
 
 
 def length(points: Callable[[Array], Array], first: int = 4) -> tuple[float, float]:
-    """Of a curve over [0, 1]."""
+    """The length of a curve over [0, 1], and an estimate of its error."""
 
     def inscribed(n: int) -> float:
         return float(_norms(np.diff(points(np.linspace(0, 1, n + 1)), axis=0)).sum())
@@ -72,7 +72,7 @@ def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
         places = np.stack([s * (1 - t), t], axis=1)  # the triangle as a square
     grid = (sheet.at(places) + sheet.origin).reshape(len(u), len(v), 3)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    # Both diagonals, each for one half of the area: what is odd in 1/n goes away.
+    # Both diagonals, each for one half of the area: odd powers of 1/n cancel.
     corners = [(a, b, c), (a, c, d), (a, b, d), (b, c, d)]
     x, y, z = (np.concatenate([three[k].reshape(-1, 3) for three in corners]) for k in range(3))
     return x, y, z
@@ -84,7 +84,7 @@ def _divided(breaks: Array, n: int) -> Array:
 
 
 def _crosses(a: Array, b: Array, c: Array) -> Array:
-    """Half the normals of both diagonals' triangles: each cell is there twice."""
+    """Half the normals of triangles: each cell occurs twice, with either diagonal."""
     return np.asarray(np.cross(b - a, c - a) / 2)
 
 
@@ -129,7 +129,7 @@ def _share(*of: tuple[int, int]) -> Fraction:
 
 
 def ellipsoid_area(a: float, b: float, c: float) -> mpmath.mpf:
-    """Of the ellipsoid with half axes a > b > c, by Legendre's elliptic integrals, 50 digits."""
+    """The area of an ellipsoid, a > b > c, by Legendre's elliptic integrals with 50 digits."""
     with mpmath.workdps(50):
         x, y, z = map(mpmath.mpf, (a, b, c))
         phi = mpmath.acos(z / x)

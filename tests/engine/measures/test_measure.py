@@ -1,4 +1,4 @@
-"""Measures: closed forms, exact fractions, extrapolated polyhedra; and what is open."""
+"""Measures: closed forms, exact fractions, extrapolated polyhedra; and open borders."""
 
 from dataclasses import replace
 from math import pi

@@ -136,7 +136,7 @@ def test_quadrics(
     assert shape(back) == expected
 
 
-def test_faces_in_the_plane_are_told_and_outlined() -> None:
+def test_faces_in_the_plane_are_listed_and_outlined() -> None:
     model = model_of(cube())
     for offset, coplanar in ((1.0, 1), (0.5, 0), (0.0, 1)):
         for sign in (1, -1):
