@@ -191,9 +191,9 @@ export interface paths {
          * @description Measures a surface: every number comes with an interval that provably holds the truth.
          *
          *     A surface has a volume if all of its edges meet, and its patches are oriented consistently;
-         *     `faulty_edges` are the reason where they do not. Intervals that cannot be as narrow as
-         *     `tolerance` asks within the limits of the service are wider, and `reached` is false. Tubes and
-         *     ribbons are not measured (`not_parametric`).
+         *     `faulty_edges` are the reason where they do not. A `tolerance` that takes more work than one
+         *     request may have is refused (`too_costly`), and the refusal names the tolerance that can be
+         *     reached for each quantity. Tubes and ribbons are not measured (`not_parametric`).
          */
         post: operations["measureSurface"];
         delete?: never;
@@ -702,7 +702,7 @@ export interface components {
         };
         /**
          * Boundary
-         * @description An open border: edges one after another, with the surface on the left of them.
+         * @description An open border: edges one after another, with the surface on their left.
          */
         Boundary: {
             /** @description Its length. */
@@ -1570,7 +1570,7 @@ export interface components {
         };
         /**
          * FaultyEdge
-         * @description A side for which the surface has no volume.
+         * @description A side on an edge that keeps the surface from having a volume.
          */
         FaultyEdge: {
             /**
@@ -1600,8 +1600,9 @@ export interface components {
             ][];
             /**
              * Open
-             * @description Whether it is alone on its edge. Else the patches that meet there do not pass the edge as
-             *     often in one direction as in the other: one of them is turned round, or there are too many.
+             * @description Whether the side is alone on its edge. Else the patches that meet there do not pass along the
+             *     edge as often in one direction as in the other: one of them is turned round, or there are too
+             *     many.
              */
             open: boolean;
         };
@@ -1858,21 +1859,21 @@ export interface components {
         };
         /**
          * MeasureRequest
-         * @description A surface that is measured.
+         * @description A surface to measure.
          */
         MeasureRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * Tolerance
-             * @description How wide intervals may be: as a part of the area, of the length of all borders, and of the volume of the whole; those of the centroid as a part of the diagonal of the box of the control points.
+             * @description The largest width of intervals: relative to the area, to the length of all borders, and to the volume of the whole; for the centroid relative to the diagonal of the box of the control points. What takes too much work is refused (`too_costly`), with the tolerance that can be reached.
              * @default 0.000001
              * @example 1e-9
              */
             tolerance?: number;
             /**
              * Weld Tolerance
-             * @description The share of the diagonal within which control points on borders of patches count as one, as in a mesh. The intervals of volumes hold whatever lies in the gaps that were closed so.
+             * @description The part of the diagonal within which control points on borders of patches count as one, as in a mesh. The intervals of volumes hold every solid whose border lies in the gaps that this closes.
              * @default 1e-12
              * @example 0.000001
              */
@@ -3726,12 +3727,12 @@ export interface components {
             open_edges: number;
             /**
              * Inconsistent Edges
-             * @description Sides on other edges for which the surface has no volume.
+             * @description Sides on other edges that keep the surface from having a volume.
              */
             inconsistent_edges: number;
             /**
              * Faulty Edges
-             * @description The first 100 of both.
+             * @description The first 100 of both kinds.
              */
             faulty_edges: components["schemas"]["FaultyEdge"][];
             /**
@@ -3742,14 +3743,15 @@ export interface components {
             parts: components["schemas"]["PartMeasures"][];
             /**
              * Reached
-             * @description Whether all intervals of the whole are as narrow as `tolerance` asks. They are wider where
-             *     that would take too long.
+             * @description Whether all intervals of the whole are at most `tolerance` wide. They are wider where
+             *     rounding or the gaps that joining closed (`moved`) require it, and for quantities that reach no
+             *     `tolerance` that a request may have, as a volume of zero.
              */
             reached: boolean;
             /**
              * Moved
-             * @description How far control points were moved at most, so that borders meet; intervals have room for
-             *     it.
+             * @description The largest distance by which control points were moved so that borders meet; intervals have
+             *     room for it.
              */
             moved: number;
         };

@@ -65,14 +65,9 @@ EXEMPTIONS = (
         for room in (
             *(
                 f"{root}/engine/{name}/"
-                for root, names in (
-                    ("service", ("adaptive", "queries", "sections", "measures")),
-                    ("tests", ("adaptive", "queries", "sections", "measures")),
-                )
-                for name in names
+                for root in ("service", "tests")
+                for name in ("adaptive", "queries")
             ),
-            *("service/pipeline/measure.py", "service/schemas/measure.py"),
-            "tests/oracles/measures.py",
         )
     ),
 )

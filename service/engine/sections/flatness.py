@@ -145,7 +145,8 @@ def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) ->
 
 def slack_of(nets: FloatArray) -> float:
     """A bound of the rounding of control points of rectangles of nets (m, p+1, q+1, 3 or 4)."""
-    return SLACK * max(1.0, (nets.shape[1] + nets.shape[2] - 2) / 64)
+    _, rows, columns, _ = nets.shape
+    return float(SLACK * max(1.0, (rows + columns - 2) / 64))
 
 
 def _points_at(nets: FloatArray, place: FloatArray) -> FloatArray:
