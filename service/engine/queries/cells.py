@@ -24,6 +24,10 @@ DEEPEST = 96
 MOST_BYTES = 96 << 20
 """Of the cells at a time, nets included, beyond the whole nets."""
 
+MOST_ADDITIONS = 600_000_000
+"""Additions of numbers that halve the cells of a request, some 6 to 40 ns each. With low degrees
+the pairs of a request take longer; a cell of degree 32 takes a millisecond."""
+
 
 @dataclass(frozen=True, slots=True)
 class Table:
@@ -67,7 +71,7 @@ class CellTree:
             [len(g.nets) for g in nets.groups],
         )
         self._spaces = [_NetSpace(g.nets[:0]) for g in nets.groups]
-        self.count = 0
+        self.count = self.additions = 0
         total = len(nets.patch)
         self.models = np.empty((table.columns, total))
         self.place = np.empty((4, total))
@@ -129,7 +133,7 @@ class CellTree:
 
     def can_halve(self, cells: Ints) -> Bools:
         """Which cells have children or may get some."""
-        if self.is_full:
+        if self.is_full or self.additions > MOST_ADDITIONS:
             return np.asarray(self._child[cells] >= 0)
         return np.asarray(self._depth[cells] < DEEPEST)
 
@@ -183,6 +187,7 @@ class CellTree:
         self.net[run] = np.repeat(self.net[cells], times)
         self.point_sides[:, run] = np.concatenate(points, axis=1)[:, order]
         self._child[cells] = run.start + times * np.arange(len(cells))
+        self.additions += sum(self.nets.groups[group].degree) * self.net[run].size * nets[0][0].size
 
     def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
         """Room for cells of these nets; the columns that do not depend on these alone are open."""

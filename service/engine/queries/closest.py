@@ -101,7 +101,7 @@ class ClosestSearch:
             found = chunk.search()
             pairs -= int(chunk.share.spent.sum())
             if size > FEWEST and (chunk.is_crowded or self.cells.is_full):
-                size //= 4  # the cells of fewer points find room
+                size = min(size, len(some)) // 4  # the cells of fewer points find room
             else:
                 yield found
                 first = first + size

@@ -139,7 +139,7 @@ class RaySearch:
             found = self._search(some, share, only_first=only_first, can_split=size > FEWEST)
             pairs -= int(share.spent.sum())
             if found is None:
-                size //= 4  # the cells of fewer rays find room
+                size = min(size, len(some.near)) // 4  # the cells of fewer rays find room
             else:
                 found.hits.ray[:] += first
                 yield found

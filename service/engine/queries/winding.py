@@ -107,7 +107,7 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
                 break
         if cells.is_full and size > FEWEST:
             found[inner[first : first + size]] = np.nan
-            size //= 4  # the cells of fewer points find room
+            size = min(size, len(inner) - first) // 4  # the cells of fewer points find room
         else:
             first += size
         cells.forget_much()

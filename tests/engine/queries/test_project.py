@@ -219,3 +219,15 @@ def test_closest_points_of_curves(dimension: int, rational: bool) -> None:
     inner = (columns["parameters"] > 0) & (columns["parameters"] < 6)
     across = ((points - columns["positions"]) * columns["tangents"]).sum(axis=1)
     assert np.abs(across[inner]).max() < 1e-6
+
+
+def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPatch) -> None:
+    surface, points = BezierSurface(RNG(2).random((25, 25, 3))), RNG(3).random((5, 3))
+    whole = project(surface, points)
+    monkeypatch.setattr(cells, "MOST_ADDITIONS", 1_000_000)
+    columns = project(surface, points)
+    assert whole["reached"].all()
+    assert not columns["reached"].all()
+    (low, high), (least, most) = columns["distance_bounds"].T, whole["distance_bounds"].T
+    assert (low <= least).all()
+    assert (most <= high + 1e-12).all()
