@@ -101,7 +101,7 @@ class ModelMesher:
                 self._faces,
                 border,
                 goal,
-                stored=lambda positions: storage.restore_positions(positions, origin),
+                store=lambda positions: storage.restore_positions(positions, origin),
                 most=most,
                 effort=effort,
             )

@@ -45,7 +45,7 @@ def refined(
     """The triangulation of a model."""
     found = bordered(model, goal, most)
     patch_nets = PatchNets.of(model)
-    made = triangulate(patch_nets, found.faces, found.border, goal, stored=stored, most=most)
+    made = triangulate(patch_nets, found.faces, found.border, goal, store=stored, most=most)
     return Refined(patch_nets, found.faces, found.border, made)
 
 

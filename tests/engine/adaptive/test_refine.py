@@ -118,7 +118,7 @@ def test_work_is_limited() -> None:
             found.faces,
             found.border,
             Goal(0.01),
-            stored=lambda x: x,
+            store=lambda x: x,
             most=10**9,
             effort=Effort(1e5),
         )

@@ -80,12 +80,12 @@ class _PieceCounter:
     """
 
     def __init__(self, faces: int, most: int) -> None:
-        self.triangles, self.budget = -2 * faces, MeshLimits(most)
+        self.triangles, self.limits = -2 * faces, MeshLimits(most)
 
     def add(self, uses: Ints) -> None:
         """So many pieces more."""
         self.triangles += int(uses.sum())
-        self.budget.count(self.triangles)
+        self.limits.count(self.triangles)
 
 
 def divide_chains(

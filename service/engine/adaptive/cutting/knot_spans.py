@@ -192,7 +192,7 @@ def _nets(task: Task, own: Cells, wanted: Ints) -> Iterator[tuple[FloatArray, In
         for k in range(0, len(here), block):
             some = wanted[here[k : k + block]]
             net = restrict(nets, task.patch_nets.row[patch[some]], own.take(some))
-            task.budget.spend(net.size)
+            task.limits.spend(net.size)
             yield net, some
 
 

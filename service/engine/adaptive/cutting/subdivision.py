@@ -85,14 +85,14 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leave
             net = np.concatenate([part[2] for part in parts], axis=3)
         cells, patch, net, sizes = _add_halves(cells, patch, net)
         turns = TURNS * len(cells) if angles else 0
-        task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
+        task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         size = measure_scale(cells.box / SPAN, task.patch_nets.sizes[patch]) if angles else None
         verdict = estimate_cells(net, task.goal, task.find_eyes(patch), size)
         done, cut = _choose_leaves(verdict, sizes)
         if len(done):
             yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
             leaves += len(done)
-            task.budget.count(leaves)
+            task.limits.count(leaves)
         if not len(cut):
             continue
         halves, twice, made = _halve_cells(cells, patch, net, cut, verdict.along_v[cut])

@@ -20,7 +20,7 @@ class Task:
     patch_nets: PatchNets
     faces: Faces
     goal: Goal
-    budget: MeshLimits
+    limits: MeshLimits
 
     def find_patches(self, cells: Cells) -> Ints:
         """The patch in which cells of one span lie."""

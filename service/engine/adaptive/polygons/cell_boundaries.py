@@ -16,10 +16,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.unique_rows import unique_values
-from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells
 from service.engine.adaptive.limits import build_depth_error
-from service.engine.bounds.faces import SPAN, Faces
+from service.engine.adaptive.polygons.border_places import BorderPlaces
+from service.engine.bounds.faces import SPAN
 
 LIFT = 4
 """A corner is lifted by the least height over this."""
@@ -78,52 +78,6 @@ class CellBoundaries:
     turned: Bools
     entry: Ints
     touching: Ints
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class BorderPlaces:
-    """The border as places of the faces: what all outlines of a mesh have in common.
-
-    Attributes
-    ----------
-    faces : Faces
-    border : Border
-    side, u, v : ndarray of int, shape (M,)
-        Side (4 f + s) and place of each entry of the border.
-    base : ndarray of int, shape (4F,)
-        What is added to places along each side, so that places of all sides differ;
-    key : ndarray of int, shape (M,)
-        these of the entries, rising.
-    low : ndarray of int, shape (2, F)
-        What is added to u and to v, so that lines of all faces differ.
-    pole : ndarray of bool, shape (B,)
-        Vertices that are whole sides.
-    """
-
-    faces: Faces
-    border: Border
-    side: Ints
-    u: Ints
-    v: Ints
-    base: Ints
-    key: Ints
-    low: Ints
-    pole: Bools
-
-    @classmethod
-    def of(cls, faces: Faces, border: Border) -> "BorderPlaces":
-        """The rim of faces."""
-        size = (faces.spans * SPAN).T
-        side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
-        far, s, at = size[:, side // 4], side % 4, border.at
-        u = np.where(s < 2, np.where(s == 1, far[0], 0), at)
-        v = np.where(s < 2, at, np.where(s == 3, far[1], 0))
-        length = size[[1, 1, 0, 0]].T.ravel() + 1
-        base = length.cumsum() - length
-        pole = np.zeros(len(border.points), dtype=bool)
-        pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
-        low = (size + 1).cumsum(axis=1) - size - 1
-        return cls(faces, border, side, u, v, base, base[side] + at, low, pole)
 
 
 def trace_boundaries(rim: BorderPlaces, cells: Cells, flattened: Ints) -> CellBoundaries:

@@ -1,0 +1,1 @@
+"""A mesh that is being refined: leaves, their polygons, samples, triangles and hosts."""

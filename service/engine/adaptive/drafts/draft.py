@@ -1,0 +1,169 @@
+"""The draft of a mesh: its leaves, their polygons, samples and triangles, renewed round by round.
+
+Where leaves are cut only their surroundings change. So every leaf, sample and triangle keeps its
+number: those that are cut or replaced are marked, and new ones are appended. The boundaries are
+traced for the new leaves and for the leaves around them alone; polygons that come out as they were
+keep their triangles.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.borders.border import Border
+from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.subdivision import divide_cells
+from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.drafts.crowding import find_crowded, find_crowded_directions
+from service.engine.adaptive.drafts.draft_samples import DraftSamples, Store
+from service.engine.adaptive.drafts.draft_triangles import DraftTriangles
+from service.engine.adaptive.drafts.leaf_polygons import NONE, LeafPolygons
+from service.engine.adaptive.polygons.border_places import BorderPlaces
+from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries, trace_boundaries
+from service.engine.adaptive.polygons.triangles import TriangleRows, build_triangles
+from service.engine.adaptive.triangulation import Triangulation
+
+OVERHEAD = 4000
+"""Cost of the triangles of one leaf, in multiplications, about."""
+
+
+class Draft:
+    """The present state of a mesh that is being refined.
+
+    Attributes
+    ----------
+    task : Task
+    border : Border
+    border_places : BorderPlaces
+    halvings : ndarray of int, shape (M,)
+        How often the height of the strip after each entry of the border was halved.
+    samples : DraftSamples
+    polygons : LeafPolygons
+    triangles : DraftTriangles
+    """
+
+    def __init__(self, task: Task, border: Border, store: Store) -> None:
+        self.task, self.border = task, border
+        self.border_places = BorderPlaces.of(task.faces, border)
+        self.halvings = np.zeros(len(border.at), dtype=np.intp)
+        self.samples = DraftSamples(task, border, store)
+        self.polygons = LeafPolygons(len(border.at))
+        self.triangles = DraftTriangles()
+
+    def renew(self, fresh: Leaves, cut: Ints = NONE, flat: Ints = NONE) -> None:
+        """Replace the leaves `cut` by fresh ones, and triangulate the strips over `flat` anew.
+
+        Parameters
+        ----------
+        fresh : Leaves
+            The leaves that cutting led to; all leaves in the first round.
+        cut : ndarray of int
+            Numbers of the leaves that they replace.
+        flat : ndarray of int
+            Segments of the border whose strips became flatter.
+        """
+        old_leaves = self.polygons.leaves
+        while True:
+            near, far = self.polygons.find_affected(cut, flat, len(self.samples))
+            old = np.concatenate([near, far])
+            parts = [fresh] if old_leaves is None else [fresh, old_leaves.take(old)]
+            some = Leaves.concatenate(parts)
+            self.task.limits.spend(OVERHEAD * len(some))
+            boundaries = trace_boundaries(self.border_places, some.cells, self.halvings)
+            size = boundaries.start[1:] - boundaries.start[:-1]
+            crowded = find_crowded(self.task, some, size[: len(fresh) + len(near)])
+            if not len(crowded):
+                break
+            along_v = find_crowded_directions(boundaries, some.cells, crowded)
+            halves = some.cells.take(crowded).halve(along_v)
+            of_fresh = crowded[crowded < len(fresh)]
+            of_near = crowded[crowded >= len(fresh)] - len(fresh)
+            rest = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
+            fresh = Leaves.concatenate(
+                [rest, divide_cells(self.task, Cells.concatenate([*halves]))]
+            )
+            cut = np.concatenate([cut, near[of_near]])
+        replacement = [self._replace(boundaries, some, fresh, near, (cut, far))]
+        # Finding neighbours takes memory of its own: all temporary arrays are freed before.
+        del boundaries, some, parts, fresh
+        self.triangles.add(*replacement.pop(), self.samples)
+
+    def _replace(
+        self,
+        boundaries: CellBoundaries,
+        some: Leaves,
+        fresh: Leaves,
+        near: Ints,
+        others: tuple[Ints, Ints],
+    ) -> tuple[TriangleRows, Bools]:
+        """Store the fresh leaves, and the polygons that changed.
+
+        Parameters
+        ----------
+        boundaries : CellBoundaries
+            Those of the leaves `some`: the fresh leaves, those near, and those around these.
+        others : (cut, far)
+            The leaves that were cut, and the leaves around those near.
+
+        Returns
+        -------
+        TriangleRows and ndarray of bool, shape (T,)
+            New triangles, and which of the old ones are removed.
+        """
+        cut, far = others
+        begin, count = len(self.polygons.is_present), len(fresh)
+        number = np.concatenate([begin + np.arange(count), near, far])
+        is_old = np.zeros(begin, dtype=bool)
+        is_old[np.concatenate([cut, near, far])] = True
+        sample = self.samples.number(
+            boundaries, self.polygons.mark_samples(is_old, len(self.samples))
+        )
+        polygon = sample[boundaries.corner]
+        changed = np.zeros(len(number), dtype=bool)
+        changed[:count] = True
+        changed[count : count + len(near)] = self.polygons.find_changed(
+            boundaries, polygon, count, near
+        )
+        rows = changed.nonzero()[0]
+        self.polygons.replace(boundaries, fresh, cut, (rows, number[rows]), polygon)
+        segments = np.zeros(len(self.border.at), dtype=bool)
+        segments[boundaries.touching[0, changed[boundaries.touching[1]]]] = True
+        points = self.samples.points[self.samples.vertex[sample]]
+        triangles = build_triangles(boundaries, some, points, changed, segments)
+        replaced = np.zeros(begin + count, dtype=bool)
+        replaced[cut] = replaced[number[rows]] = True
+        is_removed = self.triangles.find_replaced(replaced, segments)
+        leaf = np.where(triangles.leaf < 0, -1, number[triangles.leaf])
+        corners = sample[triangles.corners]
+        return TriangleRows(corners, leaf, triangles.segment, triangles.base), is_removed
+
+    def finish(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
+        """The mesh, with bounds (T,) of all triangles: that of a host is the largest of its parts.
+
+        The draft cannot be renewed after this.
+        """
+        triangles, samples = self.triangles, self.samples
+        triangles.drop_neighbours()
+        is_written = triangles.is_written
+        rows = is_written.nonzero()[0]
+        flat = (triangles.is_alive & ~is_written).nonzero()[0]
+        for values in (deviation, mesh):
+            if values is not None and len(flat):
+                np.maximum.at(values, triangles.host[flat], values[flat])
+        corners = triangles.corners[rows]
+        is_used = np.zeros(len(samples), dtype=bool)
+        is_used[self.polygons.polygon] = True
+        used, vertex, points = samples.sort(is_used)
+        number = np.empty(len(samples), dtype=np.intp)
+        number[used] = np.arange(len(used))
+        order = np.argsort(samples.face[corners[:, 0]], kind="stable")
+        rows = rows[order]
+        return Triangulation(
+            samples.face[used],
+            samples.u[used],
+            samples.v[used],
+            vertex,
+            points,
+            number[corners[order]],
+            deviation[rows],
+            None if mesh is None else mesh[rows],
+        )

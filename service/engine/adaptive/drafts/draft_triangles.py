@@ -1,0 +1,165 @@
+"""The triangles of a draft: their vertices, hosts and neighbours.
+
+Triangles are only added; one whose leaf or strip was replaced stays in the arrays but is no longer
+alive. After each round `is_changed` marks the triangles that must be proved again.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.engine.adaptive.drafts.draft_samples import DraftSamples
+from service.engine.adaptive.polygons.triangles import (
+    INDEX,
+    TriangleRows,
+    assign_hosts,
+    find_crossed_edges,
+    find_neighbours,
+    is_among,
+    number_directed_edges,
+    number_edges,
+)
+
+NONE = np.empty(0, dtype=np.intp)
+
+
+class DraftTriangles:
+    """T triangles of places.
+
+    Attributes
+    ----------
+    corners : ndarray of int, shape (T, 3)
+        Samples at the corners, counter-clockwise.
+    vertices : ndarray of int, shape (T, 3)
+        Vertices at the corners.
+    is_flat : ndarray of bool, shape (T,)
+        Whether two of the vertices are one.
+    leaf, segment, base : ndarray of int, shape (T,)
+        See `TriangleRows`.
+    host : ndarray of int, shape (T,)
+        The triangle that the surface over this one is measured against: itself, unless it is flat;
+        then one beside it, or −1 if the whole face has none.
+    beside : ndarray of int, shape (T, 3)
+        The triangle beyond edge k, k+1 in the same face, if there is exactly one, otherwise −1.
+    across : ndarray of int, shape (T, 3)
+        The vertex opposite the edge in that triangle.
+    is_alive : ndarray of bool, shape (T,)
+        Whether the triangle is part of the draft now.
+    is_changed : ndarray of bool, shape (T,)
+        Whether the triangle, or a vertex across its edges, changed or was removed in the last
+        round.
+    bare : ndarray of int
+        Leaves with a piece of the border that is an edge of no triangle.
+    crossed : ndarray of int, shape (X, 2)
+        Triangles, and which of their edges, where more than two triangles meet inside a face.
+    """
+
+    def __init__(self) -> None:
+        self.corners = self.vertices = np.empty((0, 3), dtype=np.intp)
+        self.beside = self.across = self.corners
+        self.leaf = self.segment = self.base = self.host = self.bare = NONE
+        self.is_alive = self.is_changed = self.is_flat = np.zeros(0, dtype=bool)
+        self.crossed = np.empty((0, 2), dtype=np.intp)
+
+    def __len__(self) -> int:
+        return len(self.host)
+
+    @property
+    def is_written(self) -> Bools:
+        """Which triangles are part of the mesh, shape (T,)."""
+        is_written: Bools = self.is_alive & (self.host == np.arange(len(self.host)))
+        return is_written
+
+    def find_replaced(self, leaves: Bools, segments: Bools) -> Bools:
+        """Which triangles are of these leaves (L,), or of strips over these segments (M,)."""
+        of_leaves = np.append(leaves, False)
+        is_replaced: Bools = of_leaves[self.leaf] | ((self.leaf < 0) & segments[self.segment])
+        return self.is_alive & is_replaced
+
+    def add(self, rows: TriangleRows, is_removed: Bools, samples: DraftSamples) -> None:
+        """Remove and append triangles; find the neighbours of the new ones and of those around."""
+        begin, count = len(self.is_alive), len(rows.leaf)
+        self.corners = _append(self.corners, rows.corners)
+        self.leaf = _append(self.leaf, rows.leaf)
+        self.segment = _append(self.segment, rows.segment)
+        self.base = _append(self.base, np.where(rows.base < 0, -1, rows.base + begin))
+        fresh = samples.vertex[rows.corners].astype(INDEX)
+        del rows
+        a, b, c = fresh.T
+        flat = (a == b) | (b == c) | (c == a)
+        self.vertices = _append(self.vertices, fresh)
+        self.is_flat = np.concatenate([self.is_flat, flat])
+        self.host = _append(self.host, np.where(flat, -1, begin + np.arange(count)))
+        none = np.full((count, 3), -1, dtype=INDEX)
+        self.beside, self.across = _append(self.beside, none), _append(self.across, none.copy())
+        del fresh, none
+        self.is_alive = np.concatenate([self.is_alive & ~is_removed, np.ones(count, dtype=bool)])
+        self.is_changed = np.concatenate([is_removed, np.ones(count, dtype=bool)])
+        if not begin:
+            self._find_neighbours(slice(None), np.ones((count, 3), dtype=bool), samples)
+            return
+        # An edge may have changed if both of its ends are vertices of new or removed triangles.
+        mark = np.zeros(len(samples.points), dtype=bool)
+        mark[self.vertices[self.is_changed]] = True
+        one, two, three = (mark[self.vertices[:, k]] & self.is_alive for k in range(3))
+        edge = np.stack([one & two, two & three, three & one], axis=1)
+        some = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
+        self._find_neighbours(some, edge[some], samples)
+        # A flat triangle whose host was removed is not always among these; it loses its host here.
+        flat = (self.is_flat & self.is_alive).nonzero()[0]
+        orphans = flat[(self.host[flat] >= 0) & ~self.is_alive[self.host[flat]]]
+        self.host[orphans] = -1
+
+    def _find_neighbours(self, some: Ints | slice, edges: Bools, samples: DraftSamples) -> None:
+        """Hosts and neighbours of some triangles; only those at marked edges (m, 3) may change."""
+        number = np.arange(len(self.host))[some]
+        kept = ~self.is_flat[some]
+        self.bare = NONE
+        if not kept.all():
+            self._find_hosts(number, kept, edges)
+        vertex, corners = self.vertices[some], self.corners[some]
+        beside, across, crowd = find_neighbours(vertex, kept, samples.face[corners[:, 0]])
+        if not isinstance(some, slice):
+            beside = np.where(beside >= 0, number[beside], -1)
+        changed = edges & (self.across[some] != across)
+        self.is_changed[number[changed.any(axis=1)]] = True
+        self.across[some] = np.where(edges, across, self.across[some])
+        del across
+        self.beside[some] = np.where(edges, beside, self.beside[some])
+        crowd = crowd[edges.ravel()[crowd]]
+        self.crossed = np.empty((0, 2), dtype=np.intp)
+        if len(crowd):
+            self.crossed = find_crossed_edges(corners, crowd)
+        self.crossed[:, 0] = number[self.crossed[:, 0]]
+
+    def _find_hosts(self, some: Ints, kept: Bools, edges: Bools) -> None:
+        """Hosts of those of some triangles that are not kept; and the leaves that are bare."""
+        corners, host = self.corners[some], self.host[some]
+        flat = ~kept & (host >= 0)
+        host[flat] = np.where(self.is_alive[host[flat]], host[flat], -1)
+        moved = host < 0
+        if moved.any():
+            assign_hosts(corners, self.leaf[some], host)
+        self.host[some] = host
+        self.is_changed[some[moved]] = True
+        del host
+        side = ((~kept[:, np.newaxis] & edges).ravel()).nonzero()[0]
+        forth, back = number_directed_edges(corners)
+        back = back[side]
+        del corners
+        side = side[~is_among(back, forth)]
+        del forth, back
+        vertex = self.vertices[some]
+        keys = number_edges(vertex)
+        ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
+        del vertex
+        is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(kept, 3)])
+        self.bare = np.unique(self.leaf[some[side[is_open] // 3]])
+
+    def drop_neighbours(self) -> None:
+        """Free the memory of neighbours and vertices, which are not needed any more."""
+        self.beside = self.across = self.vertices = np.empty((0, 3), dtype=np.intp)
+
+
+def _append(rows: Ints, new: Ints) -> Ints:
+    """Rows and new rows behind them; the new rows themselves, without a copy, if there are none."""
+    return np.concatenate([rows, new]) if len(rows) else new

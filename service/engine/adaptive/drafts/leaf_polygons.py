@@ -1,0 +1,153 @@
+"""The leaves of a draft and their polygons, of which only those near a cut change.
+
+A leaf keeps its number. A leaf that is cut is no longer present; new leaves are appended.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.engine.adaptive.cutting.cells import Leaves
+from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
+
+NONE = np.empty(0, dtype=np.intp)
+
+
+class LeafPolygons:
+    """L leaves, with the polygons of those that are present.
+
+    Attributes
+    ----------
+    leaves : Leaves or None
+        All leaves since the first round, also those that were cut; None before the first round.
+    is_present : ndarray of bool, shape (L,)
+        Whether the leaf is not cut.
+    first, size : ndarray of int, shape (L,)
+        The polygon of leaf k is the samples `polygon[first[k] : first[k] + size[k]]`.
+    polygon, owner : ndarray of int, shape (C,)
+        Samples at the corners of polygons, and the leaf of each.
+    touching : ndarray of int, shape (2, E)
+        Segments of the border, and leaves that touch them (see `CellBoundaries`).
+    """
+
+    def __init__(self, segments: int) -> None:
+        self._segments = segments
+        self.leaves: Leaves | None = None
+        self.is_present = np.zeros(0, dtype=bool)
+        self.first = self.size = self.owner = self.polygon = NONE
+        self.touching = np.empty((2, 0), dtype=np.intp)
+
+    def mark_samples(self, leaves: Bools, samples: int) -> Bools:
+        """Which of all samples are corners of these leaves (L,)."""
+        mark = np.zeros(samples, dtype=bool)
+        mark[self.polygon[leaves[self.owner]]] = True
+        return mark
+
+    def find_affected(self, cut: Ints, flat: Ints, samples: int) -> tuple[Ints, Ints]:
+        """Leaves that may change when others are cut, and the leaves around these.
+
+        Parameters
+        ----------
+        cut : ndarray of int
+            Leaves that are cut.
+        flat : ndarray of int
+            Segments of the border whose strips become flatter.
+        samples : int
+            Number of samples of the draft.
+        """
+        if self.leaves is None:
+            return NONE, NONE
+        is_cut = np.zeros(len(self.is_present), dtype=bool)
+        is_cut[cut] = True
+        near = is_cut.copy()
+        self._add_neighbours(near, flat, samples)
+        far = near.copy()
+        self._add_neighbours(far, NONE, samples)
+        return (near & ~is_cut).nonzero()[0], (far & ~near).nonzero()[0]
+
+    def _add_neighbours(self, leaves: Bools, segments: Ints, samples: int) -> None:
+        """Mark leaves that share a sample, or a segment of the border, with marked leaves (L,).
+
+        Leaves at these segments are marked, too; leaves that are not present are unmarked.
+        """
+        mark = self.mark_samples(leaves, samples)
+        together = np.zeros(self._segments, dtype=bool)
+        segment, leaf = self.touching
+        together[segment[leaves[leaf]]] = True
+        together[segments] = True
+        leaves[self.owner[mark[self.polygon]]] = True
+        leaves[leaf[together[segment]]] = True
+        leaves &= self.is_present
+
+    def find_changed(
+        self, boundaries: CellBoundaries, polygon: Ints, begin: int, leaves: Ints
+    ) -> Bools:
+        """Which of these leaves have another polygon than before.
+
+        Parameters
+        ----------
+        boundaries : CellBoundaries
+            The new polygons; those of `leaves` begin at number `begin`.
+        polygon : ndarray of int
+            The corners of the new polygons as samples of the draft.
+        """
+        start = boundaries.start[begin : begin + len(leaves) + 1]
+        size = start[1:] - start[:-1]
+        changed: Bools = size != self.size[leaves]
+        same = (~changed).nonzero()[0]
+        if len(same):
+            row = np.repeat(same, size[same])
+            step = np.arange(len(row)) - np.repeat(np.cumsum(size[same]) - size[same], size[same])
+            differs = polygon[start[row] + step] != self.polygon[self.first[leaves[row]] + step]
+            changed[row[differs]] = True
+        return changed
+
+    def replace(
+        self,
+        boundaries: CellBoundaries,
+        fresh: Leaves,
+        cut: Ints,
+        renewed: tuple[Ints, Ints],
+        polygon: Ints,
+    ) -> None:
+        """Remove the leaves that were cut; append new leaves, and replace polygons.
+
+        Parameters
+        ----------
+        boundaries : CellBoundaries
+            New polygons, those of the leaves `fresh` first.
+        renewed : (rows, numbers)
+            Polygons of the boundaries to be stored, and the numbers that their leaves have here.
+        polygon : ndarray of int
+            The corners of all polygons of the boundaries as samples of the draft.
+        """
+        rows, numbers = renewed
+        count, size = len(fresh), boundaries.start[1:] - boundaries.start[:-1]
+        if self.leaves is None:
+            self.leaves, self.is_present = fresh, np.ones(count, dtype=bool)
+            self.first, self.size, self.polygon = boundaries.start[:-1], size, polygon
+            self.owner, self.touching = np.repeat(np.arange(count), size), boundaries.touching
+            return
+        self.leaves = Leaves.concatenate([self.leaves, fresh])
+        self.is_present[cut] = False
+        self.is_present = np.concatenate([self.is_present, np.ones(count, dtype=bool)])
+        more = np.zeros(count, dtype=np.intp)
+        self.first, self.size = (
+            np.concatenate([values, more]) for values in (self.first, self.size)
+        )
+        is_removed = ~self.is_present
+        is_removed[numbers] = True
+        left = (~is_removed[self.owner]).nonzero()[0]
+        # Polygons that stay keep their order; the new ones follow them.
+        place = np.cumsum(~is_removed[self.owner]) - 1
+        keep = (~is_removed[: len(is_removed) - count]).nonzero()[0]
+        self.first[keep] = place[self.first[keep]]
+        row = np.repeat(rows, size[rows])
+        offset = np.cumsum(size[rows]) - size[rows]
+        step = np.arange(len(row)) - np.repeat(offset, size[rows])
+        self.first[numbers], self.size[numbers] = offset + len(left), size[rows]
+        self.polygon = np.concatenate([self.polygon[left], polygon[boundaries.start[row] + step]])
+        self.owner = np.concatenate([self.owner[left], np.repeat(numbers, size[rows])])
+        added = boundaries.touching[:, boundaries.touching[1] < count]
+        added[1] += len(self.is_present) - count
+        before = self.touching[:, self.is_present[self.touching[1]]]
+        self.touching = np.concatenate([before, added], axis=1)
