@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from math import inf
 
+from service.bases.arrays import Ints
 from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue, TooLarge
 
@@ -64,6 +65,21 @@ class MeshLimits:
                     "a greater tolerance, or a greater limit",
                 )
             )
+
+
+class SidePieces:
+    """Counts the pieces of the sides of faces, once for each side, and limits the triangles.
+
+    A face of k pieces has at least k − 2 triangles.
+    """
+
+    def __init__(self, faces: int, most: int) -> None:
+        self.triangles, self._limits = -2 * faces, MeshLimits(most)
+
+    def add(self, uses: Ints) -> None:
+        """Count a piece for each number of sides that use it, `uses` (n,)."""
+        self.triangles += int(uses.sum())
+        self._limits.count(self.triangles)
 
 
 def build_depth_error() -> InvalidRequest:

@@ -1,4 +1,4 @@
-"""The vertices on the sides of the faces: decided by the edges, and by normals where they count."""
+"""The vertices on the sides of faces, placed by the edges, and by normals if a goal bounds angles."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,11 @@ from service.surface.sides import BEGINS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Border:
-    """Where every side of every face is divided; sides as in `service.surface.sides`.
+    """The divisions of all sides of faces; sides as in `service.surface.sides`.
 
     Side s of face f has the vertices `vertex[start[4f+s] : start[4f+s+1]]` at the places
-    `at[…]` along it, rising, in units of the face, both ends among them. A side that is one point
-    has two places, its ends, and the same vertex at both.
+    `at[…]` along it, rising, in units of the face, from end to end. A side that is one point has
+    two places, its ends, and one vertex at both.
 
     Attributes
     ----------
@@ -43,14 +43,14 @@ class Border:
 def divide_border(
     faces: Faces, seams: Seams, goal: Goal, most: int, normals: SideNormals | None = None
 ) -> Border:
-    """Divides the sides of all faces; what sides have in common is divided once.
+    """Divides the sides of all faces; edges that sides share are divided once.
 
     Parameters
     ----------
     seams : Seams
-        Of the model that the faces are of, in its own coordinates.
+        The seams of the model of the faces, in model coordinates.
     most : int
-        Triangles that are allowed.
+        Number of triangles that are allowed.
     normals : SideNormals, optional
         Normals that turn no further than the angle of the goal between two vertices.
 
@@ -66,7 +66,7 @@ def divide_border(
     begin, _, spans = faces.list_sides()
     collapsed = seams.collapsed[begin, np.arange(4)]
     poles = seams.corner[begin, BEGINS][collapsed]
-    # Corners come first, as many as are vertices, then what lies between them.
+    # Corners that are vertices come first, then the vertices between them.
     knots = division.corner >= 0
     met = np.concatenate([division.corner[knots], poles])
     first, number = unique_values(met)
@@ -76,7 +76,7 @@ def divide_border(
     vertex[~knots] = len(used) + np.arange(np.count_nonzero(~knots))
     points = np.concatenate([seams.corner_points[used], division.points[~knots]])
 
-    # Every run has as many vertices as its chain; where runs meet they have the same one.
+    # Every run has the vertices of its chain; where two runs meet they share one.
     count = (division.start[1:] - division.start[:-1])[chains.chain]
     pieces = np.bincount(chains.side, count - 1, minlength=collapsed.size).astype(np.intp)
     start = np.concatenate([[0], np.cumsum(np.where(collapsed.ravel(), 1, pieces) + 1)])

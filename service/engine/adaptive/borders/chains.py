@@ -1,4 +1,4 @@
-"""Chains: runs of edges along the sides of faces that are divided as one curve, all alike."""
+"""Chains: edges along the sides of faces that are divided together, as one curve."""
 
 from dataclasses import dataclass
 
@@ -13,22 +13,22 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chains:
-    """C distinct chains, and the sides along which they run; none is a point.
+    """C distinct chains, and the sides along which they run; no chain is a point.
 
     Chain c is the edges `edge[start[c] : start[c+1]]`, one after another. Its direction depends on
-    their control points alone: whatever numbers they have in a model, it is the same.
+    their control points alone, not on their numbers in a model.
 
     Attributes
     ----------
     start : ndarray of int, shape (C+1,)
     edge, backward : ndarray of int and of bool, shape (N,)
-        Which edge, and whether the chain runs against its direction.
+        Number of the edge, and whether the chain runs against its direction.
     corner : ndarray of int, shape (N+C,)
         Corners between the edges and at both ends: those of chain c begin at `start[c] + c`.
     side, first : ndarray of int, shape (R,)
         Runs: the side of a face (4 f + s), in order, and the span of it at which the run begins.
     chain, reversed : ndarray of int and of bool, shape (R,)
-        The chain that is run along there, and whether from its end.
+        The chain of each run, and whether the run begins at its end.
     """
 
     start: Ints
@@ -42,18 +42,18 @@ class Chains:
 
     @property
     def length(self) -> Ints:
-        """Edges of every chain, shape (C,)."""
+        """Number of edges of every chain, shape (C,)."""
         return self.start[1:] - self.start[:-1]
 
     @property
     def uses(self) -> Ints:
-        """Runs along every chain, shape (C,)."""
+        """Number of runs along every chain, shape (C,)."""
         return np.bincount(self.chain, minlength=len(self.start) - 1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Steps:
-    """Sides of faces edge by edge, without those that are points; all of shape (N,).
+    """The edges of the sides of faces, without sides that are points; all of shape (N,).
 
     `side` is 4 f + s, in order, `span` counts along it; `begin` and `end` are corners.
     """
@@ -83,11 +83,11 @@ class _ChainRuns:
 
 
 def find_chains(faces: Faces, seams: Seams) -> Chains:
-    """What the sides of all faces consist of.
+    """The chains of the sides of all faces.
 
-    A side is one chain if its edges are of one degree and every side that has one of them has all,
-    in the same order or in the opposite one. Otherwise its edges are chains of their own: how an
-    edge is divided that others share must not depend on what they do not share.
+    A side is one chain if its edges are of one degree and every side with one of these edges has
+    all of them, in this order or in the opposite one. Otherwise each of its edges is a chain of its
+    own: the division of a shared edge must not depend on edges that are not shared.
     """
     steps = _list_steps(faces, seams)
     count = np.bincount(steps.side, minlength=4 * len(faces.first))
@@ -98,7 +98,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         degree[group.ids] = group.points.shape[1] - 1
     along, against = _number_steps(steps, seams, count[steps.side] > 1)
     single = np.ones(len(steps.edge), dtype=bool)
-    found: list[_ChainRuns] = []
+    groups: list[_ChainRuns] = []
     for length in (np.bincount(count)[2:].nonzero()[0] + 2).tolist():
         sides = (count == length).nonzero()[0]
         rows = begin[sides, None] + np.arange(length)
@@ -106,7 +106,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         turned = _is_before(back, forth)
         codes = np.where(turned[:, None], back, forth)
         first, number = unique_rows(codes.astype(np.float64))
-        # All sides along one chain are whole, or none is.
+        # Either all sides along one chain are whole, or none is.
         whole = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
         whole &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
         single[rows[whole]] = False
@@ -114,12 +114,12 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         leaders = np.where(turned[first[kept], None], rows[first[kept], ::-1], rows[first[kept]])
         place = (np.cumsum(kept) - 1)[number[whole]]
         side = steps.side[rows[whole, 0]]
-        found.append(
+        groups.append(
             _ChainRuns(
                 leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[whole]
             )
         )
-    return _join_chains(steps, [_list_single_chains(steps, single), *found])
+    return _join_chains(steps, [_list_single_chains(steps, single), *groups])
 
 
 def _list_steps(faces: Faces, seams: Seams) -> _Steps:
@@ -139,32 +139,32 @@ def _list_steps(faces: Faces, seams: Seams) -> _Steps:
     )
 
 
-def _number_steps(steps: _Steps, seams: Seams, wanted: Bools) -> tuple[Ints, Ints]:
-    """A number for every step that is wanted, and one for the same step walked the other way.
+def _number_steps(steps: _Steps, seams: Seams, selected: Bools) -> tuple[Ints, Ints]:
+    """Two numbers for each selected step: one for its direction, one for the opposite direction.
 
-    Of two numbers the one is less whose edge comes first in the order of degrees and control
-    points, or that runs along its edge if the other runs against it: the same in every model.
+    Numbers are in the order of degrees and control points of the edges; on one edge, along comes
+    before against. So their order does not depend on the model.
     """
     used = np.zeros(len(seams.users), dtype=bool)
-    used[steps.edge[wanted]] = True
+    used[steps.edge[selected]] = True
     rank = np.zeros(len(used), dtype=np.intp)
     symmetric = np.zeros(len(used), dtype=bool)
     ranked = 0
     for group in seams.curves:
-        here = used[group.ids].nonzero()[0]
-        ids, points = group.ids[here], group.points[here]
-        if not len(here):
+        rows = used[group.ids].nonzero()[0]
+        ids, points = group.ids[rows], group.points[rows]
+        if not len(rows):
             continue
         same = (points == points[:, ::-1]).all(axis=(1, 2))
-        columns = points.reshape(len(here), -1)
+        columns = points.reshape(len(rows), -1)
         if group.weights is not None:
-            weights = group.weights[here]
+            weights = group.weights[rows]
             same &= (weights == weights[:, ::-1]).all(axis=1)
             columns = np.concatenate([columns, weights], axis=1)
-        rank[ids[np.lexsort(columns.T[::-1])]] = ranked + np.arange(len(here))
+        rank[ids[np.lexsort(columns.T[::-1])]] = ranked + np.arange(len(rows))
         symmetric[ids] = same
-        ranked += len(here)
-    # An edge that is its own reverse is walked in one way only.
+        ranked += len(rows)
+    # An edge that is equal to its own reverse has one direction only.
     backward = steps.backward & ~symmetric[steps.edge]
     along = 2 * rank[steps.edge] + backward
     return along, np.where(symmetric[steps.edge], along, along ^ 1)
@@ -188,12 +188,12 @@ def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
     )
 
 
-def _join_chains(steps: _Steps, found: list[_ChainRuns]) -> Chains:
+def _join_chains(steps: _Steps, groups: list[_ChainRuns]) -> Chains:
     """All chains in one list, and all runs in the order of their sides."""
     edges, backward, corners = [], [], []
     side, first, chain, turned, length = [], [], [], [], []
-    known = 0
-    for part in found:
+    count = 0
+    for part in groups:
         against = part.turned[:, None]
         begin = np.where(against, steps.end[part.steps], steps.begin[part.steps])
         last = part.steps[:, -1:]
@@ -204,9 +204,9 @@ def _join_chains(steps: _Steps, found: list[_ChainRuns]) -> Chains:
         length.append(np.full(len(part.steps), part.steps.shape[1]))
         side.append(part.side)
         first.append(part.first)
-        chain.append(part.chain + known)
+        chain.append(part.chain + count)
         turned.append(part.reversed)
-        known += len(part.steps)
+        count += len(part.steps)
     sides, firsts = np.concatenate(side), np.concatenate(first)
     order = np.lexsort((firsts, sides))
     return Chains(

@@ -1,4 +1,4 @@
-"""Chains as curves, and the pieces that cutting them in the middle, again and again, leads to."""
+"""Chains as curves, and the trees of pieces that repeated halving leads to."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,11 +9,14 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.homogeneous import to_homogeneous
 from service.engine.adaptive.borders.chains import Chains
-from service.engine.adaptive.borders.flatness import bound_rounding
+from service.engine.adaptive.borders.curve_shapes import bound_rounding
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.cutting.halving import halve
 from service.engine.bounds.faces import SPAN
 from service.engine.mesh.seams import Seams
+
+AHEAD = 1 << 11
+"""Coordinates of nets up to which pieces, their halves, halves of these … are decided at once."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,18 +26,18 @@ class Curves:
     Attributes
     ----------
     chain, uses : ndarray of int, shape (C,)
-        Their numbers among all chains, and how many sides run along each.
+        Their numbers among all chains, and the number of sides that run along each.
     start : ndarray of int, shape (C+1,)
         Chain c is the edges (rows of `nets`) `start[c]` to `start[c+1]`.
     owner : ndarray of int, shape (N,)
-        Which of the chains each edge belongs to.
+        The chain, one of C, that each edge belongs to.
     nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
     origin, slack : ndarray of float64, shapes (C, 3) and (C,)
-        The first points, and what rounding may do to the nets.
+        The first points, and bounds of the rounding of nets.
     edge, backward : ndarray of int and of bool, shape (N,)
         The number of each edge, and whether the chain runs against it.
     normals : SideNormals or None
-        Those of the patches on both sides, where they count.
+        Normals of the patches at the edges; None if the goal bounds no angle.
     """
 
     chain: Ints
@@ -74,10 +77,10 @@ class Tree:
         return np.repeat(np.arange(len(sizes)), sizes)
 
     def walk(self, cut: Bools, closed: Bools, again: Bools) -> tuple[Bools, Bools, Bools]:
-        """Which pieces there are, which of them are cut, and which must be; all (M,).
+        """Which pieces exist, which of them are cut, and which must be cut; all (M,).
 
-        Of the first level those must be that are to be cut `again`; of the others those of which
-        the whole was closed.
+        A piece of the first level must be cut if it is marked in `again`, any other piece if it is
+        half of a closed piece.
         """
         real, must, cut = np.ones(len(cut), dtype=bool), np.zeros(len(cut), dtype=bool), cut.copy()
         must[self.level[0]] = again
@@ -129,9 +132,15 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
 
 
 def halve_runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, Ints, Ints, Ints]:
-    """Runs of edges and halves of those of several, `first`, `last` and `cuts` of each.
+    """Runs of edges, and level by level the halves of runs of several edges.
 
-    There are halves as long as all runs have about `room` edges.
+    Levels are added until all runs have about `room` edges together.
+
+    Returns
+    -------
+    tree : Tree
+    first, last, cuts : ndarray of int, shape (M,)
+        The edges of each run, `last` excluded, and the cuts that led to it.
     """
     levels, parents = [(first, last, cuts)], [np.arange(len(first))]
     level = [slice(0, len(first))]
@@ -152,7 +161,7 @@ def halve_runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, In
 
 
 def build_halving_tree(count: int, levels: int) -> Tree:
-    """Pieces that are all halved, again and again; one level at least."""
+    """The tree of pieces that are all halved `levels` − 1 times; it has at least one level."""
     ends = [count * (2**k - 1) for k in range(max(levels, 1) + 1)]
     level = [slice(*pair) for pair in pairwise(ends)]
     parents = [np.arange(count)]
@@ -161,17 +170,17 @@ def build_halving_tree(count: int, levels: int) -> Tree:
 
 
 def halve_nets(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints, FloatArray]:
-    """Places and nets of parts of edges, halved `depth` times, and of all their halves in a tree.
+    """Places and nets (M, n+1, D) of parts of edges and of all their halves in a tree.
 
-    First ones come first, then second ones. Nets are (M, n+1, D).
+    The parts given were halved `depth` times. In each level first halves come before second halves.
     """
     if len(tree.level) == 1:
         return at, nets
     places = np.empty(len(tree.parent), dtype=np.intp)
-    made = np.empty((len(places), *nets.shape[1:]))
-    places[tree.level[0]], made[tree.level[0]] = at, nets
+    halves = np.empty((len(places), *nets.shape[1:]))
+    places[tree.level[0]], halves[tree.level[0]] = at, nets
     for number, (rows, below) in enumerate(pairwise(tree.level), start=depth + 1):
-        both = made[below].reshape(2, -1, *nets.shape[1:])
-        halve(made[rows].transpose(1, 2, 0), 0, both.transpose(2, 3, 0, 1))
+        both = halves[below].reshape(2, -1, *nets.shape[1:])
+        halve(halves[rows].transpose(1, 2, 0), 0, both.transpose(2, 3, 0, 1))
         places[below] = (places[rows] + np.array([[0], [SPAN >> number]])).ravel()
-    return places, made
+    return places, halves

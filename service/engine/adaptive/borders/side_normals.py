@@ -1,7 +1,7 @@
-"""How far normals turn along edges: those of every patch that has the edge, each by itself.
+"""How far the normals of each patch turn along its edges.
 
-The models of a request are looked at together: where the edges of two of them have equal control
-points, they are one edge, and divided alike.
+All models of a request are taken together: edges of two models with equal control points are one
+edge, and are divided in the same way.
 """
 
 from collections.abc import Sequence
@@ -18,18 +18,18 @@ from service.surface.batches import Patches
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SideNormals:
-    """The unit normals along the edges of a model, and of the models that it is meshed with.
+    """Sides of patches along the edges of a model, and of all models that it is meshed with.
 
     Attributes
     ----------
     batches : tuple of TensorPatches or TrianglePatches
-        Of all models; patches are numbered from one batch to the next.
+        The patches of all models, numbered from one batch to the next.
     side, backward : ndarray of int and of bool, shape (N,)
         Sides of patches (4 p + s) that are lines, edge by edge; whether each runs against its edge.
     start, count : ndarray of int, shape (D,)
-        Where the sides of each different edge begin, and how many they are.
+        The first side of each different edge, and the number of its sides.
     number : ndarray of int, shape (E,)
-        Which of the different edges each edge of the model is.
+        The different edge that each edge of the model is.
     """
 
     batches: tuple[Patches, ...]
@@ -42,7 +42,7 @@ class SideNormals:
     def measure_turns(
         self, edge: Ints, against: Bools, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """How far apart unit normals are at both ends of parts of edges, and in the middle.
+        """Distances of unit normals at both ends of parts of edges from those in the middle.
 
         Parameters
         ----------
@@ -55,8 +55,8 @@ class SideNormals:
         Returns
         -------
         half, whole : ndarray of float64, shape (M,)
-            The larger of the distances |n − n′| between the middle and an end, and their sum; of
-            the patch where it is largest.
+            The larger of the distances |n − n′| between the middle and an end, and their sum; each
+            is the largest of all patches at the edge.
         """
         own = self.number[edge]
         count = self.count[own]
@@ -107,7 +107,7 @@ def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
     """Numbers of the edges (E,) of each model, equal where their curves are."""
     numbers = [np.zeros(len(own.users), np.intp) for own in seams]
     degrees = {group.points.shape[1] for own in seams for group in own.curves}
-    known = 0
+    count = 0
     for size in sorted(degrees):
         groups = [
             (number, group)
@@ -120,9 +120,9 @@ def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
             weights = np.ones(group.points.shape[:2]) if group.weights is None else group.weights
             points = group.points.reshape(len(weights), 3 * size)
             rows.append(np.concatenate([points, weights], axis=1))
-        first, found = unique_rows(np.concatenate(rows))
+        first, place = unique_rows(np.concatenate(rows))
         ends = np.cumsum([0, *map(len, rows)])
         for k, (number, group) in enumerate(groups):
-            number[group.ids] = known + found[ends[k] : ends[k + 1]]
-        known += len(first)
+            number[group.ids] = count + place[ends[k] : ends[k + 1]]
+        count += len(first)
     return numbers

@@ -1,4 +1,4 @@
-"""Cells, boxes of places of a face, and the leaves that are not cut any more."""
+"""Cells, which are boxes of places of a face, and leaves, which are cells that need no cut."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
 
 SHORTEST = 16
-"""No cell is shorter than this, in units of the places: a corner may be lifted by a share of it."""
+"""Least side of a cell, in units of places: a corner may be lifted by a share of it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,14 +28,14 @@ class Cells:
 
     @classmethod
     def concatenate(cls, parts: list["Cells"]) -> "Cells":
-        """Cells of several lists."""
+        """Cells of several lists, one list after the other."""
         return cls(
             np.concatenate([part.face for part in parts]),
             np.concatenate([part.box for part in parts], axis=1),
         )
 
     def halve(self, along_v: Bools) -> tuple["Cells", "Cells"]:
-        """First and second halves, cut across v or else across u, at a knot if there is one."""
+        """First and second halves: v is halved where `along_v`, u elsewhere; at a knot, if any."""
         low = np.where(along_v, self.box[2], self.box[0])
         high = np.where(along_v, self.box[3], self.box[1])
         knot = (low // SPAN + high // SPAN) // 2 * SPAN
@@ -57,8 +57,8 @@ class Leaves:
     Attributes
     ----------
     cells : Cells
-    along_v, rising, form :
-        The cut, should it come to one, and more: see `estimate.Verdict`.
+    along_v, rising, form
+        See `estimate.CellEstimates`; `along_v` is used if the leaf is cut after all.
     """
 
     cells: Cells
@@ -97,13 +97,13 @@ class Leaves:
     @classmethod
     def merge(cls, parts: list["Leaves"]) -> "Leaves":
         """Leaves of several lists, in the order of face, u0, v0."""
-        found = cls.concatenate(parts)
-        box = found.cells.box
-        return found.take(np.lexsort((box[2], box[0], found.cells.face)))
+        leaves = cls.concatenate(parts)
+        box = leaves.cells.box
+        return leaves.take(np.lexsort((box[2], box[0], leaves.cells.face)))
 
 
 def build_whole_cells(faces: Faces) -> Cells:
-    """One cell a face."""
+    """One cell for each face."""
     none = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
     return Cells(np.arange(len(faces.first)), np.array([none, high[:, 0], none, high[:, 1]]))

@@ -1,7 +1,7 @@
-"""Nets of cells: halved, restricted, raised, and looked at in nine places.
+"""Nets of cells: halving, restriction, elevation, and nine points of each.
 
-Arrays are (p+1, q+1, D, m): the cell is the last axis and every number is computed by itself, so
-that a cell's net has the same bits whatever is computed beside it. D is 3, or 4 where the net is
+Arrays are (p+1, q+1, D, m): the last axis counts cells, and all arithmetic is elementwise, so that
+a cell's net has the same bits whatever is computed beside it. D is 3, or 4 where the net is
 homogeneous.
 """
 
@@ -18,8 +18,8 @@ from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 
 
-def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
-    """Nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
+def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
+    """Write nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
 
     de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
     of each row make the first half, the last ones the second. Powers of two are exact, so sums are
@@ -28,10 +28,10 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
     Parameters
     ----------
     nets : ndarray of float64, shape (p+1, q+1, D, m)
-    made : ndarray of float64, shape (p+1, q+1, D, 2, m)
-        Where they are put.
+    halves : ndarray of float64, shape (p+1, q+1, D, 2, m)
+        The array that they are written to.
     """
-    rest, both = nets.swapaxes(0, axis), made.swapaxes(0, axis)
+    rest, both = nets.swapaxes(0, axis), halves.swapaxes(0, axis)
     degree = len(rest) - 1
     both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
     for k in range(1, degree + 1):
@@ -41,10 +41,7 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
 
 
 def elevate(nets: FloatArray) -> FloatArray:
-    """The same surfaces with both degrees at least 2.
-
-    P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i
-    """
+    """Nets elevated to degrees of at least 2: P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
     for axis in (0, 1):
         while nets.shape[axis] < 3:
             old = nets.swapaxes(0, axis)
@@ -92,7 +89,7 @@ def _build_binomials(degree: int) -> FloatArray:
 
 @lru_cache(maxsize=128)
 def build_quadratic_matrix(degree: int) -> FloatArray:
-    """What the values at 0, ½ and 1 of a quadratic are to its net of a degree n ≥ 2: (n+1, 3).
+    """Matrix (n+1, 3) from values of a quadratic at 0, ½ and 1 to its net of degree n ≥ 2.
 
     As a net of degree 2 they are x_0, 2 x_½ − ½ (x_0 + x_1), x_1. Point i of the net raised to
     degree n has the shares (n−i)(n−i−1), 2 i (n−i) and i (i−1), over n (n−1).
@@ -115,5 +112,5 @@ def restrict(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
         return elevate(nets.take(rows))
     places = np.array([low - first, high - first]) / SPAN
     along = (blossoms(degree, places[:, k]) for k, degree in enumerate(nets.degree))
-    made = build_box_nets(nets.items.take(rows, axis=0), *along)
-    return elevate(np.ascontiguousarray(made.transpose(2, 3, 1, 0)))
+    boxes = build_box_nets(nets.items.take(rows, axis=0), *along)
+    return elevate(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))

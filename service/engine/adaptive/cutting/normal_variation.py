@@ -1,9 +1,9 @@
 """How far normals turn within a cell, and whether cutting it would make them turn less.
 
-Where the surface is smooth, each half of a small cell has half of its turn. At a fold, a cusp or a
-crease inside a patch, one of the halves has as much as the whole, however small the cell: there no
-cutting helps. So a cell may always be cut while it is a large part of its patch, so that nothing
-is taken for a crease that is only narrow, and later only where it does help, or costs little.
+Where the surface is smooth, normals turn half as far in each half of a small cell. At a fold, a
+cusp or a crease inside a patch, they turn in one of the halves as far as in the whole, however
+small the cell: there no cut helps. So a cell may always be cut while it is a large part of its
+patch, lest a narrow bend is taken for a crease; later it is cut only if that helps or costs little.
 """
 
 from collections.abc import Iterable
@@ -18,21 +18,22 @@ from service.engine.adaptive.cutting.halving import project
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 NONE = 1e-7
-"""Partials whose angle has a sine below this have no normal (at a pole, or along a cusp); nor has
-one that is shorter than this share of the longest in the cell."""
+"""Partials have no normal if the sine of their angle is below this (at a pole, or along a cusp), or
+if one of them is shorter than this share of the longest in the cell."""
 
 ROUGH, WIDE = 1 / 32, 1 / 8
-"""A cell is cut without asking while it is longer than this share of its patch, in parameters or
-in space: where weights differ much, one says little of the other."""
+"""A cell may always be cut while it is longer than this share of its patch, `ROUGH` in parameters
+or `WIDE` in space: where weights differ much, the two differ much."""
 
 FINEST = 1 / 1024
-"""It is not cut for its normals' sake once it is shorter than this,"""
+"""A cell is not cut for its normals if it is shorter than this in parameters, or if the cut is not
+cheap (`is_halving_helpful`)."""
 
 GRAIN = 2.0**-16
-"""or than this share of the patch's size."""
+"""A cell is not cut for its normals if it is shorter than this share of the patch's size."""
 
 FALLING = 0.8
-"""What must be left of a turn, at most, in each half of a cell, if halving is to help."""
+"""Halving helps if normals turn in each half by at most this share of their turn in the whole."""
 
 CORNERS = ((0, 0), (0, 2), (2, 0), (2, 2))
 
@@ -46,14 +47,14 @@ ACROSS = tuple(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Scale:
-    """How large m cells are.
+    """Sizes of m cells.
 
     Attributes
     ----------
     shares : ndarray of float64, shape (2, m)
-        Of the knot span, along u and v.
+        Lengths along u and v, as shares of the knot span.
     size : ndarray of float64, shape (m,)
-        Of the patch, in space.
+        Size of the patch, in space.
     """
 
     shares: FloatArray
@@ -62,7 +63,7 @@ class Scale:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NormalCuts:
-    """Cells that are to be cut since normals turn too far, and the direction that helps more."""
+    """Which of m cells must be cut because normals turn too far, and in which direction."""
 
     exceeds: Bools
     along_v: Bools
@@ -76,16 +77,17 @@ def measure_scale(box: FloatArray, size: FloatArray) -> Scale:
 def compare_normals(
     at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None
 ) -> NormalCuts:
-    """Normals of cells in nine places, compared in pairs.
+    """Which cells must be cut for their normals: those in nine places are compared in pairs.
 
     Parameters
     ----------
     at : ndarray of float64, shape (3, 3, 3, m)
         Nine points of cells.
     angle : float
+        Radians that normals may turn by.
     scale : Scale
     nets : ndarray of float64, shape (p+1, q+1, D, m), optional
-        Of the same cells.
+        Nets of the cells.
     """
     most = find_chord(angle)
     found = estimate_normals(at, nets)
@@ -112,7 +114,7 @@ def compare_normals(
     helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
     gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
     exceeds = (gains[0] > most) | (gains[1] > most)
-    # As far as across it turns along u and v together, so half of it along one of them at least.
+    # A turn across is at most the sum of turns along u and v: one of these has at least half of it.
     exceeds |= helps & (across > most) & (np.maximum(*gains) > 0.5 * most)
     return NormalCuts(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
 
@@ -124,31 +126,32 @@ def is_halving_helpful(
     size: FloatArray,
     alone: Bools | bool = True,
 ) -> Bools:
-    """Whether it may help to cut what turns so far in halves and as a whole.
+    """Whether halving cells in one direction may help, given the turns of their normals along it.
 
     Parameters
     ----------
+    turn : (half, whole)
+        The larger turn of the two halves, and the turn of the whole, shape (m,) each.
     share : ndarray of float64, shape (m,)
-        How long it is in parameters,
+        Lengths of the cells in parameters.
     extent, size : ndarray of float64, shape (m,)
-        and in space; and how large the patch is.
+        Lengths of the cells in space, and sizes of their patches.
     alone : ndarray of bool, shape (m,)
-        Whether nothing turns too far in the other direction. Then it costs one cell to halve what
-        turns; a fold that is not along either takes twice as many for every halving.
+        Whether normals turn little enough in the other direction. Then each halving adds one cell;
+        a fold that is along neither direction needs twice as many cells for every halving.
     """
     half, whole = turn
     cheap = ((half <= FALLING * whole) | alone) & (share > FINEST)
-    found: Bools = (share > ROUGH) | (extent > WIDE * size) | cheap
-    return found & (extent > GRAIN * size)
+    is_helpful: Bools = (share > ROUGH) | (extent > WIDE * size) | cheap
+    return is_helpful & (extent > GRAIN * size)
 
 
 def find_height_limit(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
-    """Heights above chords of this size, shape (m,), for which normals have to turn further.
+    """Heights (m,) above chords of sizes (m,) that prove that normals turn by more than the angle.
 
-    What begins and ends on a chord of the length d, and is nowhere steeper against it than α/2,
-    stays below d tan(α/2) / 2. Heights are known of the whole net of a cell, normals in some
-    places only: so what lies between those is not missed. Of cells that are too small nothing is
-    asked.
+    A curve that begins and ends on a chord of length d, and is nowhere steeper against it than α/2,
+    stays below d tan(α/2) / 2. Heights are measured for the whole net of a cell, normals in nine
+    places only, so this limit finds bends between these places. For small cells it is infinite.
     """
     if angle >= pi:
         return np.full(size.shape, np.inf)
@@ -160,10 +163,10 @@ def find_height_limit(angle: float, size: FloatArray, scale: Scale | None = None
 
 
 def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> list[list[Vectors]]:
-    """Unit normals in nine places of biquadratic surfaces through them; zero where there is none.
+    """Unit normals of biquadratic surfaces at the nine points that define them; or zero.
 
-    With nets, those at the corners are the surface's own. One that is missing at the end of a line
-    (at a pole) is taken to be on from the middle as the other end is from there.
+    With nets, the normals at the corners are those of the nets. A normal that is missing at the end
+    of a line (at a pole) is extrapolated from the other end and the middle.
     """
     slopes_u = [_find_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
     slopes_v = [_find_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
@@ -184,12 +187,12 @@ def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> list[lis
 
 
 def find_chord(angle: float) -> float:
-    """How far apart unit vectors at an angle are."""
+    """Distance of unit vectors at an angle."""
     return 2.0 * sin(min(angle, pi) / 2.0)
 
 
 def extrapolate_ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
-    """Unit normals at both ends of a line; where one is missing, b turned once more."""
+    """Unit normals at both ends of a line; a missing one is the other, mirrored at the middle."""
     share = 2.0 * dot(a, b), 2.0 * dot(c, b)
     return (
         np.where(dot(a, a) == 0.0, share[1] * b - c, a),
@@ -198,7 +201,7 @@ def extrapolate_ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vecto
 
 
 def measure_apart(a: Vectors, b: Vectors) -> FloatArray:
-    """How far apart unit normals are; 0 where one is missing."""
+    """Distances of unit normals; 0 where one is missing."""
     missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
     return np.where(missing, 0.0, length(a - b))
 
@@ -209,7 +212,7 @@ def _find_slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, 
 
 
 def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
-    """Directions of the derivatives at a corner of nets (p+1, q+1, D, m)."""
+    """Directions of the partials at a corner of nets (p+1, q+1, D, m)."""
     p, q = len(nets) - 1, nets.shape[1] - 1
     rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
     near = project(nets[np.ix_(rows, columns)])
@@ -218,7 +221,7 @@ def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vec
 
 
 def _build_normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
-    """Unit normal; zero where there is none."""
+    """Unit normals from partials; zero where `NONE` says that there is none."""
     normal = cross(u, v)
     size, long_u, long_v = length(normal), length(u), length(v)
     some = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
@@ -226,6 +229,6 @@ def _build_normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray
 
 
 def _find_largest(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
-    """How far apart the unit normals of pairs are at most; 0 where one is missing."""
+    """Largest distance of the unit normals of pairs; 0 where one is missing."""
     most: FloatArray = np.maximum.reduce([measure_apart(a, b) for a, b in pairs])
     return most

@@ -1,8 +1,8 @@
 """Faces cut into cells, until each cell is near enough to two triangles.
 
 A cell is a box of places of a face. It is cut at the middle; where it spans several patches, at
-the knot nearest the middle: so neighbouring patches that are flat stay one cell. What becomes of a
-cell depends on that cell alone.
+the knot nearest the middle, so that flat neighbouring patches stay one cell. The division of a cell
+depends on that cell alone.
 """
 
 from collections.abc import Iterator
@@ -21,41 +21,47 @@ from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 
 BLOCK = 1 << 18
-"""Numbers in the nets that are worked on at a time, about."""
+"""Numbers in the nets that are computed at a time, about."""
 
 OVERHEAD = 20
-"""Multiplications for every number of a net, beside those that halving takes."""
+"""Multiplications for every number of a net, in addition to those of halving."""
 
 AHEAD = 1 << 13
-"""Numbers of cells and of their halves up to which these are judged in one step."""
+"""Numbers in the nets of cells and their halves up to which these are estimated in one step."""
 
 TURNS = 2500
-"""Those that comparing the normals of a cell takes."""
+"""Multiplications to compare the normals of one cell."""
 
 
 def divide_cells(task: Task, start: Cells) -> Leaves:
-    """The leaves of cells, cut as often as it takes; `Budget` and `too_deep` tell what it raises.
+    """The leaves of cells, cut until every leaf passes its estimate.
 
     Parameters
     ----------
     start : Cells
-        Faces as a whole, or pieces of them, as cutting makes them.
+        Whole faces, or cells that cutting led to.
 
     Returns
     -------
     Leaves
-        In the order of face, u0, v0. The same, bit for bit, whatever other cells there are.
+        In the order of face, u0, v0. Those of a cell have the same bits whatever other cells there
+        are.
+
+    Raises
+    ------
+    TooLarge, InvalidRequest
+        As `MeshLimits` and `build_depth_error` say.
     """
     if not len(start):
         return Leaves.empty()
-    found: list[Leaves] = []
+    leaves: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
-        found, rest = divide_spans(task, start.take(several))
+        leaves, rest = divide_spans(task, start.take(several))
         start = Cells.concatenate([start.take(~several), *rest])
-    for nets, here in task.patch_nets.split_by_group(task.find_patches(start)):
-        found += _divide_single_spans(task, start.take(here), nets)
-    return Leaves.merge(found)
+    for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
+        leaves += _divide_single_spans(task, start.take(rows), nets)
+    return Leaves.merge(leaves)
 
 
 def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
@@ -87,34 +93,34 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leave
         turns = TURNS * len(cells) if angles else 0
         task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         size = measure_scale(cells.box / SPAN, task.patch_nets.sizes[patch]) if angles else None
-        verdict = estimate_cells(net, task.goal, task.find_eyes(patch), size)
-        done, cut = _choose_leaves(verdict, sizes)
+        estimates = estimate_cells(net, task.goal, task.find_eyes(patch), size)
+        done, cut = _choose_leaves(estimates, sizes)
         if len(done):
-            yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
+            yield Leaves(cells, estimates.along_v, estimates.rising, estimates.form).take(done)
             leaves += len(done)
             task.limits.count(leaves)
         if not len(cut):
             continue
-        halves, twice, made = _halve_cells(cells, patch, net, cut, verdict.along_v[cut])
+        halves, twice, halves_nets = _halve_cells(cells, patch, net, cut, estimates.along_v[cut])
         waiting += [
-            (halves.take(rows), twice[rows], made[..., rows])
+            (halves.take(rows), twice[rows], halves_nets[..., rows])
             for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
 
 
-def _choose_leaves(verdict: CellEstimates, sizes: list[int]) -> tuple[Ints, Ints]:
-    """Leaves among cells and their halves of several levels, and what is still to be cut."""
-    found, begin = [], 0
+def _choose_leaves(estimates: CellEstimates, sizes: list[int]) -> tuple[Ints, Ints]:
+    """Rows of the leaves, and of the cells to be cut, among cells and their halves by levels."""
+    leaves, begin = [], 0
     level = np.arange(sizes[0])
     for size in sizes:
-        fails = verdict.fails[level]
-        found.append(level[~fails])
+        fails = estimates.fails[level]
+        leaves.append(level[~fails])
         cut = level[fails]
         # Behind a level come its halves across u, first ones and second ones, and those across v.
-        half = cut + size * (1 + 2 * verdict.along_v[cut])
+        half = cut + size * (1 + 2 * estimates.along_v[cut])
         level = np.concatenate([half, half + size])
         begin += size
-    return np.concatenate(found), cut
+    return np.concatenate(leaves), cut
 
 
 def _halve_cells(
@@ -123,23 +129,23 @@ def _halve_cells(
     """Halves of some cells: first those across u, then those across v."""
     order = along_v.argsort(kind="stable")
     cut, along_v, count = cut[order], along_v[order], len(cut)
-    made = np.empty((*net.shape[:3], 2 * count))
-    both = made.reshape(*net.shape[:3], 2, count)
+    halves_nets = np.empty((*net.shape[:3], 2 * count))
+    both = halves_nets.reshape(*net.shape[:3], 2, count)
     middle = count - int(np.count_nonzero(along_v))
     for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
         if len(cut[rows]):
             halve(net[..., cut[rows]], axis, both[..., rows])
     twice = np.concatenate([patch[cut], patch[cut]])
-    return Cells.concatenate([*cells.take(cut).halve(along_v)]), twice, made
+    return Cells.concatenate([*cells.take(cut).halve(along_v)]), twice, halves_nets
 
 
 def _add_halves(
     cells: Cells, patch: Ints, net: FloatArray
 ) -> tuple[Cells, Ints, FloatArray, list[int]]:
-    """Few cells, then level by level all halves: across u, first and second ones, and across v.
+    """Cells, followed level by level by all their halves; and the sizes of the levels.
 
-    A step takes as long for a hundred cells as for one, so several levels are judged at once. The
-    sizes of the levels come last.
+    A step takes as long for a hundred cells as for one, so several levels are estimated at once.
+    The halves of a level are first and second ones across u, then across v.
     """
     sizes, box, total = [len(cells)], cells.box, len(cells)
     short = int((box[1::2] - box[::2]).min(initial=SPAN))
@@ -148,8 +154,8 @@ def _add_halves(
         total += sizes[-1]
     if len(sizes) == 1:
         return cells, patch, net, sizes
-    made, boxes = np.empty((*net.shape[:3], total)), np.empty((4, total), dtype=np.intp)
-    made[..., : sizes[0]], boxes[:, : sizes[0]] = net, box
+    halves_nets, boxes = np.empty((*net.shape[:3], total)), np.empty((4, total), dtype=np.intp)
+    halves_nets[..., : sizes[0]], boxes[:, : sizes[0]] = net, box
     end = 0
     for size in sizes[:-1]:
         begin, end = end, end + size
@@ -158,12 +164,12 @@ def _add_halves(
         halves[::2], halves[1::2] = low[:, np.newaxis], high[:, np.newaxis]
         halves[1, 0] = halves[0, 1] = (low[0] + high[0]) // 2
         halves[3, 2] = halves[2, 3] = (low[1] + high[1]) // 2
-        nets = made[..., end : end + 4 * size].reshape(*net.shape[:3], 2, 2, size)
+        nets = halves_nets[..., end : end + 4 * size].reshape(*net.shape[:3], 2, 2, size)
         for axis in (0, 1):
-            halve(made[..., begin:end], axis, nets[..., axis, :, :])
+            halve(halves_nets[..., begin:end], axis, nets[..., axis, :, :])
     number = np.arange(total) % sizes[0]
-    return Cells(cells.face[number], boxes), patch[number], made, sizes
+    return Cells(cells.face[number], boxes), patch[number], halves_nets, sizes
 
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]
-"""Cells, their patches, and their nets unless they are still to be made."""
+"""Cells, their patches, and their nets; None for nets that are not computed yet."""

@@ -1,4 +1,4 @@
-"""What is to be divided, how finely, and at what expense at most."""
+"""The task of dividing: faces, their patches, the goal, and limits of work."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from service.engine.bounds.vectors import Vectors
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
-    """Faces, the patches they are made of, and what is asked of their triangles."""
+    """Faces to be divided, with their patches, the goal of their triangles, and limits."""
 
     patch_nets: PatchNets
     faces: Faces
@@ -23,11 +23,11 @@ class Task:
     limits: MeshLimits
 
     def find_patches(self, cells: Cells) -> Ints:
-        """The patch in which cells of one span lie."""
+        """The patches (m,) in which cells of one span lie."""
         return self.find_patches_at(cells.face, cells.box[0], cells.box[2])
 
     def find_patches_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
-        """The patch at a place: the upper one on a knot line, if there is one."""
+        """The patches (m,) at places; on a knot line the patch after it, if there is one."""
         faces = self.faces
         k, l = (  # noqa: E741
             np.minimum(place // SPAN, faces.spans[face, axis] - 1)
@@ -46,16 +46,16 @@ class Task:
         return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *inner)
 
     def estimate_work(self, face: Ints, places: Ints) -> float:
-        """What certifying triangles (m, 3, 2) of places of faces takes, in multiplications, about.
+        """Cost of certifying triangles (m, 3, 2) of places of faces, in multiplications, about.
 
         A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
-        points of the triangle's net compared with the triangle.
+        points of the triangle's net is compared with the triangle.
         """
         costs = [
             10 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
             for p, q in (nets.degree for nets in self.patch_nets.groups)
         ]
-        # Half of the patches in the box about each are cut by it, and all that it is long.
+        # A triangle has a piece in half of the patches in its box, and along one of its edges.
         first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
         long, wide = np.maximum(last - first, 1).T.astype(np.float64)
         pieces = long * wide / 2 + (long + wide) / 2

@@ -1,0 +1,184 @@
+"""Shapes of pieces of curves: how far their nets and they are from their chords, and their angles.
+
+Every number depends on its own piece alone, to the last bit.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.bounds.chords import (
+    bound_from_distances,
+    find_row_maxima,
+    measure_distances,
+    project,
+)
+from service.engine.bounds.faces import DEPTH
+
+EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shapes:
+    """Shapes of M pieces of curves.
+
+    Attributes
+    ----------
+    net, curve : ndarray of float64, shape (M,)
+        Distances from the net, elevated by one degree, and from the curve to the chord, at most.
+        Nets are elevated because a surface has at least degree 1 across its sides.
+    apart : ndarray of float64, shape (M,)
+        Distance from the curve to the point of the chord at the same parameter, at most; 0 if that
+        is not measured.
+    chord : ndarray of float64, shape (M,)
+        Length of the chord.
+    cosine : ndarray of float64, shape (M,)
+        Least cosine between a leg of the net and the tangents at both ends.
+    low, high : ndarray of float64, shape (M, 3)
+        Box about the net.
+    """
+
+    net: FloatArray
+    curve: FloatArray
+    apart: FloatArray
+    chord: FloatArray
+    cosine: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+    def combine_runs(self, begin: Ints) -> "Shapes":
+        """Shapes of runs of pieces, each run as one piece; `begin` has the first piece of each."""
+        greatest, least = np.maximum.reduceat, np.minimum.reduceat
+        return Shapes(
+            greatest(self.net, begin),
+            greatest(self.curve, begin),
+            greatest(self.apart, begin),
+            self.chord[begin],
+            least(self.cosine, begin),
+            least(self.low, begin),
+            greatest(self.high, begin),
+        )
+
+
+def measure_shapes(
+    nets: FloatArray,
+    chords: FloatArray,
+    *,
+    shares: FloatArray | None = None,
+    tangents: tuple[FloatArray, FloatArray] | None = None,
+) -> Shapes:
+    """Measure the shapes of pieces.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (M, n+1, 3), or (M, n+1, 4) if homogeneous
+    chords : ndarray of float64, shape (M, 2, 3)
+    shares : ndarray of float64, shape (M, 2, 3), or None
+        Ends of the part of the chord that belongs to each piece; None if parameters do not matter.
+    tangents : two arrays, or None
+        Those of `find_tangents`; None if angles do not matter.
+    """
+    points = project(nets, 3)
+    weights = nets[..., 3] if nets.shape[2] == 4 else None
+    curve = bound_from_distances(measure_distances(points, chords), weights)
+    # Without weights the elevated net is within 4/3 of the bound of the curve, at every degree.
+    net = curve * (4 / 3)
+    if weights is not None:
+        rational = (weights != 1.0).any(axis=1)
+        elevated = project(_elevate(nets[rational]), 3)
+        net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
+    low = high = points[:, 0]
+    for k in range(1, points.shape[1]):
+        low, high = np.minimum(low, points[:, k]), np.maximum(high, points[:, k])
+    cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
+    apart = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
+    return Shapes(
+        net, curve, apart, measure_lengths(chords[:, 1] - chords[:, 0]), cosine, low, high
+    )
+
+
+def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors along curves (M, n+1, …) at both ends, shape (M, 3) each; 0 where there is none.
+
+    They are along the first and the last leg of the net that is longer than its rounding.
+    """
+    legs, length = _find_legs(project(nets, 3))
+    real = length > slack[:, None]
+    rows = np.arange(len(nets))
+    tangents = []
+    for at in (real.argmax(axis=1), real.shape[1] - 1 - real[:, ::-1].argmax(axis=1)):
+        some = real[rows, at]
+        unit = np.where(some, length[rows, at], 1.0)
+        tangents.append(np.where(some[:, None], legs[rows, at] / unit[:, None], 0.0))
+    return tangents[0], tangents[1]
+
+
+def bound_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
+    """Bounds (M,) of the rounding of nets by halving and moving.
+
+    Each of the n levels of a halving takes means, right to half an ε of the largest coordinate;
+    weights, quotients and distances add a few more, and storing the ends of a chord adds 2 ε `far`.
+
+    Parameters
+    ----------
+    size, far : ndarray of float64, shape (M,)
+        Largest coordinates of nets about their first points, and about the model's origin.
+    """
+    slack: FloatArray = EPS * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
+    return slack
+
+
+def _elevate(nets: FloatArray) -> FloatArray:
+    """Nets (M, n+1, D) elevated by one degree: P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
+    degree = nets.shape[1] - 1
+    share = (np.arange(1, degree + 1) / (degree + 1))[:, None]
+    inner = share * nets[:, :-1] + (1.0 - share) * nets[:, 1:]
+    return np.concatenate([nets[:, :1], inner, nets[:, -1:]], axis=1)
+
+
+def _bound_apart(points: FloatArray, weights: FloatArray | None, shares: FloatArray) -> FloatArray:
+    """Bounds of ‖C(t) − (1 − t) a − t b‖, by the net of this difference, one degree higher.
+
+    W (C − L):  N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b)
+    """
+    degree = points.shape[1] - 1
+    share = (np.arange(degree + 2) / (degree + 1))[:, None]
+    after = points - shares[:, :1]
+    before = points - shares[:, 1:]
+    least = np.ones(len(points))
+    if weights is not None:
+        after, before = weights[..., None] * after, weights[..., None] * before
+        least = -find_row_maxima(-weights)
+    none = np.zeros((len(points), 1, 3))
+    after, before = np.concatenate([after, none], 1), np.concatenate([none, before], 1)
+    return find_row_maxima(measure_lengths((1.0 - share) * after + share * before)) / least
+
+
+def _find_least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Least cosine between the legs of nets and tangents, both without those of length 0."""
+    legs, length = _find_legs(points)
+    least = np.ones(len(points))
+    for tangent in tangents:
+        along = legs[..., 0] * tangent[:, None, 0] + legs[..., 1] * tangent[:, None, 1]
+        along += legs[..., 2] * tangent[:, None, 2]
+        counts = (length > 0) & (tangent != 0).any(axis=1)[:, None]
+        cosine = np.where(counts, along, 1.0) / np.where(counts, length, 1.0)
+        least = np.minimum(least, -find_row_maxima(-cosine))
+    return least
+
+
+def _find_legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Differences of neighbours in nets, (M, n, 3), and their lengths."""
+    legs = points[:, 1:] - points[:, :-1]
+    return legs, measure_lengths(legs)
+
+
+def measure_lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths of vectors (…, 3), right even where their squares would under- or overflow."""
+    x, y, z = (vectors[..., k] for k in range(3))
+    size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(z))
+    unit = np.where(size > 0, size, 1.0)
+    x, y, z = x / unit, y / unit, z / unit
+    length: FloatArray = unit * np.sqrt(x * x + y * y + z * z)
+    return length

@@ -1,0 +1,143 @@
+"""The triangles that may replace a cell, and heights of its nine points over them.
+
+A cell is replaced by two triangles, on either side of one of its diagonals. Their heights are those
+of a biquadratic surface through nine points of the cell.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.bounds.heights import maximize_quadratics
+from service.engine.bounds.vectors import Vectors, dots
+
+THIN = 1e-9
+"""A triangle has no plane if its area is below this share of its longest side's square."""
+
+NEARLY = 1.0 - 1e-9
+"""Numbers whose ratio is at least this are treated as equal, so that rounding does not decide
+between the two sides of a symmetric cell."""
+
+# Nine points of a cell are counted 3 i + j for S(i/2, j/2): the corners are a, b, c, d =
+# 0, 6, 8, 2, counter-clockwise, the middles of the sides after them 3, 7, 5, 1, the cell's is 4.
+STEPS = np.array([[6, 8, 2, 0, 8, 2], [0, 6, 8, 2, 0, 6]])
+"""Ends and beginnings of ab, bc, cd, da, ac, bd."""
+
+FACTORS = 3 * np.array([[0, 3, 3, 1, 4], [4, 4, 0, 5, 5]])[..., np.newaxis]
+"""Numbers of the two steps whose vector products are the normals of abc, acd, abd, bcd, and of the
+cell, times 3."""
+
+CYCLES = FACTORS + np.array([1, 2, 0]), FACTORS + np.array([2, 0, 1])
+"""Rows of coordinates in a vector product: (first factors, second factors)."""
+
+OF = np.array([[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]])
+"""The steps that are the sides of abc, acd, abd, bcd."""
+
+HALFWAY = np.array([[3, 4, 3, 7], [7, 5, 4, 5], [4, 1, 1, 4]])
+"""The points at the middles of these sides: of first sides, second sides, third sides."""
+
+FROM = np.array([0, 0, 6, 6])
+"""A corner of each of these triangles, from which heights are measured."""
+
+BENDS = np.array([[3, 7, 5, 1, 4, 4], [0, 6, 8, 2, 1, 3], [6, 8, 2, 0, 7, 5]])
+"""Middles of ab, bc, cd, da, and twice of the cell; then both ends of the lines through them."""
+
+NEITHER = np.zeros(1, dtype=np.intp)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Planes:
+    """Unit normals of the two triangles under and over either diagonal of cells.
+
+    Attributes
+    ----------
+    normals : ndarray of float64, shape (4, 3, m)
+        Two for the rising diagonal, two for the falling one. A triangle without area has the normal
+        of the other triangle, which replaces it.
+    flat : ndarray of bool, shape (m,)
+        Cells of which no triangle has an area.
+    worse : ndarray of int, shape (m,) or (1,)
+        Triangles without area at the rising diagonal, less those at the falling one.
+    """
+
+    normals: FloatArray
+    flat: Bools
+    worse: Ints
+
+
+def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
+    """Planes of cells, given nine points (9, 3, m) of each.
+
+    Returns
+    -------
+    planes : Planes
+    normal : ndarray of float64, shape (3, m)
+        Unit normals of the cells, orthogonal to both diagonals; or zero.
+    steps : ndarray of float64, shape (6, 3, m)
+        See `STEPS`.
+    squares : ndarray of float64, shape (6, m)
+        The squares of their lengths.
+    """
+    steps = at.take(STEPS[0], axis=0)
+    steps -= at.take(STEPS[1], axis=0)
+    squares = dots(steps, steps)
+    lines = steps.reshape(-1, steps.shape[2])
+    crossed = lines.take(CYCLES[0][0], axis=0) * lines.take(CYCLES[1][1], axis=0)
+    crossed -= lines.take(CYCLES[1][0], axis=0) * lines.take(CYCLES[0][1], axis=0)
+    size = np.sqrt(dots(crossed, crossed))
+    none = size[:4] <= THIN * np.maximum.reduce(squares.take(OF, axis=0), axis=1)
+    size[4] = np.maximum(size[4], np.finfo(float).tiny)
+    if not none.any():
+        crossed /= size[:, np.newaxis]
+        return Planes(crossed[:4], none[0], NEITHER), crossed[4], steps, squares
+    size[:4] = np.where(none, 1.0, size[:4])
+    crossed /= size[:, np.newaxis]
+    normals = np.where(none[:, np.newaxis], crossed[[1, 0, 3, 2]], crossed[:4])
+    worse = none[:2].sum(axis=0) - none[2:].sum(axis=0)
+    return Planes(normals, none.all(axis=0), worse), crossed[4], steps, squares
+
+
+def measure_heights(
+    at: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Heights of nine points (9, 3, m) of cells over planes and along unit normals (3, m).
+
+    Returns
+    -------
+    over : ndarray of float64, shape (2, m)
+        Over the triangles of the rising diagonal, and of the falling one.
+    signed : ndarray of float64, shape (6, m)
+        Heights of `BENDS` over the middles of their lines, along the normal of the cell.
+    bends : ndarray of float64, shape (6, m)
+        These heights; but distances where a cell has no plane, and absolute values of at least half
+        the distance if the goal has two sides.
+    """
+    away = at.take(HALFWAY, axis=0)
+    away -= at.take(FROM, axis=0)
+    highs = maximize_heights(dots(away, planes.normals))
+    over = np.maximum(highs[::2], highs[1::2])
+    bends = at.take(BENDS[1], axis=0)
+    bends += at.take(BENDS[2], axis=0)
+    bends *= -0.5
+    bends += at.take(BENDS[0], axis=0)
+    signed = heights = dots(bends, normal)
+    if two_sided or planes.flat.any():
+        stray = np.sqrt(dots(bends, bends))
+        across = at[4] - (at[[0, 6]] + at[[8, 2]]) * 0.5
+        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(dots(across, across)))
+        over = np.where(planes.flat, wide, over)
+        heights = np.where(planes.flat, stray, heights)
+        if two_sided:
+            over = np.maximum(over, wide * 0.5)
+            heights = np.maximum(np.abs(heights), stray * 0.5)
+    return over, signed, heights
+
+
+def maximize_heights(m: FloatArray) -> FloatArray:
+    """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m has shape (3, …)."""
+    both = np.empty((3, 2, *m.shape[1:]))
+    both[:, 0], both[:, 1] = m, -m
+    up, down = maximize_quadratics(both)
+    highs: FloatArray = np.maximum(up, down)
+    return highs

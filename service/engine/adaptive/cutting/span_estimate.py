@@ -1,0 +1,237 @@
+"""Estimates of cells of several knot spans, by the pieces that they have of each span."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.cutting.cells import Cells
+from service.engine.adaptive.cutting.estimate import (
+    CellEstimates,
+    build_forms,
+    choose_directions,
+    find_allowed,
+)
+from service.engine.adaptive.cutting.halving import project
+from service.engine.adaptive.cutting.normal_variation import (
+    estimate_normals,
+    find_chord,
+    find_height_limit,
+)
+from service.engine.adaptive.cutting.planes import NEARLY, Planes, find_planes
+from service.engine.adaptive.cutting.remainder import measure_remainder, measure_sag
+from service.engine.adaptive.cutting.span_pieces import (
+    NinePoints,
+    SpanPieces,
+    build_nets,
+    split_cells,
+)
+from service.engine.adaptive.cutting.task import Task
+from service.engine.bounds.vectors import Vectors, dot, dots, length
+
+AHEAD = 1 << 8
+"""Number of spans up to which cells, their halves, halves of these, … are estimated in one step."""
+
+FEW = [0, 4]
+"""Points of the nine that are tried first, to find cells of many spans that are far from flat."""
+
+
+def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> CellEstimates:
+    """Estimates of cells of several spans."""
+    pieces, goal = split_cells(cells), task.goal
+    own, of = pieces.own, pieces.cell
+    patch = task.find_patches(own)
+    middles = task.patch_nets.middles
+    about = middles[:, patch] - middles[:, task.faces.first[own.face]]
+    points = nine_points.evaluate(own, patch)
+    at = (points + about).reshape(9, 3, -1)
+    corner = np.zeros((9, 3, len(cells)))
+    corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
+    corner[8], corner[2] = at[8][:, pieces.end], at[2][:, pieces.start + pieces.width - 1]
+    planes, normal, steps, squares = find_planes(corner)
+    allowed = _find_allowed(task, pieces)
+    if goal.angle < np.pi:
+        size = np.sqrt(np.maximum(squares[4], squares[5]))
+        allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
+    stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
+    box, size = cells.box[:, of], cells.box[1::2] - cells.box[::2]
+    low, high = ((own.box[k::2] - box[::2]) / size[:, of] for k in (0, 1))
+    places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
+
+    triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, stray)
+    heights = _find_heights(triangles, pieces, at, places, allowed)
+    rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
+    best = np.where(rising, heights[0], heights[1])
+    fails = best > allowed
+    if goal.angle < np.pi:
+        fails |= _find_turning(pieces, at, normal, goal.angle)
+
+    bends, lengths = _measure_bends(triangles, pieces, at, places[:, 1], normal)
+    if not fails.all():
+        chosen = np.where(rising, planes.normals[:2], planes.normals[2:])
+        left = _measure_remainders(task, pieces, (points, planes.flat), chosen, ~fails)
+        worse = ~fails & (best + left[0] > allowed)
+        fails |= worse
+        bends = np.where(worse, left[1:], bends)
+    form = build_forms(steps, normal, bends, allowed)
+    along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
+    return CellEstimates(fails, along_v, rising, form)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _CellTriangles:
+    """The two pairs of triangles that may replace cells.
+
+    Attributes
+    ----------
+    corner : ndarray of float64, shape (4, 3, m)
+        a, b, c, d.
+    planes : Planes
+    stray : ndarray of float64, shape (m,)
+        Share of a distance at equal parameters that counts beside heights: 1 for cells without
+        planes, ½ if the goal has two sides, otherwise 0.
+    """
+
+    corner: FloatArray
+    planes: Planes
+    stray: FloatArray
+
+    def measure_heights(
+        self, points: FloatArray, places: tuple[FloatArray, FloatArray], of: Ints
+    ) -> FloatArray:
+        """The largest heights (2, N) of points (k, 3, N) over both pairs of triangles.
+
+        Parameters
+        ----------
+        places : (x, y)
+            Places (k, N) of the points in their cells, from 0 to 1.
+        of : ndarray of int, shape (N,)
+            The cell of each column.
+        """
+        x, y = places
+        under = self.planes.normals[..., of]
+        a, b, c, d = self.corner[..., of]
+        heights = np.empty((2, len(of)))
+        stray = self.stray[of]
+        for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
+            away = points - from_
+            one, two = dots(away, under[2 * way]), dots(away, under[2 * way + 1])
+            high = np.abs(np.where(below, one, two))
+            if stray.any():
+                # The points of the triangles that have the same parameters.
+                s, t = x[:, np.newaxis], y[:, np.newaxis]
+                if from_ is a:
+                    lower, upper = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
+                else:
+                    lower = a + s * (b - a) + t * (d - a)
+                    upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
+                gone = points - np.where(below[:, np.newaxis], lower, upper)
+                whole = stray * np.sqrt(dots(gone, gone))
+                high = np.maximum(np.where(stray == 1.0, 0.0, high), whole)
+            heights[way] = high.max(axis=0)
+        return heights
+
+
+def _find_heights(
+    triangles: _CellTriangles,
+    pieces: SpanPieces,
+    at: FloatArray,
+    places: FloatArray,
+    allowed: FloatArray,
+) -> FloatArray:
+    """The largest heights (2, m) of nine points (9, 3, N) over both pairs of triangles.
+
+    They are infinite for cells of which two points are too high already.
+    """
+    of, maybe = pieces.cell, np.ones(len(allowed), dtype=bool)
+    if len(of) > AHEAD:
+        few = triangles.measure_heights(at[FEW], (places[0, :2], places[1, :2]), of)
+        maybe = np.any(pieces.find_largest(few) <= allowed, axis=0)
+    highest = np.full((2, len(maybe)), np.inf)
+    rows = maybe[of].nonzero()[0]
+    if len(rows):
+        around = np.repeat(places[0][:, rows], 3, axis=0), np.tile(places[1][:, rows], (3, 1))
+        count = (pieces.end + 1 - pieces.start)[maybe]
+        heights = triangles.measure_heights(at[..., rows], around, of[rows])
+        highest[:, maybe] = np.maximum.reduceat(heights, np.cumsum(count) - count, axis=-1)
+    return highest
+
+
+def _measure_bends(
+    triangles: _CellTriangles,
+    pieces: SpanPieces,
+    at: FloatArray,
+    middle: FloatArray,
+    normal: Vectors,
+) -> tuple[FloatArray, FloatArray]:
+    """Heights (2, m) of middles of pieces over chords of cells along u and v; lengths of chords.
+
+    The chords join the middles of the outer sides of the first and last pieces of a line;
+    `middle` (2, N) is the share of the chord at which the middle of each piece is.
+    """
+    stray = triangles.stray[pieces.cell]
+    bends, lengths = np.empty((2, 2, len(pieces.start)))
+    for axis, (first, last) in enumerate(pieces.find_line_ends()):
+        begin = at[(1, 3)[axis]][:, first]
+        chord = at[(7, 5)[axis]][:, last] - begin
+        away = at[4] - (begin + middle[axis] * chord)
+        height = np.abs(dot(away, normal[:, pieces.cell]))
+        if stray.any():
+            height = np.maximum(height, stray * length(away))
+        bends[axis], lengths[axis] = pieces.find_largest(height), pieces.find_largest(length(chord))
+    return bends, lengths
+
+
+def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: float) -> Bools:
+    """Cells with a normal in a piece that is more than half the angle from the cell's normal.
+
+    In all other cells no two normals are further apart than the angle.
+    """
+    own = normal[:, pieces.cell]
+    found = estimate_normals(at.reshape(3, 3, 3, -1))
+    apart = np.maximum.reduce(
+        [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
+    )
+    turned: Bools = pieces.find_largest(apart) > find_chord(angle / 2.0)
+    return turned
+
+
+def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:
+    """Deviation (m,) allowed at the piece of each cell that is nearest to the eye."""
+    if task.goal.view is None:
+        return np.full(len(pieces.whole), task.goal.tolerance)
+    allowed = np.empty(len(pieces.cell))
+    for net, here in build_nets(task, pieces.own, np.arange(len(pieces.cell))):
+        eye = task.find_eyes(task.find_patches(pieces.own.take(here)))
+        allowed[here] = find_allowed(net, task.goal, eye)
+    return -pieces.find_largest(-allowed)
+
+
+def _measure_remainders(
+    task: Task,
+    pieces: SpanPieces,
+    nine_points: tuple[FloatArray, Bools],
+    normals: FloatArray,
+    cells: Bools,
+) -> FloatArray:
+    """The largest `measure_remainder` and `measure_sag` of the pieces of these cells: (3, m).
+
+    Parameters
+    ----------
+    nine_points : (points, flat)
+        Nine points of the pieces, (3, 3, 3, N), and whether cells (m,) have no planes.
+    normals : ndarray of float64, shape (2, 3, m)
+        Normals of the triangles of cells.
+    cells : ndarray of bool, shape (m,)
+        Cells to be measured; the values of others are 0.
+    """
+    (points, flat), two_sided = nine_points, task.goal.two_sided
+    values = np.zeros((3, len(pieces.cell)))
+    for net, rows in build_nets(task, pieces.own, cells[pieces.cell].nonzero()[0]):
+        cell, projected = pieces.cell[rows], project(net)
+        under, no_plane = normals[..., cell], flat[cell]
+        values[0, rows] = measure_remainder(
+            projected, points[..., rows], under, no_plane, two_sided
+        )
+        values[1:, rows] = measure_sag(projected, under, no_plane, two_sided)
+    return pieces.find_largest(values)

@@ -1,0 +1,125 @@
+"""The pieces of cells of several knot spans, one for each span, and their nets and points."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.adaptive.cutting.cells import Cells
+from service.engine.adaptive.cutting.halving import evaluate_nine_points, restrict
+from service.engine.adaptive.cutting.task import Task
+from service.engine.bounds.faces import SPAN
+
+BLOCK = 1 << 14
+"""Number of spans whose nets are computed at a time, about."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpanPieces:
+    """N pieces of m cells: the intersections of cells with their spans, cell after cell, v fastest.
+
+    Attributes
+    ----------
+    whole, own : Cells
+        The cells, and the pieces as cells of one span.
+    cell : ndarray of int, shape (N,)
+        The cell of each piece.
+    start, end, width : ndarray of int, shape (m,)
+        The first and the last piece of each cell, and how many it has along v.
+    """
+
+    whole: Cells
+    own: Cells
+    cell: Ints
+    start: Ints
+    end: Ints
+    width: Ints
+
+    def find_largest(self, values: FloatArray) -> FloatArray:
+        """The largest of the values (…, N) of pieces in every cell, (…, m)."""
+        largest: FloatArray = np.maximum.reduceat(values, self.start, axis=-1)
+        return largest
+
+    def find_line_ends(self) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+        """The first and last pieces (N,) of the line along u, and of the line along v, of each."""
+        number = np.arange(len(self.cell)) - self.start[self.cell]
+        width = self.width[self.cell]
+        across = number % width
+        first = self.start[self.cell] + number - across
+        return (
+            (self.start[self.cell] + across, (self.end - self.width + 1)[self.cell] + across),
+            (first, first + width - 1),
+        )
+
+
+def count_spans(cells: Cells) -> Ints:
+    """Number of spans that cells intersect, shape (m,)."""
+    along_u, along_v = _count_along(cells)
+    counts: Ints = along_u * along_v
+    return counts
+
+
+def _count_along(cells: Cells) -> Ints:
+    """Number of spans that cells intersect along u and along v: shape (2, m)."""
+    counts: Ints = -(-cells.box[1::2] // SPAN) - cells.box[::2] // SPAN
+    return counts
+
+
+def split_cells(cells: Cells) -> SpanPieces:
+    """The pieces of cells."""
+    along_u, along_v = _count_along(cells)
+    count = along_u * along_v
+    end = np.cumsum(count)
+    start = end - count
+    cell = np.repeat(np.arange(len(cells)), count)
+    number, width = np.arange(len(cell)) - start[cell], along_v[cell]
+    box = cells.box[:, cell]
+    low, high = box[::2], box[1::2]
+    begin = (low // SPAN + np.array([number // width, number % width])) * SPAN
+    own = np.empty_like(box)
+    np.maximum(low, begin, out=own[::2])
+    np.minimum(high, begin + SPAN, out=own[1::2])
+    return SpanPieces(cells, Cells(cells.face[cell], own), cell, start, end - 1, along_v)
+
+
+def build_nets(task: Task, own: Cells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
+    """Nets of the pieces in these rows, a group and a block at a time, and the rows of each."""
+    patch = task.find_patches(own)
+    for nets, selected in task.patch_nets.split_by_group(patch[rows]):
+        block = max(16, BLOCK * 16 // nets.values[..., 0].size)
+        for k in range(0, len(selected), block):
+            some = rows[selected[k : k + block]]
+            net = restrict(nets, task.patch_nets.row[patch[some]], own.take(some))
+            task.limits.spend(net.size)
+            yield net, some
+
+
+class NinePoints:
+    """Nine points of pieces; those of whole spans are computed once and kept."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.place = np.full(len(task.patch_nets.sizes), -1)
+        self.points = np.empty((3, 3, 3, 0))
+
+    def evaluate(self, own: Cells, patch: Ints) -> FloatArray:
+        """Nine points (3, 3, 3, N) of pieces in these patches, about the middles of the patches."""
+        whole = (own.box[1::2] - own.box[::2] == SPAN).all(axis=0)
+        fresh = (whole & (self.place[patch] < 0)).nonzero()[0]
+        if len(fresh):
+            # Pieces of many cells may be the same span.
+            fresh = fresh[np.unique(patch[fresh], return_index=True)[1]]
+            more = np.empty((3, 3, 3, len(fresh)))
+            self.place[patch[fresh]] = np.arange(len(fresh))
+            for net, rows in build_nets(self.task, own, fresh):
+                more[..., self.place[patch[rows]]] = evaluate_nine_points(net)
+            self.place[patch[fresh]] += self.points.shape[3]
+            self.points = np.concatenate([self.points, more], axis=3)
+        if whole.all():
+            return self.points.take(self.place[patch], axis=3)
+        points = np.empty((3, 3, 3, len(patch)))
+        points[..., whole] = self.points[..., self.place[patch[whole]]]
+        for net, rows in build_nets(self.task, own, (~whole).nonzero()[0]):
+            points[..., rows] = evaluate_nine_points(net)
+        return points
