@@ -1,4 +1,4 @@
-"""A certified triangulation into a mesh: normals, channels, shared vertices, parts, report."""
+"""From a certified triangulation to a mesh: normals, channels, shared vertices, parts, report."""
 
 from dataclasses import replace
 from math import inf
@@ -32,7 +32,7 @@ from service.surface.lowered import PatchModel
 def assemble(
     model: PatchModel,
     faces: Faces,
-    made: Triangulation,
+    triangulation: Triangulation,
     options: MeshOptions,
     overlays: tuple[Overlay, ...],
     *,
@@ -44,20 +44,22 @@ def assemble(
     Parameters
     ----------
     faces : Faces
-        What the model is divided into,
-    made : Triangulation
-        and these.
+        The faces of the model.
+    triangulation : Triangulation
+        The triangles of all faces.
     overlays : tuple of Overlay
         Lines beside the faces, as they are stored.
     origin : ndarray of float64, shape (3,)
-        Where positions are stored from.
+        The origin of stored positions, in model coordinates.
     """
-    dtype, stored = storage.dtype, storage.store_positions(made.positions, origin)
+    dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
     if not storage.step:  # on a grid triangles may have no area
-        made = drop_flat_triangles(made, stored)
-    samples, corners = find_samples(faces, made)
-    order, parts = _sort_by_part(model, faces.first[made.face[made.triangles[:, 0]]])
-    corners, bounds = corners[order], made.bounds[order]
+        triangulation = drop_flat_triangles(triangulation, stored)
+    samples, corners = find_samples(faces, triangulation)
+    order, parts = _sort_by_part(
+        model, faces.first[triangulation.face[triangulation.triangles[:, 0]]]
+    )
+    corners, bounds = corners[order], triangulation.bounds[order]
     normals, limits = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
     if options.normals or angle_matters:
@@ -108,7 +110,9 @@ def assemble(
             merged_knots=model.merged_knots,
             moved=model.moved,
             mesh_deviation_bound=(
-                None if made.mesh_bounds is None else _find_largest_bound(made.mesh_bounds, adding)
+                None
+                if triangulation.mesh_bounds is None
+                else _find_largest_bound(triangulation.mesh_bounds, adding)
             ),
             normal_angle=(
                 find_largest_angle(triangles, shown)
@@ -132,19 +136,19 @@ def _weld_samples(
     channels: tuple[ChannelRows, ...],
     options: MeshOptions,
 ) -> Welding:
-    """Vertices from samples; the place of a sample is the first one that is the same vertex."""
-    own = np.arange(len(samples.vertex))
+    """Vertices from samples; the place of a sample is the first sample of the same vertex."""
+    number = np.arange(len(samples.vertex))
     first = np.zeros(samples.vertex.max(initial=0) + 1, dtype=np.intp)
-    first[samples.vertex[::-1]] = own[::-1]
+    first[samples.vertex[::-1]] = number[::-1]
     place = first[samples.vertex]
     alike = match_values(place, channels) if options.weld and channels else None
     return weld(place, None, normals, options.crease_angle, options.weld, alike=alike)
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
-    """The order of triangles, of patches (T,), in which every part is a run, and these runs.
+    """An order of triangles, of patches (T,), in which every part is a run; and the parts.
 
-    All patches of a face are pieces of one surface, and in one part.
+    All patches of a face are pieces of one surface, so they are in one part.
     """
     if model.sequence is not None:
         position = np.empty(model.patch_count, dtype=np.intp)
@@ -159,5 +163,5 @@ def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]
 
 
 def _find_largest_bound(bounds: FloatArray, adding: float) -> float | None:
-    """The bound of all triangles together; None where there are none."""
+    """The largest bound of triangles, plus `adding`; None without triangles."""
     return float(bounds.max(initial=-inf)) + adding if len(bounds) else None

@@ -1,4 +1,4 @@
-"""When dividing has to stop: too deep, too many, too costly."""
+"""Limits of dividing: its depth, the number of triangles, and the work."""
 
 from dataclasses import dataclass, field
 from math import inf
@@ -10,9 +10,16 @@ from service.errors import InvalidRequest, Issue, TooLarge
 
 @dataclass(slots=True)
 class Effort:
-    """Multiplications, about: how many one request may take, and how many it has taken.
+    """The work of one request, in multiplications, about.
 
-    Of several meshes none takes what is in `reserve` for the next.
+    Attributes
+    ----------
+    whole : float
+        The limit of all work.
+    spent : float
+        Work that was done.
+    reserve : float
+        Work that the mesh being built must leave for the next ones.
     """
 
     whole: float = inf
@@ -22,7 +29,7 @@ class Effort:
     def spend(self, work: float) -> None:
         """Add to the work spent; raise `TooLarge` beyond the limit, `Cancelled` once cancelled.
 
-        What is refused is not done, and does not count.
+        Work beyond the limit does not count, because it is not done.
         """
         checkpoint()
         if self.spent + work > self.whole - self.reserve:
@@ -38,23 +45,23 @@ class Effort:
         self.spent += work
 
     def reserve_rest(self, work: float) -> None:
-        """Reserve all but so much of what is left."""
+        """Reserve the rest of the work, except for the given amount."""
         self.reserve = max(self.whole - self.spent - work, 0.0)
 
 
 @dataclass(slots=True)
 class MeshLimits:
-    """What may be spent: triangles, and work."""
+    """Limits of one mesh: its number of triangles, and its work."""
 
     triangles: float = inf
     effort: Effort = field(default_factory=Effort)
 
     def spend(self, work: float) -> None:
-        """Take work from the budget, or refuse."""
+        """Add to the work spent, as `Effort.spend` does."""
         self.effort.spend(work)
 
     def count(self, triangles: int) -> None:
-        """Refuse what is certain to have so many triangles, if they are too many."""
+        """Raise `TooLarge` if this number of triangles, a lower bound, is beyond the limit."""
         if triangles > self.triangles:
             raise TooLarge(
                 Issue(
@@ -83,7 +90,7 @@ class SidePieces:
 
 
 def build_depth_error() -> InvalidRequest:
-    """The places are too coarse for the tolerance."""
+    """The error for a tolerance that would need cells smaller than `cells.SHORTEST`."""
     return InvalidRequest(
         Issue(
             "tolerance_too_small",

@@ -8,8 +8,8 @@ The second derivatives of all curves of a patch along u are within M_uu of the p
 The curves of a triangle run along its sides: what is proved there of small triangles holds for
 their edges.
 
-For angles, a Bézier curve turns by no more than its control polygon: a curve gets as many pieces as
-its polygon turns, over the angle. That is sought, not proved, as for meshes.
+For angles, a Bézier curve turns by no more than its control polygon, so the number of its pieces is
+the turn of the polygon divided by the angle. As for meshes, the angle is aimed at, not proved.
 """
 
 from dataclasses import replace
@@ -37,13 +37,13 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 SHARE = 0.75
-"""Of the tolerance; the rest is for the rounding of the points, which a goal leaves room for."""
+"""Share of the tolerance for chords; the rest is for the rounding of points."""
 
 FINEST = 1 << 12
-"""Most divisions for the sake of angles: at a cusp no number of them is enough."""
+"""Most divisions for angles: at a cusp no number of divisions is enough."""
 
 PARTS = 8
-"""Parts of a direction whose second derivatives are bounded one by one."""
+"""Number of parts of each direction whose second derivatives are bounded one by one."""
 
 
 def sample_goal_isocurves(
@@ -63,12 +63,15 @@ def sample_goal_isocurves(
 
 
 def count_line_pieces(size: tuple[int, int], options: MeshOptions) -> int:
-    """What curves of a size (curves, samples) count: their samples; tubes and ribbons triangles."""
+    """The count of curves of a size (curves, samples) against the limit of triangles.
+
+    Lines count their samples; tubes and ribbons count their triangles.
+    """
     return count_most_solids(*size, options)[1] if options.has_solid_wires else size[1]
 
 
 def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
-    """How often the curves are divided."""
+    """Numbers of divisions of all isoparametric curves."""
     edges = np.ones(len(seams.users), dtype=np.intp)
     for group in seams.curves:
         edges[group.ids] = _divide_edges(group, goal)
@@ -78,13 +81,13 @@ def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisio
 
 
 def _divide_edges(group: EdgeCurves, goal: Goal) -> Ints:
-    """Divisions of edges (E,): curves, as patches of which the other direction has degree 0."""
+    """Numbers of divisions of edges (E,), taken as patches of degree 0 in the other direction."""
     weights = None if group.weights is None else group.weights[:, :, None]
     return _divide_batch(TensorPatches(group.points[:, :, None], weights), goal)[0]
 
 
 def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
-    """Divisions along u and along v of the patches of a batch, (P,) each."""
+    """Numbers of divisions along u and along v of the patches of a batch, (P,) each."""
     points = batch.points.reshape(batch.count, -1, 3)
     allowed = SHARE * goal.find_allowed(
         goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
@@ -100,13 +103,13 @@ def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
     p, q = batch.degree
     blocks = count_blocks(PARTS, max(p, 1)), count_blocks(PARTS, max(q, 1))
     bends = bound_second_derivatives(batch, (PARTS, PARTS), blocks)
-    found = []
+    divisions = []
     for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
         pieces = _count_pieces(bend.max(axis=(0, 1)), allowed)
         if goal.angle < np.inf:
             pieces = np.maximum(pieces, _count_pieces_by_angle(_measure_turns(points), goal))
-        found.append(pieces)
-    return found[0], found[1]
+        divisions.append(pieces)
+    return divisions[0], divisions[1]
 
 
 def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
@@ -117,11 +120,12 @@ def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
 
 
 def _count_pieces_by_angle(turns: FloatArray, goal: Goal) -> Ints:
+    """Numbers of pieces of curves with these turns, at most `FINEST`."""
     return np.clip(np.ceil(turns / goal.angle), 1, FINEST).astype(np.intp)
 
 
 def _measure_turns(points: FloatArray) -> FloatArray:
-    """By how many radians control polygons along the second axis (P, n+1, m, 3) turn: (P,)."""
+    """Largest turns, in radians, of control polygons along the second axis of (P, n+1, m, 3)."""
     legs = np.diff(points, axis=1)
     length = np.sqrt(np.square(legs).sum(axis=-1))
     one, two = legs[:, :-1], legs[:, 1:]
@@ -136,7 +140,7 @@ def _measure_turns(points: FloatArray) -> FloatArray:
 def draw_lines(
     model: PatchModel, border: Border, options: MeshOptions, storage: Storage, origin: FloatArray
 ) -> tuple[Overlay, ...]:
-    """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
+    """The overlays of the options, in their order, in the precision and about the mesh's origin."""
     return tuple(
         _draw_control_net(model, storage, origin)
         if name == "control_net"

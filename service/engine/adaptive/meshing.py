@@ -1,7 +1,7 @@
-"""Models into meshes by tolerance.
+"""Meshes by tolerance: from models and goals to meshes and scenes.
 
-1. What is asked is told in the units of each model (`tolerances`).
-2. Patches become faces, and the sides of these are divided (`faces`, `border`).
+1. The goal is converted to the units of each model (`tolerances`).
+2. Patches are joined to faces, and the sides of faces are divided (`faces`, `border`).
 3. The faces are divided until every triangle is certified (`refine`).
 4. Triangles become a mesh (`assemble`), and meshes a scene.
 """
@@ -42,7 +42,7 @@ from service.surface.lowered import GroupModel, PatchModel
 
 
 class ModelMesher:
-    """A model of which meshes are wanted; what its meshes have in common is computed once."""
+    """Builds meshes of one model; its nets, seams and faces are computed once for all meshes."""
 
     def __init__(self, model: PatchModel, options: MeshOptions, storage: Storage) -> None:
         self.model, self._options, self._storage = model, options, storage
@@ -64,11 +64,11 @@ class ModelMesher:
         goal : Goal
             In the coordinates of the model.
         most : int
-            Triangles that are allowed.
+            Number of triangles that are allowed.
         effort : Effort, optional
-            What dividing may take, of all that is made with it.
+            Limit of the work of all meshes of a request.
         normals : SideNormals, optional
-            Those along its edges, if it is meshed with other models by an angle.
+            Normals along its edges, if it is meshed with other models and the goal has an angle.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class ModelMesher:
             goal.find_nearest_distance(*model.bounds),
         )
         if goal.angle < pi:
-            # What cannot be is refused at once, not after all the work that is allowed.
+            # An impossible angle is refused at once, not after all the work that is allowed.
             MeshLimits(most).count(int(estimate_least_triangles(model, goal.angle)))
         if normals is None and goal.angle < pi:
             (normals,) = build_side_normals([(model.batches, self.seams)])
@@ -119,20 +119,20 @@ class ModelMesher:
 
 
 class GroupMesher:
-    """The same of a group: every different model is meshed once, for its most demanding copy.
+    """Builds scenes of a group: each different model is meshed once, for its most demanding copy.
 
-    Seen from a camera every copy has a mesh of its own.
+    If the goal has a camera, every copy has a mesh of its own.
 
     Parameters
     ----------
     joined : JoinedGroup
-        Of patches alone.
+        A group of patch models.
     options : MeshOptions
     storage : Storage
     nodes : bool
-        Whether the format keeps the meshes and their placements apart; else they become one mesh.
+        Whether the format stores meshes and placements apart; otherwise the result is one mesh.
     quantized : bool
-        Whether positions are put on grids: of formats that have nodes.
+        Whether positions are rounded to grids; only for formats that have nodes.
     """
 
     def __init__(
@@ -158,9 +158,9 @@ class GroupMesher:
         ]
 
     def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
-        """The scene, or the mesh, that meets a goal; raises what a `ModelMesher` raises."""
+        """The scene, or the mesh, that meets a goal; errors are those of `ModelMesher`."""
         group, low, high = self._group, *self._group.bounds
-        # In one mesh the copies are placed first, and rounded then.
+        # If copies become one mesh, they are placed first and rounded after that.
         flat = self._storage.single and not self._nodes
         origin = self._storage.choose_origin(low, high)
         rounding = self._storage.bound_rounding(origin, low, high) if flat else 0.0
@@ -191,7 +191,7 @@ def build_mesher(
     nodes: bool,
     quantized: bool = False,
 ) -> ModelMesher | GroupMesher:
-    """What makes meshes of a model, for a format with or without nodes, on grids or not."""
+    """The mesher of a model or group, for a format with or without nodes, with grids or without."""
     if isinstance(model, GroupModel):
         joined = join_group(model, options)
         return GroupMesher(joined, options, storage, nodes=nodes, quantized=quantized)

@@ -1,9 +1,9 @@
-"""The samples of a triangulation as parameters of patches, and the channels there.
+"""The samples of a triangulation as parameters of patches, and values of channels there.
 
-A place on a knot line inside a face belongs to the patches on both sides of it. Where the surface
-has a crease there, it has two normals: so triangles on different sides get samples of their own,
-which become one vertex again where their normals agree. A triangle that spans several patches
-takes, at each of its corners, the patch into which it goes from there.
+A place on a knot line inside a face belongs to the patches on both sides of the line. Where the
+surface has a crease there, it has two normals. So triangles on different sides get samples of their
+own, which are merged to one vertex later where their normals agree. A triangle that spans several
+patches uses, at each of its corners, the patch on its own side of the corner.
 """
 
 from dataclasses import dataclass
@@ -29,16 +29,16 @@ from service.surface.lowered import PatchModel
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchSamples:
-    """N places of patches.
+    """N samples as parameters of patches.
 
     Attributes
     ----------
     patch : ndarray of int, shape (N,)
         Numbers of patches in the model.
     u, v : ndarray of float64, shape (N,)
-        Their own parameters, in [0, 1]; exact.
+        Parameters of the patches, in [0, 1]; exact.
     vertex : ndarray of int, shape (N,)
-        The vertex of the triangulation that each sample is.
+        The vertex of the triangulation at each sample.
     """
 
     patch: Ints
@@ -47,37 +47,37 @@ class PatchSamples:
     vertex: Ints
 
 
-def find_samples(faces: Faces, made: Triangulation) -> tuple[PatchSamples, IndexArray]:
-    """Samples that occur in triangles, and the triangles as (T, 3) of them."""
-    spans = faces.spans[made.face]
-    below = np.zeros(made.triangles.shape, dtype=np.intp)
-    for axis, at in enumerate((made.u, made.v)):
+def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchSamples, IndexArray]:
+    """The samples that triangles use, and the corners (T, 3) of triangles as numbers of these."""
+    spans = faces.spans[triangulation.face]
+    below = np.zeros(triangulation.triangles.shape, dtype=np.intp)
+    for axis, at in enumerate((triangulation.u, triangulation.v)):
         inner = (at % SPAN == 0) & (at > 0) & (at < spans[:, axis] * SPAN)
         if inner.any():
-            below |= _is_before_knot(at, made.triangles, inner).astype(np.intp) << axis
-    # Four numbers for each sample: in which of the patches around it.
-    key = made.triangles * 4 + below
-    used = np.zeros(4 * len(made.face), dtype=bool)
+            below |= _is_before_knot(at, triangulation.triangles, inner).astype(np.intp) << axis
+    # Each sample has four numbers, one for each patch that may be around it.
+    key = triangulation.triangles * 4 + below
+    used = np.zeros(4 * len(triangulation.face), dtype=bool)
     used[key] = True
     kept = used.nonzero()[0]
     number = np.cumsum(used, dtype=np.uint32) - np.uint32(1)
     row, side = kept // 4, kept % 4
-    span_u, u = _split_places(made.u[row], side & 1, spans[row, 0])
-    span_v, v = _split_places(made.v[row], side >> 1, spans[row, 1])
-    face = made.face[row]
+    span_u, u = _split_places(triangulation.u[row], side & 1, spans[row, 0])
+    span_v, v = _split_places(triangulation.v[row], side >> 1, spans[row, 1])
+    face = triangulation.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
-    return PatchSamples(patch, u, v, made.vertex[row]), number[key]
+    return PatchSamples(patch, u, v, triangulation.vertex[row]), number[key]
 
 
 def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
-    """Whether a triangle lies before the knot line on which its corner is, (T, 3)."""
+    """Whether a triangle lies before the knot line that its corner is on, (T, 3)."""
     places = at[triangles]
     before: Bools = inner[triangles] & (places.sum(axis=1, keepdims=True) < 3 * places)
     return before
 
 
 def _split_places(at: Ints, below: Ints, spans: Ints) -> tuple[Ints, FloatArray]:
-    """Span and parameter of places along one direction; the last span has its end, too."""
+    """Span and parameter of places along one direction; the last place is in the last span."""
     span = np.minimum(at // SPAN, spans - 1) - below
     return span, (at - span * SPAN) / SPAN
 
@@ -86,31 +86,31 @@ def evaluate_channels(
     model: PatchModel, samples: PatchSamples, dtype: Real, *, uvs: bool
 ) -> tuple[ChannelRows, ...]:
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
-    carried = model.batches[0].channels
-    found = [
+    channels = model.batches[0].channels
+    evaluated = [
         ChannelRows(channel.name, channel.kind, _evaluate_channel(model, samples, number, dtype))
-        for number, channel in enumerate(carried)
+        for number, channel in enumerate(channels)
     ]
-    if uvs and not any(channel.kind == "uvs" for channel in carried):
+    if uvs and not any(channel.kind == "uvs" for channel in channels):
         rows: RealArray = _find_parameters(model, samples).astype(dtype)
-        found.append(ChannelRows("uvs", "uvs", rows, exact=True))
-    return tuple(found)
+        evaluated.append(ChannelRows("uvs", "uvs", rows, exact=True))
+    return tuple(evaluated)
 
 
 def evaluate_curvatures(
     model: PatchModel, samples: PatchSamples, dtype: Real
 ) -> tuple[ChannelRows, ...]:
-    """Gaussian and mean curvature."""
-    rows = np.empty((2, len(samples.patch)), dtype=dtype)
-    care = LimitCurvatures()
-    for batch, first, here in group_by_batch(model.batches, samples.patch):
-        index, u, v = samples.patch[here] - first, samples.u[here], samples.v[here]
+    """Channels of Gaussian and mean curvature."""
+    values = np.empty((2, len(samples.patch)), dtype=dtype)
+    curvatures = LimitCurvatures()
+    for batch, first, rows in group_by_batch(model.batches, samples.patch):
+        index, u, v = samples.patch[rows] - first, samples.u[rows], samples.v[rows]
         if isinstance(batch, TrianglePatches):
             u = u * (1.0 - v)
-        rows[:, here] = limit_to_storable(
-            care.curvatures(stretch_patches(batch, model.stretch), index, u, v)
+        values[:, rows] = limit_to_storable(
+            curvatures.curvatures(stretch_patches(batch, model.stretch), index, u, v)
         )
-    return to_channels(model, rows)
+    return to_channels(model, values)
 
 
 def _evaluate_channel(
@@ -140,13 +140,13 @@ def _evaluate_channel(
 
 
 def _find_parameters(model: PatchModel, samples: PatchSamples) -> FloatArray:
-    """Parameters (N, 2): in the surface's own domain, or in the patch; of triangles (s, t)."""
-    rows = np.stack([samples.u, samples.v], axis=1)
-    for batch, _, here in group_by_batch(model.batches, samples.patch):
+    """Parameters (N, 2): in the domain of the surface, or in the patch; (s, t) for triangles."""
+    parameters = np.stack([samples.u, samples.v], axis=1)
+    for batch, _, rows in group_by_batch(model.batches, samples.patch):
         if isinstance(batch, TrianglePatches):
-            rows[here, 0] *= 1.0 - rows[here, 1]
+            parameters[rows, 0] *= 1.0 - parameters[rows, 1]
     if model.domains:
         for axis, limits in enumerate(find_limits(samples.patch, model.domains)):
             low, high = limits.T
-            rows[:, axis] = (1.0 - rows[:, axis]) * low + rows[:, axis] * high
-    return rows
+            parameters[:, axis] = (1.0 - parameters[:, axis]) * low + parameters[:, axis] * high
+    return parameters

@@ -1,15 +1,15 @@
-"""How many triangles a mesh by tolerance has at most, before any is made.
+"""Upper bounds of the size of a mesh by tolerance, before it is built.
 
 By the bound of `service.engine.bounds.second_derivatives` every triangle within a cell of sides
 h_u, h_v is within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu /
-(8 ε')) and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates go by
-nets, which are further away than the surface, but hardly twice as far: cells that are fine enough
-for ε/2 are not cut. So no more cells come out of a patch than it has here, where both numbers are
-powers of 2.
+(8 ε')) and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates use nets,
+which are further away than the surface, but hardly twice as far: cells that are fine enough for ε/2
+are not cut. So a patch is cut into at most the number of cells computed here, where both numbers
+are powers of 2.
 
 A cut adds at most two vertices to the inside of a face. A face with V_i vertices inside and V_b on
-its border has 2 V_i + V_b − 2 triangles; so of n cells with b pieces around them come at most
-2 n + b vertices and 4 n + b triangles. A tenth of that is the rule.
+its border has 2 V_i + V_b − 2 triangles; so n cells with b pieces around them have at most 2 n + b
+vertices and 4 n + b triangles. Most meshes have a tenth of that.
 """
 
 from math import sqrt
@@ -29,9 +29,8 @@ from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
 PARTS, FINEST, FEWEST = 6, 30, 4
-"""Of the tolerance, what each of the three terms may take; halvings at which it is given up; and
-pieces of a side, even if it is short: a closed one has no fewer."""
-
+"""Each of the three terms may take a share of 1/`PARTS` of the tolerance; sides are halved at most
+`FINEST` times here, and have at least `FEWEST` pieces, as closed ones do."""
 
 SAMPLES, SMOOTH, CHUNK = 8, 0.5, 1 << 16
 """Divisions of patches whose normals are sampled; distance of unit normals beyond which a step is
@@ -47,7 +46,10 @@ class MostTriangles(NamedTuple):
 
 
 def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostTriangles:
-    """Bounds for one model; vertices count once for every patch, cuts for angles do not count."""
+    """Bounds for one model.
+
+    Vertices are counted once for every patch. Cuts for angles are not counted.
+    """
     cells, pieces = _bound_cells(model, goal)
     vertices, triangles = (2 * cells + pieces, 4 * cells + pieces) if options.has_faces else (0, 0)
     points = pieces if "boundary" in options.overlays else 0
@@ -63,12 +65,12 @@ def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> Most
 
 
 def estimate_least_triangles(model: PatchModel, angle: float) -> float:
-    """Triangles that normals need at least, about, to turn by so little along each edge.
+    """The number of triangles that a mesh needs, at least, to keep to an angle along each edge.
 
     On the unit sphere the normals of a mesh are triangles with sides up to the angle α, of the area
     √3/4 α² at most; together they cover ∫ |K| dA, which is estimated from some samples. An eighth
-    of that number is returned: an estimate with much room, not a proof. What turns far between two
-    samples does not count: it may be a crease, at which no division helps.
+    of that number is returned: an estimate with a wide margin, not a proof. Places where normals
+    turn far between two samples do not count: they may be creases, where no division helps.
     """
     area = 0.0
     for batch in model.batches:
@@ -95,7 +97,7 @@ def _bound_cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
         bends = bound_second_derivatives(patches, (1, 1), (1, 1))
         uu, uv, vv = (each[0, 0] / (8 * part) for each in (bends.uu, 2 * bends.uv, bends.vv))
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
-        # A twist asks for the product of both numbers.
+        # The mixed term M_uv bounds the product of both numbers.
         cells += int(np.minimum(np.maximum(along[0] * along[1], 2 * uv), 4.0**FINEST).sum())
         pieces += int(sum(2 * np.maximum(side, FEWEST).sum() for side in along))
     return cells, pieces

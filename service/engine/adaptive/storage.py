@@ -1,4 +1,4 @@
-"""How a format stores positions: what is certified is what is written."""
+"""How a format stores positions, so that the certificate can use the stored ones."""
 
 from dataclasses import dataclass
 from math import hypot
@@ -19,12 +19,11 @@ class Storage:
     Attributes
     ----------
     single : bool
-        float32 instead of float64.
+        Whether positions are float32 instead of float64.
     local : bool
-        About an origin of the mesh's own, where a model is far from zero: the file has a place
-        for it.
+        Whether the format can store positions about an origin, which models far from zero need.
     step : float
-        Positions and origin are multiples of it (`service.engine.grid`); 0 where they need not be.
+        Positions and origin are multiples of it (`service.engine.grid`); 0 without a grid.
     """
 
     single: bool = False
@@ -42,12 +41,12 @@ class Storage:
         return round_to_grid(origin, self.step) if self.step else origin
 
     def bound_rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
-        """How far a vertex between these bounds may be moved when it is stored."""
+        """Bound of the distance that storing moves a vertex between these bounds."""
         moved = CORNER * self.step
         return moved + single_error(low, high, origin) if self.single else moved
 
     def store_positions(self, positions: FloatArray, origin: FloatArray) -> RealArray:
-        """Positions (N, 3) in model coordinates as the file has them, about the origin."""
+        """Positions (N, 3) as the file stores them, about the origin, from model coordinates."""
         if self.step:
             positions = round_to_grid(positions, self.step)
         if self.single:
@@ -64,7 +63,7 @@ class Storage:
 
 
 def bound_origin_error(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """What adding the origin may be wrong by: half a unit in the last place of each coordinate."""
+    """Rounding of adding the origin: half a unit in the last place of each coordinate."""
     if not origin.any():
         return 0.0
     return EPS * hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())

@@ -1,4 +1,4 @@
-"""How near a mesh must be to its surface: what a user states, checked at birth."""
+"""The accuracy of a mesh as a request gives it: tolerances, angle, budgets and camera."""
 
 from dataclasses import dataclass
 from math import pi
@@ -11,12 +11,12 @@ TOLERANCES = ("tolerance", "relative_tolerance", "pixel_tolerance")
 BUDGETS = ("max_triangles", "max_bytes")
 
 ACCURACY_OPTIONS = (*TOLERANCES, "angle_tolerance", *BUDGETS)
-"""Options by which a mesh can be asked for, the first of them first."""
+"""Options that request a mesh by accuracy, in the order in which errors point to them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A perspective camera, as far as it matters how large an error looks.
+    """A perspective camera, as far as it decides how large an error looks.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Camera:
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """How near a mesh must be to its surface, or how good it can be at its price.
+    """How near a mesh must be to its surface, or how large it may be.
 
     Attributes
     ----------
@@ -71,15 +71,15 @@ class Accuracy:
     relative_tolerance : float or None
         The tolerance as a share of the diagonal of the box about the control points.
     angle_tolerance : float or None
-        Radians between the normals of neighbouring vertices; sought, not certified.
+        Radians between the normals of neighbouring vertices; aimed at, not certified.
     max_triangles, max_bytes : int or None
-        The least deviation that so many triangles, or so many bytes of the format, allow.
+        Budget of triangles, or of bytes of the file; the mesh has the least deviation within it.
     two_sided : bool
         Whether the distance from the mesh to the surface is bounded as well, by twice the
         tolerance.
     camera : Camera or None
     pixel_tolerance : float or None
-        Pixels that an error may seem to be, seen from the camera.
+        Largest size in pixels of an error, seen from the camera.
     """
 
     tolerance: float | None = None
@@ -138,12 +138,12 @@ class Accuracy:
 
     @property
     def is_budgeted(self) -> bool:
-        """Whether nothing but a budget says how near the mesh must be."""
+        """Whether a budget alone decides how near the mesh is."""
         return self._has_any(*BUDGETS) and not self._has_any(*TOLERANCES, "angle_tolerance")
 
     @property
     def pointer(self) -> str:
-        """JSON pointer to the option by which a mesh was asked for."""
+        """JSON pointer to the first accuracy option that the request gives."""
         return f"/{next((name for name in ACCURACY_OPTIONS if self._has_any(name)), 'tolerance')}"
 
 

@@ -1,8 +1,8 @@
-"""What is asked of each model of a request, in the model's own units.
+"""The goal of each model of a request, in the model's own units.
 
 A mesh within ε of its model is, once it is placed by x ↦ L x + t, within S ε + δ of the placed
-surface: S is the largest scaling of L, δ what placing rounds. So a model that has several copies
-is asked for the least (ε − δ)/S of them.
+surface: S is the largest scaling of L, δ the rounding of placing. So the tolerance of a model is
+the least (ε − δ)/S of its copies.
 """
 
 from dataclasses import replace
@@ -22,30 +22,31 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
 
 ANYTHING = 4.0
-"""Where no distance is asked for, it is this part of the diagonal: nothing is so far from anything
-of the model."""
+"""Tolerance where a request gives none, in diagonals of the model: no two points of model and mesh
+are further apart."""
 
 NEAR = 1e-3
-"""Nearest distance to the eye that counts, as a part of the model's diagonal: what is nearer fills
-the whole picture, and a camera within the surface would ask for more than numbers hold."""
+"""Least distance to the eye that counts, as a share of the model's diagonal: anything nearer fills
+the whole picture, and at the eye itself the allowed deviation would be 0."""
 
 SHARE = 2.0
-"""A tolerance is at least so many times what placing and rounding take of it."""
+"""A tolerance must be at least this factor times the rounding of placing and storing."""
 
 ENOUGH = 0.96
-"""What must be left of a tolerance for edges to be divided by it."""
+"""Share of a tolerance that rounding must leave, so that edges are divided by the full tolerance."""
 
 LEAST_ANGLE = 2.0**-24
-"""Radians; float32 does not tell normals apart that turn by less."""
+"""Radians; normals that turn by less are equal in float32."""
 
 LESS = 1 - 2.0**-40
-"""What is divided by a stretch and multiplied by it again must not come out larger."""
+"""Factor that keeps a number from growing by rounding when it is divided by a scaling and
+multiplied by it again."""
 
 
 def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
-    """What is asked of the mesh of a model, in the coordinates of the whole.
+    """The goal of the mesh of a model or group, in its coordinates.
 
-    The eye sees a pixel where h = 2 d tan(φ/2) / n: the height of the picture at the distance d,
+    At the distance d one pixel is 2 d tan(φ/2) / n high: the height of the picture there, divided
     by the number of its lines.
     """
     diagonal = model.diagonal
@@ -66,7 +67,7 @@ def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
 
 
 def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, ...]:
-    """What is asked of each model of a group, so that all its copies meet the goal.
+    """The goal of each model of a group, with which all its copies meet the goal of the group.
 
     Parameters
     ----------
@@ -92,10 +93,10 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
 
 
 def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) -> Goal:
-    """What is asked of a model between these bounds, so that its copy meets the goal.
+    """The goal of a model between these bounds, with which its placed copy meets a goal.
 
-    What is d away from the eye in the model is at least s d away in its place, where a rate r
-    allows r s d; and an error there is at most S times that of the model.
+    A point at the distance d from the eye in the model is at least s d from it once it is placed,
+    where a rate r allows r s d; and an error there is at most S times that of the model.
     """
     (least, most), taken = scalings(matrix), placing_error(matrix, *bounds) + error
     goal = subtract_rounding(goal, taken, place_bounds(bounds, matrix))
@@ -109,12 +110,12 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
 
 
 def subtract_rounding(goal: Goal, taken: float, bounds: Box) -> Goal:
-    """The goal for what lies between these bounds, without what rounding takes of it.
+    """The goal for points between these bounds, less the rounding `taken`.
 
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if that is most of it; without a pointer.
+        `tolerance_too_small` if rounding takes most of it; without a pointer.
     """
     if not taken:
         return goal
@@ -126,18 +127,18 @@ def subtract_rounding(goal: Goal, taken: float, bounds: Box) -> Goal:
 
 
 def _subtract(tolerance: float, taken: float) -> float:
-    """The tolerance without what rounding takes of it."""
+    """A tolerance less the rounding `taken`."""
     if tolerance < SHARE * taken:
         raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * taken)
     return tolerance - taken
 
 
 def tighten_for_border(goal: Goal, taken: float, bounds: Box) -> Goal:
-    """The goal by which edges are divided, if vertices are rounded by so much when they are stored.
+    """The goal by which edges are divided, if storing moves vertices by up to `taken`.
 
     Edges are divided until they are within 0.95 of the tolerance of their chords. Rounding moves
-    the chords; where it may move them by more than is left, edges must be nearer to theirs.
-    Elsewhere they are divided by what they are themselves, whatever they are part of.
+    the chords; where it may move them by more than the rest, the goal is less. Everywhere else the
+    full goal is kept, so that the division of an edge does not depend on the model it is in.
     """
     less = subtract_rounding(goal, taken, bounds)
     tight = less.tolerance < ENOUGH * goal.tolerance
@@ -147,15 +148,15 @@ def tighten_for_border(goal: Goal, taken: float, bounds: Box) -> Goal:
 
 
 def limit_tolerance(goal: Goal, diagonal: float) -> Goal:
-    """The goal, its tolerance no larger than what comes to the same for a model of this diagonal.
+    """The goal with a tolerance of at most `ANYTHING` diagonals, which changes no mesh.
 
-    All edges are nearer to their chords than this, so that they are divided as before.
+    All edges are nearer to their chords than that, so they are divided in the same way.
     """
     return replace(goal, tolerance=min(goal.tolerance, ANYTHING * diagonal or inf))
 
 
 def separate_copies(group: GroupModel) -> GroupModel:
-    """The group with a model of its own for every copy: each is seen from another distance."""
+    """The group with a model of its own for every copy, as each has its own distance to the eye."""
     models = tuple(group.models[member.model] for member in group.members)
     members = tuple(replace(member, model=k) for k, member in enumerate(group.members))
     return replace(group, models=models, members=members)

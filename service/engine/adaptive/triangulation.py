@@ -1,10 +1,10 @@
-"""What the refinement ends with: samples, the vertices they are, triangles and their bounds.
+"""The result of refinement: samples, their vertices, triangles and their bounds.
 
-**Flat triangles**, of which two corners are one place in the file, are left out.
-A side that is nearly a point has vertices that differ in float64 but not in float32. Where two
-vertices joined by an edge are stored at one place, they become one vertex, and the triangles at
-that edge, which have no area there, go. What is left is closed where it was: every such triangle
-had two other edges, which are one now.
+**Flat triangles**, of which two corners are one place in the file, are left out. A side that is
+nearly a point has vertices that differ in float64 but not in float32. Where two vertices joined by
+an edge are stored at one place, they become one vertex, and the triangles at that edge, which have
+no area in the file, are removed. The mesh stays closed where it was: each removed triangle had two
+other edges, which are one now.
 
 **Why the bound holds.** A triangle whose corners a and b are one place is the segment from a to c.
 It is left out only if a triangle of the same face that stays has that segment as an edge; the
@@ -55,46 +55,49 @@ class Triangulation:
 NEXT = ((0, 1), (1, 2), (2, 0))
 
 
-def drop_flat_triangles(made: Triangulation, stored: RealArray) -> Triangulation:
+def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Triangulation:
     """The triangulation without triangles that have two corners at one place.
 
     Parameters
     ----------
     stored : ndarray, shape (V, 3)
-        Its vertices as the file has them.
+        Its vertices as the file stores them.
 
     Returns
     -------
     Triangulation
-        As it was, where there are none, or one of them has no other beside it.
+        The same object if it has no flat triangle, or a flat one without a triangle beside it that
+        stays.
     """
-    corners = made.vertex[made.triangles]
+    corners = triangulation.vertex[triangulation.triangles]
     at = stored[corners]
     equal = np.stack([(at[:, i] == at[:, j]).all(axis=1) for i, j in NEXT], axis=1)
     if not equal.any():
-        return made
+        return triangulation
     pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(NEXT)])
     vertex = _merge_vertices(len(stored), pairs)
     corners = vertex[corners]
     flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
-    beside = _find_triangles_beside(made.face[made.triangles[:, 0]], corners, flat)
+    beside = _find_triangles_beside(
+        triangulation.face[triangulation.triangles[:, 0]], corners, flat
+    )
     if (beside < 0).any():
-        return made
-    raised = _raise_bounds(made.bounds, flat, beside)
-    mesh_bounds = made.mesh_bounds
+        return triangulation
+    raised = _raise_bounds(triangulation.bounds, flat, beside)
+    mesh_bounds = triangulation.mesh_bounds
     if mesh_bounds is not None:
         mesh_bounds = _raise_bounds(mesh_bounds, flat, beside)[~flat]
     return replace(
-        made,
-        vertex=vertex[made.vertex],
-        triangles=made.triangles[~flat],
+        triangulation,
+        vertex=vertex[triangulation.vertex],
+        triangles=triangulation.triangles[~flat],
         bounds=raised[~flat],
         mesh_bounds=mesh_bounds,
     )
 
 
 def _merge_vertices(count: int, pairs: Ints) -> Ints:
-    """For each vertex the least one that pairs (n, 2) lead to."""
+    """For each vertex the least vertex that pairs (n, 2) connect it to."""
     vertex = np.arange(count)
     while True:
         least = vertex[pairs].min(axis=1)
@@ -107,23 +110,23 @@ def _merge_vertices(count: int, pairs: Ints) -> Ints:
 
 
 def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
-    """For each flat triangle one of the same face that is not, and has its segment; else −1."""
+    """For each flat triangle a triangle of its face that stays and has its segment; or −1."""
     kept = np.flatnonzero(~flat)
     edges = np.sort(corners[kept][:, NEXT].reshape(-1, 2), axis=1)
     size = int(corners.max()) + 1
     keys = (face[kept].repeat(3) * size + edges[:, 0]) * size + edges[:, 1]
     order = np.argsort(keys, kind="stable")
-    gone = np.sort(corners[flat], axis=1)
-    wanted = (face[flat] * size + gone[:, 0]) * size + gone[:, 2]
-    row = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
+    ends = np.sort(corners[flat], axis=1)
+    segments = (face[flat] * size + ends[:, 0]) * size + ends[:, 2]
+    row = np.minimum(np.searchsorted(keys, segments, sorter=order), len(keys) - 1)
     if not len(keys):
-        return np.full(len(wanted), -1)
+        return np.full(len(segments), -1)
     row = order[row]
-    return np.where(keys[row] == wanted, kept[row // 3], -1)
+    return np.where(keys[row] == segments, kept[row // 3], -1)
 
 
 def _raise_bounds(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
-    """Bounds of all triangles, those beside flat ones no less than theirs."""
+    """Bounds of all triangles; one beside a flat triangle has at least the bound of that."""
     raised = bounds.copy()
     np.maximum.at(raised, beside, bounds[flat])
     return raised

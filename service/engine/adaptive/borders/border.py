@@ -1,4 +1,4 @@
-"""The vertices on the sides of faces, placed by the edges, and by normals if a goal bounds angles."""
+"""The vertices on the sides of faces, placed by the edges, and by normals if angles count."""
 
 from dataclasses import dataclass
 

@@ -11,7 +11,7 @@ from service.engine.bounds.faces import SPAN, Faces
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BorderPlaces:
-    """The border as places of the faces: what all outlines of a mesh have in common.
+    """The border as places of the faces, which the boundaries of all rounds share.
 
     Attributes
     ----------
@@ -20,11 +20,11 @@ class BorderPlaces:
     side, u, v : ndarray of int, shape (M,)
         Side (4 f + s) and place of each entry of the border.
     base : ndarray of int, shape (4F,)
-        What is added to places along each side, so that places of all sides differ;
+        Offset added to places along each side, so that places of all sides differ.
     key : ndarray of int, shape (M,)
-        these of the entries, rising.
+        Places of the entries along their sides, plus the offset; rising.
     low : ndarray of int, shape (2, F)
-        What is added to u and to v, so that lines of all faces differ.
+        Offsets added to u and to v, so that lines of all faces differ.
     pole : ndarray of bool, shape (B,)
         Vertices that are whole sides.
     """
@@ -41,7 +41,7 @@ class BorderPlaces:
 
     @classmethod
     def of(cls, faces: Faces, border: Border) -> "BorderPlaces":
-        """The rim of faces."""
+        """The places of the border of faces."""
         size = (faces.spans * SPAN).T
         side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
         far, s, at = size[:, side // 4], side % 4, border.at

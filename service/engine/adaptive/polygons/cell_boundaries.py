@@ -1,13 +1,13 @@
-"""What the leaves look like from outside: which vertices each of them has, all around.
+"""The boundaries of leaves: the polygon of each, through all vertices around it.
 
-Leaves are free, borders are not. A leaf may have a corner on a side of its face where the border
-has no vertex: such a corner is lifted, straight into the face, by a share of the least height of
-the leaves that touch that segment [a, b] of the border. All corners of one segment are lifted
-equally, and by less than any leaf there is high. So every leaf is a convex polygon still, through
-all vertices on its outline, and between a, b and the lifted corners c1 … ck there is a strip: a
-trapezoid, or a triangle if k = 1.
+Leaves are cut freely, but the border is fixed. A leaf may have a corner on a side of its face where
+the border has no vertex: such a corner is lifted, straight into the face, by a share of the least
+height of the leaves that touch that segment [a, b] of the border. All corners on one segment are
+lifted equally, and by less than the height of any leaf there. So every leaf is still a convex
+polygon, through all vertices on its boundary, and between a, b and the lifted corners c1 … ck there
+is a strip: a trapezoid, or a triangle if k = 1.
 
-On a side that is one point all corners are that vertex, at places of their own.
+On a side that is one point all corners are that vertex, at different places.
 """
 
 from dataclasses import dataclass
@@ -22,45 +22,45 @@ from service.engine.adaptive.polygons.border_places import BorderPlaces
 from service.engine.bounds.faces import SPAN
 
 LIFT = 4
-"""A corner is lifted by the least height over this."""
+"""A corner is lifted by the least height divided by this."""
 
 CORNERS = np.array([[0, 3], [1, 2], [0, 1], [3, 2]])
 """Corners at both ends of each side; corners are counted (0, 0), (1, 0), (1, 1), (0, 1)."""
 
 CORNER_ROWS = np.array([[0, 1, 1, 0], [2, 2, 3, 3]])
-"""Rows of a box in which the corners' places are."""
+"""Rows of a box that hold the places u and v of the corners."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CellBoundaries:
-    """Samples, and the polygons and strips that they are the corners of.
+    """Polygons of leaves, strips at the border, and the samples at their corners.
 
     Attributes
     ----------
     face, u, v, vertex : ndarray of int, shape (N,)
         Samples, in the order of face, u, v. Vertices of the border first, then the others.
     vertices : int
-        How many.
+        Number of vertices.
     start : ndarray of int, shape (L+1,)
         Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the one
         nearest to (0, 0).
     corner : ndarray of int
     plain : ndarray of bool, shape (L,)
-        Leaves that have their own four corners and nothing else.
+        Leaves whose polygon has only their four corners.
     segment : ndarray of int, shape (K,)
-        Entry of the border at which the segment of each lifted corner begins, rising;
+        Entry of the border at which the segment of each lifted corner begins, rising.
     lifted : ndarray of int, shape (K,)
-        those corners, along their sides;
+        The lifted corners, along their sides.
     ends : ndarray of int, shape (2, K)
-        a and b;
+        The ends a and b of the segment of each.
     polar : ndarray of bool, shape (2, K)
-        whether a side that is one point ends there;
+        Whether the end belongs to a side that is one point.
     turned : ndarray of bool, shape (K,)
-        whether (a, b, c), not (a, c, b), is counter-clockwise.
+        Whether (a, b, c), not (a, c, b), is counter-clockwise.
     entry : ndarray of int, shape (M,)
-        The sample that each entry of the border is.
+        The sample of each entry of the border.
     touching : ndarray of int, shape (2, E)
-        Segments, and leaves that have a corner in them or at an end of theirs.
+        Segments of the border, and leaves that have a corner inside them or at one of their ends.
     """
 
     face: Ints
@@ -80,34 +80,37 @@ class CellBoundaries:
     touching: Ints
 
 
-def trace_boundaries(rim: BorderPlaces, cells: Cells, flattened: Ints) -> CellBoundaries:
-    """The outline of leaves, that cover the faces without gap or overlap.
+def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints) -> CellBoundaries:
+    """The boundaries of leaves that cover faces, or a part of them, without overlap.
 
     Parameters
     ----------
     flattened : ndarray of int, shape (M,)
         How often the strip over the segment after each entry of the border was halved.
     """
-    count, border = len(cells), rim.border
+    count, border = len(cells), border_places.border
     places, vertex = cells.box[CORNER_ROWS], np.full((4, count), -1)
-    corner, number, segment, touching = _lift(rim, cells, flattened, (places, vertex))
-    face = np.concatenate([cells.face, cells.face, cells.face, cells.face, rim.side // 4])
-    u, v = np.concatenate([places[0].ravel(), rim.u]), np.concatenate([places[1].ravel(), rim.v])
+    corner, number, segment, touching = _lift(border_places, cells, flattened, (places, vertex))
+    face = np.concatenate([cells.face, cells.face, cells.face, cells.face, border_places.side // 4])
+    u, v = (
+        np.concatenate([places[0].ravel(), border_places.u]),
+        np.concatenate([places[1].ravel(), border_places.v]),
+    )
     del places
-    # Whole numbers that tell lines of all faces apart, and then small ones, in the same order.
-    low_u, low_v = rim.low
+    # Lines of all faces get different numbers, which are then replaced by their ranks.
+    low_u, low_v = border_places.low
     lines_u, rank_u = _rank(low_u[face] + u)
     lines_v, rank_v = _rank(low_v[face] + v)
     many_u, many_v = len(lines_u), len(lines_v)
-    # Of arrays with four entries a leaf as few as possible are there at once.
+    # Arrays with four entries for each leaf are large: they are deleted as soon as possible.
     first, sample = unique_values(rank_u * many_v + rank_v)
     face, u, v = face[first], u[first], v[first]
     rank_u, rank_v = rank_u[first], rank_v[first]
     by_u, by_v = rank_u * many_v + rank_v, rank_v * many_u + rank_u
     own = np.full(len(first), -1)
-    known = np.concatenate([vertex.ravel(), border.vertex])
-    own[sample[known >= 0]] = known[known >= 0]
-    del known, vertex, rank_u, rank_v
+    on_border = np.concatenate([vertex.ravel(), border.vertex])
+    own[sample[on_border >= 0]] = on_border[on_border >= 0]
+    del on_border, vertex, rank_u, rank_v
     fresh = (own < 0).nonzero()[0]
     own[fresh] = len(border.points) + np.arange(len(fresh))
     lifted, entry = sample[corner * count + number], sample[4 * count :].copy()
@@ -127,11 +130,11 @@ def trace_boundaries(rim: BorderPlaces, cells: Cells, flattened: Ints) -> CellBo
     start, corners = _chain_polygons(np.array(runs), order)
     plain = start[1:] - start[:-1] == 4
     plain[number] = False
-    # Corners of neighbouring leaves may be one.
+    # Neighbouring leaves may share a lifted corner.
     pairs = segment * len(first) + lifted
     pairs = pairs[unique_values(pairs)[0]]
     segment, lift = pairs // len(first), pairs % len(first)
-    ends, s = np.array([segment, segment + 1]), rim.side[segment] % 4
+    ends, s = np.array([segment, segment + 1]), border_places.side[segment] % 4
     return CellBoundaries(
         face,
         u,
@@ -144,7 +147,7 @@ def trace_boundaries(rim: BorderPlaces, cells: Cells, flattened: Ints) -> CellBo
         segment,
         lift,
         entry[ends],
-        rim.pole[border.vertex[ends]],
+        border_places.pole[border.vertex[ends]],
         (s == 1) | (s == 2),
         entry,
         touching,
@@ -152,20 +155,21 @@ def trace_boundaries(rim: BorderPlaces, cells: Cells, flattened: Ints) -> CellBo
 
 
 def _rank(values: Ints) -> tuple[Ints, Ints]:
-    """Distinct values, rising, and which of them each is."""
+    """Distinct values, rising, and the rank of each value."""
     first, number = unique_values(values)
     return values[first], number
 
 
 def _lift(
-    rim: BorderPlaces, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
+    border_places: BorderPlaces, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
-    """Lift corners, in place, or tell which vertices of the border they are.
+    """Lift corners of leaves that are on the border but not at a vertex of it.
 
     Parameters
     ----------
     corners : ndarrays of int, shapes (2, 4, L) and (4, L)
-        Their places u and v, and vertices.
+        Places u and v, and vertices, of the corners of all leaves. Both are changed: places of
+        lifted corners, and vertices of corners at a vertex of the border.
 
     Returns
     -------
@@ -174,10 +178,10 @@ def _lift(
     touching : ndarray of int, shape (2, E)
         See `CellBoundaries`.
     """
-    (places, vertex), box, border = corners, cells.box, rim.border
-    limits = np.zeros((len(rim.faces.spans), 4), dtype=np.intp)
-    limits[:, 1::2] = rim.faces.spans * SPAN
-    # Rows of a box are named as the sides of a face that they may be.
+    (places, vertex), box, border = corners, cells.box, border_places.border
+    limits = np.zeros((len(border_places.faces.spans), 4), dtype=np.intp)
+    limits[:, 1::2] = border_places.faces.spans * SPAN
+    # A leaf is at side k of its face if row k of its box is equal to that of the face.
     lying, leaf = (box == limits[cells.face].T).nonzero()
     side = 4 * cells.face[leaf] + lying
     collapsed = border.collapsed.ravel()[side]
@@ -187,33 +191,34 @@ def _lift(
         lying, leaf, side = lying[~collapsed], leaf[~collapsed], side[~collapsed]
     across = lying - lying % 2
     along = np.array([2 - across, 3 - across])
-    wanted = rim.base[side] + box[along, leaf]
-    entry = rim.key.searchsorted(wanted, "right") - 1
-    exact = rim.key[entry] == wanted
+    key = border_places.base[side] + box[along, leaf]
+    entry = border_places.key.searchsorted(key, "right") - 1
+    exact = border_places.key[entry] == key
     corner, both = CORNERS[lying].T, np.array([leaf, leaf])
     vertex[corner[exact], both[exact]] = border.vertex[entry[exact]]
     segment = entry.copy()
     segment[1] -= exact[1]
     touching = np.array([segment.ravel(), both.ravel()])
     free = (~exact).nonzero()
-    corner, found, entry = corner[free], both[free], entry[free]
-    if len(found):
-        least = np.full(len(rim.key), np.iinfo(np.intp).max)
+    corner, lifted, entry = corner[free], both[free], entry[free]
+    if len(lifted):
+        least = np.full(len(border_places.key), np.iinfo(np.intp).max)
         height = box[across + 1, leaf] - box[across, leaf]
         np.minimum.at(least, touching[0], np.concatenate([height, height]))
         depth = (least[entry] // LIFT) >> flattened[entry]
         if depth.min() < 1:
             raise build_depth_error()
         side = lying[free[1]]
-        places[side // 2, corner, found] += np.where(side % 2 == 1, -depth, depth)
-    return corner, found, entry, touching
+        places[side // 2, corner, lifted] += np.where(side % 2 == 1, -depth, depth)
+    return corner, lifted, entry, touching
 
 
 def _chain_polygons(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
-    """Polygons from runs of sorted samples, (4, 2, L): where each begins and ends.
+    """Polygons from the beginnings and ends (4, 2, L) of runs of sorted samples.
 
-    Below and above the samples are sorted by v, in `order`, on the right and on the left by u;
-    below and on the right they are taken upwards, above and on the left downwards.
+    The runs are those on the sides below, right, above and left. Samples are sorted by v, in
+    `order`, for those below and above, and by u for those on the right and on the left. They are
+    taken in rising order below and on the right, in falling order above and on the left.
     """
     # Leaf after leaf.
     first, end = runs.transpose(1, 2, 0).reshape(2, -1)

@@ -1,12 +1,12 @@
 """Convex polygons cut into triangles in the best way, many at a time.
 
-Best is what keeps the triangles near the surface, then well shaped. The surface over a leaf is
-thought of as quadratic (`Verdict.form`), which says how far it is from a triangle without looking
-at it again. No triangle has three places in a line.
+The best triangles are near the surface and, in second place, well shaped. The surface over a leaf
+is treated as quadratic (`CellEstimates.form`), so its distance to a triangle needs no evaluation.
+No triangle has three places in a line.
 
-Of a polygon of few corners all ways to cut it are compared. Of more corners the best way is put
-together from those of smaller polygons: with the cost w_ijk of a triangle, corners i and k are
-joined at best at the cost
+For a polygon of few corners all ways to cut it are compared. For more corners the best way is built
+from the best ways for smaller polygons: with the cost w_ijk of a triangle, the least cost of the
+polygon between corners i and k is
 
     c_ik = min_j (c_ij + w_ijk + c_jk) for i < j < k,   c_i,i+1 = 0.
 
@@ -24,16 +24,16 @@ from service.engine.adaptive.cutting.planes import NEARLY, maximize_heights
 from service.engine.bounds.vectors import dots
 
 ALL = 7
-"""Up to so many corners all ways are tried: 42 with seven."""
+"""Number of corners up to which all ways are compared; there are 42 ways for seven corners."""
 
 SHAPE = 0.02
-"""What a bad shape costs, against a deviation of all that is allowed, which costs 1."""
+"""Cost of the best shape; a deviation that is as large as allowed costs 1."""
 
 WORST = 1e9
-"""What a triangle costs that has no area."""
+"""Largest shape number of a triangle; its square is the cost of a triangle of places in a line."""
 
-SOME = 1 << 13
-"""Triangles that are compared at a time, unless a single polygon has more."""
+CHUNK = 1 << 13
+"""Number of triangles whose costs are computed at a time, unless a single polygon has more."""
 
 NEXT = [1, 2, 0]
 
@@ -41,13 +41,13 @@ NEXT = [1, 2, 0]
 @lru_cache(maxsize=64)
 def list_triples(corners: int) -> Ints:
     """All triangles i < j < k of a convex polygon, (3, K): first k = i + 2, and so on."""
-    found = [
+    triangles = [
         (i, j, i + gap)
         for gap in range(2, corners)
         for i in range(corners - gap)
         for j in range(i + 1, i + gap)
     ]
-    table = np.array(found).T
+    table = np.array(triangles).T
     table.flags.writeable = False
     return table
 
@@ -80,19 +80,20 @@ def triangulate_polygons(
     Parameters
     ----------
     size : ndarray of int, shape (m,)
-        How many corners each has. All corners stand in one list, n long.
+        Number of corners of each. The n corners of all polygons are in one list.
     x, y : ndarray of float64, shape (n,)
-        Their places, counter-clockwise, the leaf being [0, 1]²: equal where places are.
+        Places of the corners, counter-clockwise; the leaf is [0, 1]². Equal places have equal
+        numbers.
     points : ndarray of float64, shape (3, n)
     form : ndarray of float64, shape (7, m)
-        See `Verdict`.
+        See `CellEstimates`.
 
     Returns
     -------
     triangles : ndarray of int, shape (T, 3)
         Corners.
     polygon : ndarray of int, shape (T,)
-        Which polygon they are of.
+        The polygon of each.
     """
     start = np.cumsum(size) - size
     triangles, polygon = [np.empty((0, 3), dtype=np.intp)], [start[:0]]
@@ -116,16 +117,16 @@ def triangulate_polygons(
 
 
 def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
-    """Polygons of equal numbers of corners, and their numbers; not too many at a time."""
+    """Batches of (number of corners, polygons with this number), of about `CHUNK` triangles."""
     batch: list[tuple[int, Ints]] = []
     total = 0
     for n in np.bincount(size).nonzero()[0].tolist():
         rows = (size == n).nonzero()[0]
-        step = max(1, SOME // comb(n, 3))
+        step = max(1, CHUNK // comb(n, 3))
         for begin in range(0, len(rows), step):
             some = rows[begin : begin + step]
             total += len(some) * comb(n, 3)
-            if total > SOME and batch:
+            if total > CHUNK and batch:
                 yield batch
                 batch, total = [], len(some) * comb(n, 3)
             batch.append((n, some))
@@ -135,14 +136,14 @@ def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
 
 def _choose_among_all(costs: FloatArray, corners: int) -> Ints:
     """The cheapest way to cut each polygon, (n − 2, m), given costs of `list_triples` (K, m)."""
-    found = list_triangulations(corners)
-    total = costs[found].sum(axis=1)
-    chosen: Ints = found[(total * NEARLY <= total.min(axis=0)).argmax(axis=0)].T
+    ways = list_triangulations(corners)
+    total = costs[ways].sum(axis=1)
+    chosen: Ints = ways[(total * NEARLY <= total.min(axis=0)).argmax(axis=0)].T
     return chosen
 
 
 def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
-    """As `_choose_among_all`, from smaller polygons to larger ones."""
+    """The cheapest way to cut each polygon, (n − 2, m), from smaller polygons to larger ones."""
     many = costs.shape[1]
     least = np.zeros((corners, corners, many))
     middle = np.empty((corners, corners, many), dtype=np.intp)
@@ -158,16 +159,16 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
         least[i, i + gap] = lowest
         middle[i, i + gap] = begin + i[:, np.newaxis] * (gap - 1) + chosen
         begin = end
-    here = np.arange(many)
+    every = np.arange(many)
     number, (_, between, _) = np.empty((corners - 2, many), dtype=np.intp), list_triples(corners)
-    # Joined corners that are still to be cut off; the first of a list of n − 2 at most.
+    # A stack of pairs of corners between which polygons remain to be cut, at most n − 2.
     open_ = np.zeros((corners, 2, many), dtype=np.intp)
     open_[0, 1] = corners - 1
     height = np.ones(many, dtype=np.intp)
     for row in range(corners - 2):
         height -= 1
-        low, high = open_[height, :, here].T
-        number[row] = middle[low, high, here]
+        low, high = open_[height, :, every].T
+        number[row] = middle[low, high, every]
         j = between[number[row]]
         for one, other in ((low, j), (j, high)):
             wide = (other - one > 1).nonzero()[0]
@@ -177,10 +178,10 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
 
 
 def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
-    """What triangles cost, (K,): r⁴ + a share of how much worse than the best their shape is.
+    """Costs of triangles (K,): r⁴ plus `SHAPE` times the shape number.
 
-    r is the deviation over what is allowed; the shape of a triangle is Σ e² / (4 √3 A), with its
-    sides e and its area A, and 1 at best. By Heron's formula
+    r is the deviation divided by the allowed one. The shape number of a triangle is
+    Σ e² / (4 √3 A), with its sides e and its area A; it is 1 at best. By Heron's formula
     16 A² = 4 e_0² e_1² − (e_0² + e_1² − e_2²)².
 
     Parameters
@@ -189,7 +190,7 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     points : ndarray of float64, shape (3, 3, K)
         Coordinates first.
     form : ndarray of float64, shape (4, K)
-        The last rows of `Verdict.form`.
+        The last rows of `CellEstimates.form`.
     """
     dx, dy = x[NEXT] - x, y[NEXT] - y
     ratio = maximize_heights((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
@@ -200,6 +201,6 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     short = total - 2.0 * squares[2]
     area = np.sqrt(np.maximum(0.75 * (4.0 * squares[0] * squares[1] - short * short), 0.0)) * 2.0
     shape = total / np.maximum(area, total / WORST + np.finfo(float).tiny)
-    # Triangles turn to the left, or they are lines.
+    # The places of a triangle turn to the left; otherwise they are in a line.
     turns = dx[0] * dy[1] > dx[1] * dy[0]
     return np.where(turns, ratio * ratio + SHAPE * shape, WORST * WORST)

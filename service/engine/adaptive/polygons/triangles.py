@@ -1,4 +1,4 @@
-"""Polygons and strips as triangles, and what is beside each of them."""
+"""Polygons and strips as triangles, and the neighbours and hosts of triangles."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
 from service.engine.adaptive.polygons.polygon_triangulation import triangulate_polygons
 
 INDEX: DTypeLike = np.int32
-"""Of what is kept for each edge of triangles, of which there are fewer than 2^31."""
+"""Type of numbers that are kept for each edge of triangles: there are fewer than 2^31 of both."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,10 +23,9 @@ class TriangleRows:
     corners : ndarray of int, shape (T, 3)
         Samples, counter-clockwise.
     leaf, segment : ndarray of int, shape (T,)
-        The leaf that a triangle is of, or else −1 and the segment of the border that its strip is
-        over.
+        The leaf of a triangle, and −1; or −1, and the segment of the border of its strip.
     base : ndarray of int, shape (T,)
-        The triangle of the same strip that has the segment for a side; −1 of leaves.
+        The triangle of its strip that has the segment as a side; −1 for triangles of leaves.
     """
 
     corners: Ints
@@ -36,22 +35,24 @@ class TriangleRows:
 
 
 def build_triangles(
-    outline: CellBoundaries, leaves: Leaves, points: FloatArray, wanted: Bools, segments: Bools
+    boundaries: CellBoundaries, leaves: Leaves, points: FloatArray, selected: Bools, segments: Bools
 ) -> TriangleRows:
-    """The triangles of some leaves of an outline, and of the strips over some segments.
+    """The triangles of some leaves of an boundaries, and of the strips over some segments.
 
     Parameters
     ----------
     points : ndarray of float64, shape (N, 3)
         Positions of the samples.
-    wanted : ndarray of bool, shape (L,)
+    selected : ndarray of bool, shape (L,)
+        Leaves to be triangulated.
     segments : ndarray of bool, shape (M,)
+        Segments of the border whose strips are triangulated.
     """
-    corners, leaf = _triangulate_leaves(outline, leaves, points, wanted)
+    corners, leaf = _triangulate_leaves(boundaries, leaves, points, selected)
     none = np.full(len(leaf), -1)
-    if not len(outline.segment):
+    if not len(boundaries.segment):
         return TriangleRows(corners, leaf, none, none)
-    strips = _triangulate_strips(outline, segments[outline.segment].nonzero()[0])
+    strips = _triangulate_strips(boundaries, segments[boundaries.segment].nonzero()[0])
     return TriangleRows(
         np.concatenate([corners, strips.corners]),
         np.concatenate([leaf, strips.leaf]),
@@ -61,24 +62,24 @@ def build_triangles(
 
 
 def _triangulate_leaves(
-    outline: CellBoundaries, leaves: Leaves, points: FloatArray, wanted: Bools
+    boundaries: CellBoundaries, leaves: Leaves, points: FloatArray, selected: Bools
 ) -> tuple[Ints, Ints]:
-    """Corners and leaves of triangles."""
-    plain = (outline.plain & wanted).nonzero()[0]
-    four = outline.corner[outline.start[plain] + np.arange(4)[:, np.newaxis]]
+    """Corners (T, 3) and leaves (T,) of the triangles of selected leaves."""
+    plain = (boundaries.plain & selected).nonzero()[0]
+    four = boundaries.corner[boundaries.start[plain] + np.arange(4)[:, np.newaxis]]
     rising = leaves.rising[plain]
     third = np.where(rising, four[2], four[3])
     other = np.where(rising, four[0], four[1])
     pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1).reshape(-1, 3)
-    rest = (~outline.plain & wanted).nonzero()[0]
+    rest = (~boundaries.plain & selected).nonzero()[0]
     if not len(rest):
         return pair, np.repeat(plain, 2)
-    start = outline.start[rest]
-    size = outline.start[rest + 1] - start
+    start = boundaries.start[rest]
+    size = boundaries.start[rest + 1] - start
     polygon = np.repeat(np.arange(len(rest)), size)
-    corners = outline.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
+    corners = boundaries.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
     u0, u1, v0, v1 = leaves.cells.box[:, rest[polygon]]
-    x, y = (outline.u[corners] - u0) / (u1 - u0), (outline.v[corners] - v0) / (v1 - v0)
+    x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
     triangles, polygon = triangulate_polygons(size, x, y, points[corners].T, leaves.form[:, rest])
     return (
         np.concatenate([pair, corners[triangles]]),
@@ -86,21 +87,26 @@ def _triangulate_leaves(
     )
 
 
-def _triangulate_strips(outline: CellBoundaries, rows: Ints) -> TriangleRows:
-    """A fan from a, a triangle on the whole segment, and a fan from b; of these lifted corners.
+def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
+    """Triangles of strips: a fan around a, the base on the whole segment, and a fan around b.
 
-    The one in the middle has for its tip the last lifted corner in the first half of the segment.
-    Where one end is a pole all of them fan from the other: seen from a pole, lifted corners may be
-    in line. Bases are counted among the triangles of strips.
+    The tip of the base is the last lifted corner in the first half of the segment. Where one end is
+    a pole, all other triangles are a fan around the other end: lifted corners may be in line with a
+    pole. Bases are numbered among the triangles of strips.
+
+    Parameters
+    ----------
+    rows : ndarray of int
+        The lifted corners of the strips, as rows of `boundaries.lifted`.
     """
-    segment, lifted = outline.segment[rows], outline.lifted[rows]
+    segment, lifted = boundaries.segment[rows], boundaries.lifted[rows]
     count = len(segment)
     if not count:
         none = np.empty(0, dtype=np.intp)
         return TriangleRows(np.empty((0, 3), dtype=np.intp), none, none, none)
-    u, v = outline.u, outline.v
-    low, high = outline.ends[:, rows]
-    # Along the segment one of the two coordinates says the same for all three: no harm in adding.
+    u, v = boundaries.u, boundaries.v
+    low, high = boundaries.ends[:, rows]
+    # A segment is along u or along v; the other coordinate of its two ends is equal.
     far = np.where(
         u[low] == u[high], 2 * v[lifted] - v[low] - v[high], 2 * u[lifted] - u[low] - u[high]
     )
@@ -109,7 +115,7 @@ def _triangulate_strips(outline: CellBoundaries, rows: Ints) -> TriangleRows:
     strip = np.cumsum(new) - 1
     before = np.add.reduceat((far <= 0).astype(np.intp), start)
     tip = start + np.maximum(before - 1, 0)
-    from_pole, to_pole = outline.polar[:, rows[start]]
+    from_pole, to_pole = boundaries.polar[:, rows[start]]
     last = np.append(start[1:], count) - 1
     tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
     pair = (~new).nonzero()[0]
@@ -120,63 +126,63 @@ def _triangulate_strips(outline: CellBoundaries, rows: Ints) -> TriangleRows:
     bases = np.stack([low[start], lifted[tip], high[start]], axis=1)
     corners = np.concatenate([bases, fans])
     number = np.concatenate([np.arange(len(start)), strip[pair]])
-    turned = outline.turned[rows[start]][number]
+    turned = boundaries.turned[rows[start]][number]
     corners[turned] = corners[turned][:, [0, 2, 1]]
     return TriangleRows(corners, np.full(len(corners), -1), segment[start][number], number)
 
 
 def number_directed_edges(corners: Ints) -> tuple[Ints, Ints]:
-    """Numbers of the edges of triangles (T, 3), as they run and backwards: (3 T,) each."""
+    """Numbers of the directed edges of triangles (T, 3), and of their reverses: (3 T,) each."""
     many, end = corners.max() + 1, corners[:, [1, 2, 0]]
-    there = corners * many
-    there += end
+    forth = corners * many
+    forth += end
     end *= many
     end += corners
-    return there.ravel(), end.ravel()
+    return forth.ravel(), end.ravel()
 
 
 def is_among(values: Ints, others: Ints) -> Bools:
-    """Which of few values are among many others: the few are sorted, not the many."""
+    """Which of few values are among many others; only the few are sorted."""
     if not len(values):
         return np.zeros(0, dtype=bool)
-    known, number = np.unique(values, return_inverse=True)
-    there = np.zeros(len(known), dtype=bool)
-    there[_find_places(known, others)[1]] = True
-    found: Bools = there[number]
-    return found
+    distinct, number = np.unique(values, return_inverse=True)
+    occurs = np.zeros(len(distinct), dtype=bool)
+    occurs[_find_matches(distinct, others)[1]] = True
+    is_member: Bools = occurs[number]
+    return is_member
 
 
-def _find_places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
-    """Those of many others that are among a few sorted numbers, and which of these they are."""
-    place = np.searchsorted(known, others)
-    place[place == len(known)] = 0
-    here = (known[place] == others).nonzero()[0]
-    return here, place[here]
+def _find_matches(few: Ints, many: Ints) -> tuple[Ints, Ints]:
+    """Rows of many numbers that are equal to one of a few sorted numbers, and rows of these."""
+    place = np.searchsorted(few, many)
+    place[place == len(few)] = 0
+    rows = (few[place] == many).nonzero()[0]
+    return rows, place[rows]
 
 
 def number_edges(vertex: Ints) -> Ints:
-    """Numbers of the edges of triangles (T, 3), the same in both directions: (3 T,)."""
+    """Numbers of the edges of triangles (T, 3), equal for both directions: (3 T,)."""
     other = vertex[:, [1, 2, 0]]
-    found: Ints = np.minimum(vertex, other, dtype=np.intp)
-    found *= int(vertex.max(initial=0)) + 1
-    found += np.maximum(vertex, other, out=other)
-    return found.ravel()
+    number: Ints = np.minimum(vertex, other, dtype=np.intp)
+    number *= int(vertex.max(initial=0)) + 1
+    number += np.maximum(vertex, other, out=other)
+    return number.ravel()
 
 
 def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
-    """Find hosts for triangles that have none: beside them, if possible in the same leaf.
+    """Find hosts for the triangles whose `host` (T,) is −1; `host` is changed.
 
-    A leaf at a corner of its face of which both sides are one point has no triangle of its own.
-    Only those are looked for that have none, −1; `host` (T,) is changed.
+    The host is the host of a triangle beside it, in the same leaf if possible: a leaf at a corner
+    of its face where both sides are points has no triangle that is its own host.
     """
-    there, back = number_directed_edges(corners)
+    forth, back = number_directed_edges(corners)
     waiting = (host < 0).nonzero()[0]
     back = back[(3 * waiting[:, np.newaxis] + np.arange(3)).ravel()]
-    known, number = np.unique(back, return_inverse=True)
-    here, which = _find_places(known, there)
-    found = np.full(len(known), -1)
-    found[which] = here // 3
-    beside = found[number].reshape(-1, 3)
+    edges, number = np.unique(back, return_inverse=True)
+    rows, edge = _find_matches(edges, forth)
+    owner = np.full(len(edges), -1)
+    owner[edge] = rows // 3
+    beside = owner[number].reshape(-1, 3)
     within = np.where(leaf[beside] == leaf[waiting][:, np.newaxis], beside, -1)
     for around in (within, beside):
         while True:
@@ -188,26 +194,34 @@ def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
 
 
 def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]:
-    """Triangles beside edges, their vertices across, and edges (triangle · 3 + k) of too many.
+    """Triangles beside edges, vertices across edges, and edges of more than two triangles.
 
-    What is beside a face is not seen from it: its triangles must not depend on its company.
+    Only triangles of one face are neighbours, so that the triangles of a face do not depend on the
+    other faces of the model.
+
+    Returns
+    -------
+    beside, across : ndarray of int32, shape (T, 3)
+        −1 unless exactly two kept triangles of the face have the edge.
+    crowd : ndarray of int
+        Edges, as 3 · triangle + k.
     """
-    # At the peak of a mesh's memory: nothing is held any longer than it is needed.
+    # Memory is at its peak here: arrays are deleted as soon as possible.
     keys = number_edges(vertex)
-    gone = np.repeat(~kept, 3)
-    keys[gone] = -1
-    sides = np.argsort(keys)[np.count_nonzero(gone) :]
+    dropped = np.repeat(~kept, 3)
+    keys[dropped] = -1
+    sides = np.argsort(keys)[np.count_nonzero(dropped) :]
     keys = keys[sides]
     same = keys[1:] == keys[:-1]
     third = (same[1:] & same[:-1]).nonzero()[0]
     owner = face[sides // 3]
     if len(third):
-        # One face after another within an edge.
+        # Within an edge, sort by face.
         order = np.lexsort((owner, keys))
         owner, sides = owner[order], sides[order]
     del keys
     mine = np.concatenate([[False], same & (owner[1:] == owner[:-1]), [False]])
-    # Two of one face, neither of them with a third.
+    # Two sides of one face, without a third.
     two = (mine[1:-1] & ~mine[:-2] & ~mine[2:]).nonzero()[0]
     one, other = sides[two], sides[two + 1]
     crowd = np.zeros(len(sides), dtype=bool)
@@ -224,7 +238,7 @@ def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, 
 
 
 def find_crossed_edges(corners: Ints, crowd: Ints) -> Ints:
-    """Of edges with more than two triangles, those that run through the inside of a face."""
-    there, back = number_directed_edges(corners)
-    inside = crowd[is_among(back[crowd], there)]
+    """Those of edges with more than two triangles that are inside a face: (triangle, k), (X, 2)."""
+    forth, back = number_directed_edges(corners)
+    inside = crowd[is_among(back[crowd], forth)]
     return np.stack([inside // 3, inside % 3], axis=1)
