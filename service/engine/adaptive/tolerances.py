@@ -33,7 +33,7 @@ SHARE = 2.0
 """A tolerance must be at least this factor times the rounding of placing and storing."""
 
 ENOUGH = 0.96
-"""Share of a tolerance that rounding must leave, so that edges are divided by the full tolerance."""
+"""Share of a tolerance that rounding must leave for edges to be divided by the full tolerance."""
 
 LEAST_ANGLE = 2.0**-24
 """Radians; normals that turn by less are equal in float32."""
@@ -76,7 +76,7 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
     group : GroupModel
         With a view, every copy must be a model of its own (`separate_copies`).
     error : float
-        What is rounded after copies are placed.
+        Bound of the rounding after copies are placed.
 
     Raises
     ------

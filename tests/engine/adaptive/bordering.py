@@ -1,4 +1,4 @@
-"""Borders of models in tests, and what must be true of every one of them."""
+"""Borders of models in tests, and checks that hold for every border."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -41,7 +41,7 @@ class Bordered(NamedTuple):
         return found
 
 
-def bordered(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> Bordered:
+def build_border(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> Bordered:
     """The faces of a model, or of a list of nets, and their border."""
     model = model_of(source) if isinstance(source, list) else source
     seams = find_seams(model.batches)
@@ -50,7 +50,7 @@ def bordered(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> 
 
 
 def check_border(found: Bordered, tolerance: float) -> None:
-    """What is promised of every border, at places that are worked out exactly."""
+    """Check the promises for every border, at places that are computed exactly."""
     border, faces = found.border, found.faces
     assert np.array_equal(np.unique(border.vertex), np.arange(len(border.points)))
     patches = [(batch, number) for batch in found.model.batches for number in range(batch.count)]

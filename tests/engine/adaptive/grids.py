@@ -1,4 +1,4 @@
-"""Triangulations made by hand: every span a regular grid, vertices told apart by where they are."""
+"""Triangulations for tests: every span is a regular grid, equal positions are one vertex."""
 
 from dataclasses import dataclass
 
@@ -23,10 +23,10 @@ class Regular:
     made: Triangulation
 
 
-def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Regular:
+def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Regular:
     """Each span of each face in divisions × divisions cells of two triangles.
 
-    With `skip`, grids ignore knot lines: every face has so many divisions in all.
+    With `skip`, grids ignore knot lines: every face has this number of divisions in all.
     """
     faces = find_faces(model, find_seams(model.batches))
     patch_nets = PatchNets.of(model)

@@ -1,4 +1,4 @@
-"""Triangulations of models in tests, and what must be true of every one of them."""
+"""Triangulations of models in tests, and checks that hold for each of them."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from service.surface.lowered import PatchModel
-from tests.engine.adaptive.bordering import bordered
+from tests.engine.adaptive.bordering import build_border
 from tests.strategies import Array
 
 MOST = 200_000
@@ -36,21 +36,21 @@ class Refined(NamedTuple):
         return places.tobytes(), made.positions[made.vertex[corners]].tobytes()
 
 
-def refined(
+def build_refined(
     model: PatchModel,
     goal: Goal,
     most: int = MOST,
     stored: Callable[[Array], Array] = lambda positions: positions,
 ) -> Refined:
     """The triangulation of a model."""
-    found = bordered(model, goal, most)
+    found = build_border(model, goal, most)
     patch_nets = PatchNets.of(model)
     made = triangulate(patch_nets, found.faces, found.border, goal, store=stored, most=most)
     return Refined(patch_nets, found.faces, found.border, made)
 
 
 def check_refined(found: Refined, tolerance: float) -> None:
-    """Every triangle is in its place, once; in whole numbers, hence exactly."""
+    """Check that triangles cover the faces once, in whole numbers, hence exactly."""
     _, faces, border, made = found
     corners = made.triangles
     assert (made.bounds <= tolerance).all()
@@ -67,14 +67,14 @@ def check_refined(found: Refined, tolerance: float) -> None:
     area = np.bincount(made.face[a], areas.astype(np.float64), minlength=len(faces.first))
     whole = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
     assert (area <= whole * (1 + 1e-12)).all()
-    simple = ~border.collapsed.any(axis=1) & ~_touching(border)
+    simple = ~border.collapsed.any(axis=1) & ~_find_touching(border)
     for face in np.flatnonzero(simple):
         exact = sum(areas[made.face[a] == face].tolist())
         assert exact == 2 * int(faces.spans[face].prod()) * SPAN**2
     check_edges(border, made)
 
 
-def _touching(border: Border) -> np.ndarray:
+def _find_touching(border: Border) -> np.ndarray:
     """Faces that have a vertex twice."""
     found = []
     for face in range(len(border.collapsed)):
@@ -84,7 +84,7 @@ def _touching(border: Border) -> np.ndarray:
 
 
 def check_edges(border: Border, made: Triangulation) -> None:
-    """Two triangles an edge, but where it is on the border as often as it is there."""
+    """Check that edges inside faces have two triangles, and those of the border their number."""
     vertices = made.vertex[made.triangles]
     used: Counter[tuple[int, int]] = Counter()
     for row in vertices.tolist():
@@ -100,10 +100,10 @@ def check_edges(border: Border, made: Triangulation) -> None:
     for side in range(len(border.start) - 1):
         rows = slice(*border.start[side : side + 2])
         if not border.collapsed[side // 4, side % 4]:
-            assert _on_side(made, side) == set(border.at[rows].tolist())
+            assert _find_places(made, side) == set(border.at[rows].tolist())
 
 
-def _on_side(made: Triangulation, side: int) -> set[int]:
+def _find_places(made: Triangulation, side: int) -> set[int]:
     """Places along a side at which there are samples."""
     mine = made.face == side // 4
     fixed, along = (made.u, made.v) if side % 4 < 2 else (made.v, made.u)

@@ -1,4 +1,4 @@
-"""Meshes by angle, end to end: as measured in the mesh, and at what price."""
+"""Meshes by angle, end to end: angles measured in the mesh, and numbers of triangles."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ from tests.examples import patches_of
 from tools.certify.models import complex_of
 
 MOST, WORK = 30_000, 5e8
-"""Of a request of this size nobody waits long; in work, some seconds at most."""
+"""Limit of the work of one request: some seconds at most."""
 
 
 def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
@@ -61,7 +61,7 @@ def test_normals_turn_no_more_than_was_asked_for(example: str) -> None:
 
 
 def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
-    """Which is divided for the sake of normals alone: those of the one that turns more."""
+    """The seam is divided for normals alone: those of the member whose normals turn more."""
     rows = np.array([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]], [[2, 0, -2], [2, 1, 4.0]]])
     one, other = rows[:2], rows[1:]
     group = GroupSurface((Member(BezierSurface(one)), Member(BezierSurface(other))))

@@ -1,4 +1,4 @@
-"""Triangulations made by hand become meshes, and the same ones that a resolution gives."""
+"""Regular triangulations become the meshes that a resolution gives."""
 
 from dataclasses import replace
 from math import acos
@@ -20,7 +20,7 @@ from service.surface.batches import TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.engine.adaptive.grids import regular
+from tests.engine.adaptive.grids import build_regular
 from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.examples import patches_of
 from tests.strategies import Array
@@ -31,19 +31,19 @@ EXAMPLES = [
 ]  # fmt: skip
 
 
-def assembled(
+def assemble_regular(
     source: str | PatchModel, divisions: int = 2, storage: Storage | None = None, **options: object
 ) -> Mesh:
-    """A regular mesh by the way that adaptive ones take."""
+    """A regular mesh, assembled as adaptive ones are."""
     model = patches_of(source) if isinstance(source, str) else source
     wanted, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
-    made = regular(model, divisions)
+    made = build_regular(model, divisions)
     origin = storage.choose_origin(*model.bounds)
     lines = draw_lines(model, made.border, wanted, storage, origin)
     return assemble(model, made.faces, made.made, wanted, lines, storage=storage, origin=origin)
 
 
-def corners_of(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
+def list_corners(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
     """For each corner of each triangle a point that is its own, and its values."""
     ends: Array = mesh.positions[mesh.triangles].astype(np.float64)
     inside = 0.9 * ends + 0.1 * ends.mean(axis=1, keepdims=True)
@@ -63,7 +63,7 @@ def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
         assert (ours is None) == (theirs is None)
         if ours is None or theirs is None:
             continue
-        (places, values), (known, expected) = corners_of(mesh, ours), corners_of(other, theirs)
+        (places, values), (known, expected) = list_corners(mesh, ours), list_corners(other, theirs)
         distance, row = cKDTree(known).query(places)
         same = distance < 1e-9 * max(1.0, float(np.abs(known).max()))
         np.testing.assert_allclose(values[same], expected[row[same]], atol=apart)
@@ -73,7 +73,7 @@ def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
 
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> None:
-    ours = assembled(example, uvs=True)
+    ours = assemble_regular(example, uvs=True)
     theirs = mesh_of(example, resolution=(2, 2), uvs=True)
     check_sound(ours)
     batches = patches_of(example).batches
@@ -90,7 +90,7 @@ def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> No
     np.testing.assert_allclose(ours.report.bounds_max, theirs.report.bounds_max, atol=0.1)
 
 
-def roof(degree: int = 2) -> PatchModel:
+def build_roof(degree: int = 2) -> PatchModel:
     """A roof over [0, 2] × [0, 1] with its ridge at u = 1, a knot of full multiplicity."""
     u = np.arange(2 * degree + 1) / degree
     net = np.stack(
@@ -105,7 +105,7 @@ def roof(degree: int = 2) -> PatchModel:
 
 
 def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
-    mesh = assembled(roof())
+    mesh = assemble_regular(build_roof())
     assert mesh.normals is not None
     assert mesh.welds is not None
     slope = np.sqrt(0.5)
@@ -124,7 +124,7 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
 def test_a_corner_is_of_the_patch_into_which_the_triangle_goes(skip: bool) -> None:
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = patches_of("bspline-hills")
-    made = regular(model, 3, skip=skip)
+    made = build_regular(model, 3, skip=skip)
     samples, corners = find_samples(made.faces, made.made)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
@@ -144,8 +144,8 @@ def test_a_corner_is_of_the_patch_into_which_the_triangle_goes(skip: bool) -> No
 
 def test_parts_are_runs_with_bounds_of_their_own() -> None:
     model = patches_of("utah-teapot")
-    made = regular(model, 2)
-    mesh = assembled(model)
+    made = build_regular(model, 2)
+    mesh = assemble_regular(model)
     patch = made.made.face[made.made.triangles[:, 0]]
     sequence = np.arange(model.patch_count) if model.sequence is None else model.sequence
     found = []
@@ -175,7 +175,7 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
         parts=(replace(model.parts[0], name="second", first=0, last=1),
                replace(model.parts[0], name="first", first=1, last=2)),
     )  # fmt: skip
-    mesh = assembled(both)
+    mesh = assemble_regular(both)
     (_, rest) = mesh.parts
     assert mesh.positions[mesh.triangles[: rest.triangles[0]], 0].min() == 9
     assert mesh.positions[mesh.triangles[rest.triangles[0] :], 0].max() < 9
@@ -183,7 +183,7 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
 
 def test_the_largest_angle_is_measured_where_it_was_asked_for() -> None:
     accuracy = Accuracy(angle_tolerance=0.5)
-    mesh = assembled("saddle", 3, accuracy=accuracy)
+    mesh = assemble_regular("saddle", 3, accuracy=accuracy)
     assert mesh.normals is not None
     found = 0.0
     for triangle in mesh.triangles:
@@ -191,14 +191,14 @@ def test_the_largest_angle_is_measured_where_it_was_asked_for() -> None:
         for one, other in ((a, b), (b, c), (c, a)):
             found = max(found, acos(min(1.0, float(one @ other))))
     assert mesh.report.normal_angle == pytest.approx(found, abs=1e-7)
-    bare = assembled("saddle", 3, accuracy=accuracy, normals=False)
+    bare = assemble_regular("saddle", 3, accuracy=accuracy, normals=False)
     assert bare.normals is None
     assert bare.report.normal_angle == mesh.report.normal_angle
-    assert assembled("saddle", 3).report.normal_angle is None
+    assert assemble_regular("saddle", 3).report.normal_angle is None
 
 
 def test_lines_go_through_vertices_of_the_mesh() -> None:
-    mesh = assembled("saddle", 4, overlays=("control_net", "boundary"))
+    mesh = assemble_regular("saddle", 4, overlays=("control_net", "boundary"))
     net, border = mesh.overlays
     assert net.name == "control_net"
     ends = border.positions[border.segments]

@@ -12,10 +12,10 @@ LEAST = 1e-300
 
 
 class Staircase:
-    """Meshes of ⌈a / τ^e⌉ triangles; what costs more than the budget may go untold."""
+    """Meshes of ⌈a / τ^e⌉ triangles; with `has_costs`, costs beyond the budget are reported."""
 
-    def __init__(self, a: float, e: float, most: int, *, told: bool = True) -> None:
-        self.a, self.e, self.most, self.told = a, e, most, told
+    def __init__(self, a: float, e: float, most: int, *, has_costs: bool = True) -> None:
+        self.a, self.e, self.most, self.has_costs = a, e, most, has_costs
         self.asked: list[float] = []
 
     def cost(self, tolerance: float) -> float:
@@ -28,19 +28,19 @@ class Staircase:
     def __call__(self, tolerance: float) -> Attempt[float] | None:
         self.asked.append(tolerance)
         cost = self.cost(tolerance)
-        return Attempt(cost, 0.9 * tolerance, tolerance) if self.told or cost <= 1 else None
+        return Attempt(cost, 0.9 * tolerance, tolerance) if self.has_costs or cost <= 1 else None
 
 
 @given(
     a=st.floats(1e-6, 1e6),
     e=st.floats(0.4, 1.5),
     most=st.integers(2, 10**7),
-    told=st.booleans(),
+    has_costs=st.booleans(),
 )
 def test_the_result_fits_and_nothing_much_finer_does(
-    a: float, e: float, most: int, told: bool
+    a: float, e: float, most: int, has_costs: bool
 ) -> None:
-    meshes = Staircase(a, e, most, told=told)
+    meshes = Staircase(a, e, most, has_costs=has_costs)
     found = search_tolerances(meshes, meshes.coarsest(), LEAST)
     assert found.cost <= 1
     assert len(meshes.asked) <= MAX_ATTEMPTS

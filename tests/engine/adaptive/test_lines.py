@@ -28,7 +28,7 @@ COUNTS = (3, 2)
 FINE = MeshOptions(accuracy=Accuracy(relative_tolerance=1e-3), isocurves=COUNTS)
 
 
-def distances(points: Array, a: Array, b: Array) -> Array:
+def measure_distances(points: Array, a: Array, b: Array) -> Array:
     """Distances of points (n, 3) to the nearest of the segments from a to b (m, 3)."""
     along, away = b - a, points[:, None] - a
     square = np.maximum((along * along).sum(axis=1), np.finfo(float).tiny)
@@ -37,8 +37,8 @@ def distances(points: Array, a: Array, b: Array) -> Array:
     return nearest
 
 
-def furthest(model: PatchModel, goal: Goal) -> float:
-    """How far points of the curves are from their lines at most."""
+def find_furthest(model: PatchModel, goal: Goal) -> float:
+    """The largest distance of points of the curves from their lines."""
     seams = find_seams(model.batches)
     divisions = count_goal_divisions(model, seams, goal)
     lines = sample_divided_isocurves(model, seams, divisions, COUNTS)
@@ -50,7 +50,7 @@ def furthest(model: PatchModel, goal: Goal) -> float:
         return float(len(dense))
     a = np.concatenate([run.points[:, :-1].reshape(-1, 3) for run in lines])
     b = np.concatenate([run.points[:, 1:].reshape(-1, 3) for run in lines])
-    return max(float(distances(points, a, b).max()) for points in dense)
+    return max(float(measure_distances(points, a, b).max()) for points in dense)
 
 
 @given(weighted_nets(nets(limit=4)))
@@ -59,7 +59,7 @@ def test_lines_are_within_the_tolerance_of_their_curves(
 ) -> None:
     net, weights = weighted
     model = model_of([net], None if weights is None else [weights])
-    assert furthest(model, Goal(0.02)) <= 0.02
+    assert find_furthest(model, Goal(0.02)) <= 0.02
 
 
 @settings(max_examples=10)
@@ -67,7 +67,7 @@ def test_lines_are_within_the_tolerance_of_their_curves(
 def test_lines_on_a_triangle_are_within_the_tolerance(net: Array) -> None:
     batch = TrianglePatches(net[np.newaxis])
     model = PatchModel("one", (batch,), (Part("one", 0, 1),))
-    assert furthest(model, Goal(0.02)) <= 0.02
+    assert find_furthest(model, Goal(0.02)) <= 0.02
 
 
 def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:

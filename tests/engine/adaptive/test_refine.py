@@ -1,4 +1,4 @@
-"""Triangulations: covering, closed, near enough, alone as in company."""
+"""Triangulations: covering, closed, near enough, and independent of other faces."""
 
 from random import Random
 
@@ -14,8 +14,8 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
-from tests.engine.adaptive.bordering import bordered
-from tests.engine.adaptive.refining import check_refined, refined
+from tests.engine.adaptive.bordering import build_border
+from tests.engine.adaptive.refining import build_refined, check_refined
 from tests.examples import patches_of
 from tests.strategies import (
     Array,
@@ -35,32 +35,32 @@ def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) 
     """Polynomial and rational ones."""
     points, weights = net
     model = model_of([points], None if weights is None else [weights])
-    check_refined(refined(model, Goal(tolerance)), tolerance)
+    check_refined(build_refined(model, Goal(tolerance)), tolerance)
 
 
 @given(degenerate_nets(), tolerances, st.booleans())
 def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict: bool) -> None:
     """Poles, folds, lines and points; with angles and both directions asked for as well."""
     goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)
-    check_refined(refined(model_of([net]), goal), tolerance)
+    check_refined(build_refined(model_of([net]), goal), tolerance)
 
 
 @given(split_models(), tolerances, st.randoms(use_true_random=False))
 @settings(max_examples=6)
-def test_company_changes_nothing(
+def test_other_faces_change_nothing(
     split: tuple[Array, list[Array]], tolerance: float, random: Random
 ) -> None:
     """A face has the same triangles, bit for bit, alone and with others, in any order."""
     patches = split[1]
     goal = Goal(tolerance)
-    together = refined(model_of(patches), goal)
+    together = build_refined(model_of(patches), goal)
     check_refined(together, tolerance)
     order = list(range(len(patches)))
     random.shuffle(order)
-    shuffled = refined(model_of([patches[k] for k in order]), goal)
+    shuffled = build_refined(model_of([patches[k] for k in order]), goal)
     for place, k in enumerate(order):
         assert together.of_face(k) == shuffled.of_face(place)
-        assert together.of_face(k) == refined(model_of([patches[k]]), goal).of_face(0)
+        assert together.of_face(k) == build_refined(model_of([patches[k]]), goal).of_face(0)
 
 
 @pytest.mark.parametrize(
@@ -68,10 +68,10 @@ def test_company_changes_nothing(
     [("sphere", 1e-2, 432), ("torus", 1e-2, 480), ("utah-teapot", 1e-2, 630), ("cone", 1e-3, 128)],
 )
 def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
-    """At such a share of their size, with so many triangles or fewer."""
+    """At a share of their size as tolerance, with at most these numbers of triangles."""
     model = patches_of(name)
     tolerance = share * float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
-    found = refined(model, Goal(tolerance))
+    found = build_refined(model, Goal(tolerance))
     check_refined(found, tolerance)
     assert len(found.made.triangles) <= triangles
 
@@ -82,7 +82,7 @@ def test_near_the_eye_there_is_more() -> None:
     u, v = np.meshgrid(np.linspace(0, 10, 14), np.linspace(0, 2, 6), indexing="ij")
     net = np.stack([u, v, 0.3 * rng.uniform(-1, 1, u.shape)], axis=-1)
     model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
-    found = refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
+    found = build_refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
     made = found.made
     middles = made.positions[made.vertex[made.triangles], 0].mean(axis=1)
     near, far = (middles < 2).sum(), (middles > 8).sum()
@@ -92,11 +92,13 @@ def test_near_the_eye_there_is_more() -> None:
 
 
 def test_the_stored_positions_are_what_is_proved() -> None:
-    """Far from the origin float32 moves vertices by more than the surface strays."""
+    """Far from the origin float32 moves vertices by more than the deviation of the surface."""
     net = moved(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
     model = model_of([net])
-    exact = refined(model, Goal(0.01))
-    rounded = refined(model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64))
+    exact = build_refined(model, Goal(0.01))
+    rounded = build_refined(
+        model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64)
+    )
     assert exact.made.bounds.max() < 1e-10
     assert 1e-5 < rounded.made.bounds.max() < 1e-3
 
@@ -104,14 +106,14 @@ def test_the_stored_positions_are_what_is_proved() -> None:
 def test_more_triangles_than_allowed_are_refused() -> None:
     """As soon as it is known."""
     with pytest.raises(TooLarge) as refused:
-        refined(patches_of("sphere"), Goal(1e-6), most=300)
+        build_refined(patches_of("sphere"), Goal(1e-6), most=300)
     assert refused.value.issues[0].code == "too_many_triangles"
 
 
 def test_work_is_limited() -> None:
-    """Whatever the number of triangles that come of it."""
+    """Whatever the number of triangles."""
     model = patches_of("bourke-1111")
-    found = bordered(model, Goal(0.01))
+    found = build_border(model, Goal(0.01))
     with pytest.raises(TooLarge) as refused:
         triangulate(
             PatchNets.of(model),
@@ -125,8 +127,8 @@ def test_work_is_limited() -> None:
     assert refused.value.issues[0].code == "too_costly"
 
 
-def test_what_places_cannot_tell_apart_is_refused() -> None:
-    """A tolerance that asks for more halvings than there are."""
+def test_a_tolerance_that_needs_too_many_halvings_is_refused() -> None:
+    """Cells would be shorter than the least length of places."""
     cells = Cells(np.array([0]), np.array([[0], [16], [0], [1 << 30]]))
     with pytest.raises(InvalidRequest) as refused:
         cells.halve(np.array([False]))

@@ -1,4 +1,4 @@
-"""Models of many patches: reversed, rotated, raised in degree, weighted, beside triangles."""
+"""Models of many patches: reversed, rotated, elevated, weighted, beside triangles."""
 
 from collections import Counter
 from itertools import pairwise
@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from service.engine.bounds.goal import Goal, View
-from tests.engine.adaptive.refining import Refined, check_refined, refined
+from tests.engine.adaptive.refining import Refined, build_refined, check_refined
 from tools.certify.models import BODIES, Complex, complex_of
 
 CLOSED = ("tori", "pyramids", "prisms", "double pyramids")
 """Kinds of models without an open edge."""
 
 
-def uses(found: Refined) -> Counter[frozenset[int]]:
+def count_uses(found: Refined) -> Counter[frozenset[int]]:
     """Triangles at every edge, by vertices: those of all patches are one list."""
     rows = found.made.vertex[found.made.triangles].tolist()
     return Counter(frozenset(edge) for row in rows for edge in pairwise([*row, row[0]]))
 
 
-def side_bits(found: Refined, face: int) -> list[bytes]:
+def list_side_bytes(found: Refined, face: int) -> list[bytes]:
     """The points of the sides of a face, run from the end that makes them less; in any order."""
     bits = []
     for side in range(4):
@@ -31,7 +31,7 @@ def side_bits(found: Refined, face: int) -> list[bytes]:
     return sorted(bits)
 
 
-def all_alike(whole: Complex) -> list[int]:
+def find_equal(whole: Complex) -> list[int]:
     """Patches of which all edges are stated in the same numbers by all their patches."""
     mixed = [patches for pair, patches in whole.edges().items() if pair not in whole.alike]
     touched = {patch for patches in mixed for patch in patches}
@@ -46,25 +46,25 @@ def test_random_models_are_joined_whatever_their_order(kind: str, seed: int) -> 
     patches = range(len(whole.nets))
     eye = np.array([2.0, -3.0, 1.0])
     goal = Goal(0.2, view=View(eye, 0.05, 0.1)) if kind in ("fans", "rings") else Goal(0.2)
-    found = refined(whole.model(patches), goal)
+    found = build_refined(whole.model(patches), goal)
     check_refined(found, 0.2)
-    counts = Counter(uses(found).values())
+    counts = Counter(count_uses(found).values())
     assert set(counts) <= {1, 2}
     # As many open edges as the sides that one patch has for itself.
     shared = whole.edges()
-    single = Counter(vertex for row in _open(found) for vertex in row)
+    single = Counter(vertex for row in find_open_edges(found) for vertex in row)
     assert (counts[1] == 0) == (kind in CLOSED) == all(len(p) == 2 for p in shared.values())
     assert all(times == 2 for times in single.values())
     order = np.random.default_rng(seed).permutation(len(whole.nets)).tolist()
-    again = refined(whole.model(order, together=False), goal)
+    again = build_refined(whole.model(order, together=False), goal)
     for place, k in enumerate(order):
         assert again.of_face(place) == found.of_face(k)
-    for k in all_alike(whole)[:2]:
-        alone = refined(whole.model([k]), goal)
-        assert side_bits(alone, 0) == side_bits(found, k)
+    for k in find_equal(whole)[:2]:
+        alone = build_refined(whole.model([k]), goal)
+        assert list_side_bytes(alone, 0) == list_side_bytes(found, k)
         assert alone.of_face(0) == found.of_face(k)
 
 
-def _open(found: Refined) -> list[list[int]]:
+def find_open_edges(found: Refined) -> list[list[int]]:
     """Edges of one triangle."""
-    return [sorted(edge) for edge, times in uses(found).items() if times == 1]
+    return [sorted(edge) for edge, times in count_uses(found).items() if times == 1]

@@ -1,4 +1,4 @@
-"""What each model of a group is asked for, so that all of its copies are near enough."""
+"""Goals of the models of a group, with which all copies are near enough."""
 
 from math import inf, pi, tan
 
@@ -28,13 +28,13 @@ from tests.strategies import Array, placements
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
 
 
-def group(*matrices: Array | None) -> GroupModel:
+def build_group(*matrices: Array | None) -> GroupModel:
     model = GroupSurface(tuple(Member(BezierSurface(NET), matrix=m) for m in matrices)).lower()
     assert len(model.models) == 1
     return model
 
 
-def scaled(factor: float) -> Array:
+def build_scaling(factor: float) -> Array:
     return np.diag([factor, factor, factor, 1.0])
 
 
@@ -55,9 +55,9 @@ def test_a_tolerance_is_absolute_or_a_share_of_the_diagonal() -> None:
 def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
     far = np.eye(4)
     far[:3, 3] = 9, 0, 0
-    low, high = group(None, far).bounds
+    low, high = build_group(None, far).bounds
     np.testing.assert_allclose(high - low, [10, 1, 1])
-    found = build_goal(Accuracy(relative_tolerance=0.5), group(None, far)).tolerance
+    found = build_goal(Accuracy(relative_tolerance=0.5), build_group(None, far)).tolerance
     assert found == pytest.approx(0.5 * np.sqrt(102))
 
 
@@ -75,10 +75,10 @@ def test_a_pixel_is_as_large_as_it_is_seen() -> None:
 
 
 @given(placements(), st.floats(1e-3, 10), st.floats(0, 1e-4))
-def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
+def test_the_goal_of_a_model_keeps_its_copy_within_the_goal_of_the_group(
     matrix: Array, tolerance: float, error: float
 ) -> None:
-    model = group(matrix).models[0]
+    model = build_group(matrix).models[0]
     own = move_goal(Goal(tolerance), matrix, model.bounds, error)
     taken = placing_error(matrix, *model.bounds) + error
     assert own.tolerance * scalings(matrix)[1] + taken <= tolerance
@@ -86,10 +86,10 @@ def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
 
 
 @given(placements(), st.integers(0, 2**32))
-def test_what_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
+def test_the_deviation_that_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
     random = np.random.default_rng(seed)
     goal = Goal(inf, view=View(random.normal(size=3) * 9, 0.01, 0.1))
-    own = move_goal(goal, matrix, group(None).models[0].bounds, 1e-7)
+    own = move_goal(goal, matrix, build_group(None).models[0].bounds, 1e-7)
     assert own.view is not None
     points = random.uniform(0, 1, (40, 3))
     away = np.linalg.norm(points - own.view.eye, axis=1)
@@ -103,7 +103,7 @@ def test_what_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> No
 def test_rounding_leaves_no_room_for_less() -> None:
     far = np.eye(4)
     far[:3, 3] = 1e6, 0, 0
-    model = group(far)
+    model = build_group(far)
     with pytest.raises(InvalidRequest) as refused:
         build_model_goals(Goal(1e-3), model, 1e-3)
     (issue,) = refused.value.issues
@@ -114,7 +114,7 @@ def test_rounding_leaves_no_room_for_less() -> None:
 
 
 def test_every_copy_can_be_a_model_of_its_own() -> None:
-    whole = group(None, scaled(2.0), scaled(3.0))
+    whole = build_group(None, build_scaling(2.0), build_scaling(3.0))
     apart = separate_copies(whole)
     assert len(apart.models) == 3
     assert [member.model for member in apart.members] == [0, 1, 2]
@@ -132,5 +132,5 @@ def test_every_copy_can_be_a_model_of_its_own() -> None:
         (Accuracy(camera=Camera((0, 0, 0), 1, 9), pixel_tolerance=1.0), "/pixel_tolerance"),
     ],
 )
-def test_the_option_that_asked_is_named(accuracy: Accuracy, where: str) -> None:
+def test_errors_point_to_the_option_of_the_request(accuracy: Accuracy, where: str) -> None:
     assert accuracy.pointer == where

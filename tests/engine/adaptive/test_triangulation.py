@@ -30,7 +30,7 @@ def test_a_side_that_is_nearly_a_point_is_one_in_float32(seed: int) -> None:
     assert (narrow.report.deviation_bound or 1) <= 1e-3
 
 
-def strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
+def build_strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
     """Triangles 0 1 2, 2 1 3, 2 3 4 of one face, their vertices stored at some places."""
     nothing = np.zeros(5, dtype=np.intp)
     made = Triangulation(
@@ -47,15 +47,17 @@ def strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
 
 
 def test_the_triangle_beside_takes_over_the_bound() -> None:
-    found = drop_flat_triangles(*strip([0, 1, 2, 1, 4]))
+    found = drop_flat_triangles(*build_strip([0, 1, 2, 1, 4]))
     assert found.vertex.tolist() == [0, 1, 2, 1, 4]
     assert found.triangles.tolist() == [[0, 1, 2], [2, 3, 4]]
     assert found.bounds.tolist() == [1.0, 3.0] or found.bounds.tolist() == [3.0, 2.0]
 
 
 @pytest.mark.parametrize("stored", [[0, 1, 2, 3, 4], [7, 7, 7, 7, 7]])
-def test_what_is_not_flat_or_nothing_but_flat_stays(stored: list[int]) -> None:
-    made, places = strip(stored)
+def test_triangulations_without_flat_triangles_or_with_only_flat_ones_stay(
+    stored: list[int],
+) -> None:
+    made, places = build_strip(stored)
     assert drop_flat_triangles(made, places) is made
     apart = replace(made, face=np.array([0, 0, 0, 1, 1]))
     assert drop_flat_triangles(apart, places) is apart

@@ -1,4 +1,4 @@
-"""Borders: every side divided by what it is itself, and by nothing else."""
+"""Borders: the division of a side depends on that side alone."""
 
 from math import inf, pi
 
@@ -12,7 +12,7 @@ from service.engine.bounds.goal import Goal, View
 from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots
-from tests.engine.adaptive.bordering import bordered, check_border
+from tests.engine.adaptive.bordering import build_border, check_border
 from tests.examples import patches_of
 from tests.strategies import (
     Array,
@@ -36,13 +36,13 @@ def test_vertices_lie_on_the_sides_and_chords_near_them(
     """At exact points of the curves, polynomial and rational."""
     points, weights = net
     model = model_of([points], None if weights is None else [weights])
-    check_border(bordered(model, Goal(tolerance)), tolerance)
+    check_border(build_border(model, Goal(tolerance)), tolerance)
 
 
 @given(degenerate_nets(), tolerances)
 def test_degenerate_patches_have_sound_borders(net: Array, tolerance: float) -> None:
     """Points, lines, sides that are one edge or run out and back."""
-    check_border(bordered([net], Goal(tolerance)), tolerance)
+    check_border(build_border([net], Goal(tolerance)), tolerance)
 
 
 @given(split_models(oriented=False), tolerances, st.permutations(range(4)))
@@ -50,7 +50,7 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
     pieces: tuple[Array, list[Array]], tolerance: float, order: list[int]
 ) -> None:
     """Inner edges once, 16 sides from 12 edges; the same bits alone, together and in any order."""
-    found = bordered(pieces[1], Goal(tolerance))
+    found = build_border(pieces[1], Goal(tolerance))
     check_border(found, tolerance)
     pairs = {
         frozenset(pair)
@@ -60,14 +60,14 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
     }
     assert len(pairs) == 12
     bits = found.bits()
-    again = bordered([pieces[1][k] for k in order], Goal(tolerance)).bits()
+    again = build_border([pieces[1][k] for k in order], Goal(tolerance)).bits()
     for place, k in enumerate(order):
         assert again[4 * place : 4 * place + 4] == bits[4 * k : 4 * k + 4]
-        alone = bordered([pieces[1][k]], Goal(tolerance)).bits()
+        alone = build_border([pieces[1][k]], Goal(tolerance)).bits()
         assert alone == bits[4 * k : 4 * k + 4]
 
 
-def splines(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
+def build_spline(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
     """A control net without pattern, and weights."""
     rng = np.random.default_rng(seed)
     u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
@@ -77,12 +77,12 @@ def splines(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, 
 
 @given(st.integers(0, 99), st.integers(4, 9), st.booleans(), symmetries, st.sampled_from([2, 3]))
 @settings(max_examples=12)
-def test_splines_that_meet_agree_though_nobody_told_them(
+def test_splines_that_meet_agree_without_knowing_each_other(
     seed: int, columns: int, rational: bool, symmetry: int, degree: int
 ) -> None:
     """A clamped spline and another that shares its last row, turned about: two requests."""
-    net, weights = splines(seed, 5, columns, rational)
-    other, others = splines(seed + 100, 6, columns, rational)
+    net, weights = build_spline(seed, 5, columns, rational)
+    other, others = build_spline(seed + 100, 6, columns, rational)
     other[0] = net[-1]
     if weights is not None and others is not None:
         others[0] = weights[-1]
@@ -93,10 +93,10 @@ def test_splines_that_meet_agree_though_nobody_told_them(
         turned(other, symmetry), (3, degree) if swapped else (degree, 3), weights=others
     )
     for tolerance in (3.0, 0.1, 1e-2):
-        found = bordered(one.lower(), Goal(tolerance))
+        found = build_border(one.lower(), Goal(tolerance))
         check_border(found, tolerance)
         side = found.side(0, 1)[2]
-        bits = bordered(two.lower(), Goal(tolerance)).bits()
+        bits = build_border(two.lower(), Goal(tolerance)).bits()
         assert min(side.tobytes(), side[::-1].tobytes()) in bits
 
 
@@ -104,12 +104,12 @@ def test_flat_spans_are_merged_along_the_border() -> None:
     """A plane of 20 × 20 spans has four vertices; one raised point on the border adds few."""
     u, v = np.meshgrid(np.arange(23.0), np.arange(23.0), indexing="ij")
     net = np.stack([u, v, 0 * u], axis=-1)
-    assert len(bordered(BsplineSurface(net).lower(), Goal(0.1)).border.points) == 4
+    assert len(build_border(BsplineSurface(net).lower(), Goal(0.1)).border.points) == 4
     net[0, 11, 2] = 1
-    found = bordered(BsplineSurface(net).lower(), Goal(0.1))
+    found = build_border(BsplineSurface(net).lower(), Goal(0.1))
     check_border(found, 0.1)
     assert [len(found.side(0, side)[0]) for side in (1, 2, 3)] == [2, 2, 2]
-    # None of the flat spans far from the point is told apart.
+    # Flat spans far from the point add no vertices.
     at = np.array(found.side(0, 0)[0]) / SPAN
     assert 4 < len(at) < 16
     assert not ((at > 0) & (at < 5)).any()
@@ -127,7 +127,7 @@ def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -
     net = np.stack([ring, moved(ring, 0, 0, 1)])
     knots: Knots = "periodic" if periodic else "clamped"
     model = BsplineSurface(net, (1, degree), ("clamped", knots)).lower()
-    found = bordered(model, Goal(100.0))
+    found = build_border(model, Goal(100.0))
     check_border(found, 100.0)
     for side in (0, 1):
         vertex = found.side(0, side)[1]
@@ -144,7 +144,7 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
         for z in (thickness, -0.7 * thickness)
     )
     wing = [np.stack([side, moved(side, 0, 3)]) for side in (upper, lower)]
-    found = bordered(wing, Goal(10.0))
+    found = build_border(wing, Goal(10.0))
     check_border(found, 10.0)
     ends = [found.side(face, 0)[1] for face in range(2)]
     assert [len(vertex) for vertex in ends] == [3, 3]
@@ -153,19 +153,19 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
 
 
 @given(nets(), st.sampled_from([0.5, 0.05]))
-def test_angles_are_sought_and_end_at_cusps(net: Array, angle: float) -> None:
+def test_division_by_angles_ends_at_cusps(net: Array, angle: float) -> None:
     """Whatever the curves, their division ends."""
-    check_border(bordered([net], Goal(0.5, angle)), 0.5)
+    check_border(build_border([net], Goal(0.5, angle)), 0.5)
 
 
 @pytest.mark.parametrize("rational", [False, True])
-def test_two_sides_ask_for_even_steps(rational: bool) -> None:
+def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
     """A straight side that is run through unevenly, alone and along several spans."""
     weights = np.array([[1.0, 1, 9, 1]] * 2) if rational else None
     line = np.array([[0.0, 0, 0], [0, 0, 0], [0, 1, 0], [0, 9, 0]])
     model = model_of([np.stack([line, moved(line, 1)])], None if weights is None else [weights])
-    assert len(bordered(model, Goal(0.5)).side(0, 0)[0]) == 2
-    found = bordered(model, Goal(0.5, two_sided=True))
+    assert len(build_border(model, Goal(0.5)).side(0, 0)[0]) == 2
+    found = build_border(model, Goal(0.5, two_sided=True))
     at, _, points = found.side(0, 0)
     check_border(found, 0.5)
     assert len(at) > 2
@@ -179,16 +179,16 @@ def test_two_sides_ask_for_even_steps(rational: bool) -> None:
     # Of a spline each span has an equal share of the chord.
     net = np.stack([moved(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
     spline = BsplineSurface(net, (1, 1)).lower()
-    assert len(bordered(spline, Goal(5.0)).side(0, 0)[0]) == 2
-    assert len(bordered(spline, Goal(5.0, two_sided=True)).side(0, 0)[0]) == 3
+    assert len(build_border(spline, Goal(5.0)).side(0, 0)[0]) == 2
+    assert len(build_border(spline, Goal(5.0, two_sided=True)).side(0, 0)[0]) == 3
 
 
 def test_tolerances_below_the_rounding_are_refused() -> None:
-    """Also of what is far from the origin, and of lines."""
+    """Also for surfaces far from the origin, and for lines."""
     (net,) = (np.array([[[0.0, 0, 0], [0, 1, 2]], [[1, 0, 0], [1, 1, 2]]]),)
     for model, tolerance in ((patches_of("utah-teapot"), 1e-15), (model_of([net + 1e9]), 1e-8)):
         with pytest.raises(InvalidRequest) as refused:
-            bordered(model, Goal(tolerance))
+            build_border(model, Goal(tolerance))
         (issue,) = refused.value.issues
         assert (issue.code, issue.pointer) == ("tolerance_too_small", "/tolerance")
 
@@ -209,7 +209,7 @@ def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None
         Goal(0.1 * scale, 0.3, two_sided=True),
         Goal(inf, view=view),
     ):
-        found = bordered(model, goal)
+        found = build_border(model, goal)
         assert len(found.border.points) >= 4
         if scale > 1e-300:  # below that points are not so precise
             check_border(found, 0.1 * scale)
@@ -221,10 +221,10 @@ def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     ring[-1] = ring[0]
     net = np.stack([moved(ring, 0, 0, k) for k in range(5)], axis=1)
-    whole = bordered(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
+    whole = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
     assert len(whole.side(0, 0)[0]) == 2
     net[-1, 3:] += (0, 0.5, 0)
-    found = bordered(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
+    found = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
     check_border(found, 0.1)
     sides = [found.side(0, side) for side in (0, 1)]
     for at, _, _ in sides:
@@ -234,9 +234,9 @@ def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
 
 
 def test_too_many_triangles_are_refused_as_soon_as_sides_need_them() -> None:
-    """And what is allowed is never refused because of its sides."""
+    """A number of triangles that is enough for the mesh is never refused because of its sides."""
     with pytest.raises(TooLarge) as refused:
-        bordered(patches_of("utah-teapot"), Goal(1e-9), 1000)
+        build_border(patches_of("utah-teapot"), Goal(1e-9), 1000)
     assert refused.value.issues[0].code == "too_many_triangles"
     square = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    assert len(bordered([square], Goal(1e-9), 2).border.points) == 4
+    assert len(build_border([square], Goal(1e-9), 2).border.points) == 4

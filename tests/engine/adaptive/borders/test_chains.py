@@ -1,4 +1,4 @@
-"""Chains: what runs along several sides is one, and has one direction."""
+"""Chains: a chain along several sides is one chain, with one direction."""
 
 import numpy as np
 from hypothesis import given
@@ -12,12 +12,12 @@ from service.surface.lowered import PatchModel
 from tests.strategies import Array, symmetries, turned
 
 
-def chains_of(model: PatchModel) -> tuple[Chains, Seams]:
+def find_model_chains(model: PatchModel) -> tuple[Chains, Seams]:
     seams = find_seams(model.batches)
     return find_chains(find_faces(model, seams), seams), seams
 
 
-def points_of(chains: Chains, seams: Seams, number: int) -> Array:
+def list_points(chains: Chains, seams: Seams, number: int) -> Array:
     """Control points along a chain."""
     found = []
     for row in range(chains.start[number], chains.start[number + 1]):
@@ -29,13 +29,14 @@ def points_of(chains: Chains, seams: Seams, number: int) -> Array:
 
 @given(st.integers(0, 99), st.integers(5, 9), symmetries)
 def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: int) -> None:
-    """The same control points in the same direction, whichever way the parameters run."""
+    """Chains have equal control points in one direction, whichever way the parameters run."""
     net = np.random.default_rng(seed).integers(-2, 3, (6, columns, 3)).astype(float)
     one, two = (
-        chains_of(BsplineSurface(points, (2, 2)).lower()) for points in (net, turned(net, symmetry))
+        find_model_chains(BsplineSurface(points, (2, 2)).lower())
+        for points in (net, turned(net, symmetry))
     )
     found = [
-        sorted(points_of(*each, number).tobytes() for number in range(len(each[0].length)))
+        sorted(list_points(*each, number).tobytes() for number in range(len(each[0].length)))
         for each in (one, two)
     ]
     assert found[0] == found[1]
@@ -44,7 +45,7 @@ def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: 
 def test_the_sides_of_a_torus_are_two_chains() -> None:
     """Each runs along two sides, four edges and more in one."""
     net = np.random.default_rng(3).uniform(-1, 1, (5, 6, 3))
-    chains, seams = chains_of(BsplineSurface(net, (3, 3), ("periodic", "periodic")).lower())
+    chains, seams = find_model_chains(BsplineSurface(net, (3, 3), ("periodic", "periodic")).lower())
     assert sorted(chains.length.tolist()) == [5, 6]
     assert chains.uses.tolist() == [2, 2]
     assert chains.side.tolist() == [0, 1, 2, 3]
@@ -53,7 +54,7 @@ def test_the_sides_of_a_torus_are_two_chains() -> None:
         first = chains.start[number] + number
         assert chains.corner[first] == chains.corner[first + chains.length[number]]
         ends = seams.corner_points[chains.corner[first]]
-        np.testing.assert_array_equal(points_of(chains, seams, number)[[0, -1]], [ends, ends])
+        np.testing.assert_array_equal(list_points(chains, seams, number)[[0, -1]], [ends, ends])
 
 
 def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:
@@ -66,7 +67,7 @@ def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:
     )
     net = middle[:, None] + np.array([-1, -0.2, 0.1, 0.7])[:, None] * across[:, None]
     net[-1] = net[0, ::-1]
-    chains, _ = chains_of(BsplineSurface(net, (2, 2)).lower())
+    chains, _ = find_model_chains(BsplineSurface(net, (2, 2)).lower())
     (seam,) = np.flatnonzero(chains.uses == 2)
     runs = chains.chain == seam
     assert chains.length[seam] == 2

@@ -1,4 +1,4 @@
-"""How far normals turn in cells: against true ones, and where no cutting makes them turn less."""
+"""Turns of normals in cells, against exact ones; and cells where no cut makes them turn less."""
 
 from math import asin, pi, sin
 
@@ -18,28 +18,28 @@ from service.engine.adaptive.cutting.normal_variation import (
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.surface.bspline import BsplineSurface
-from tests.engine.adaptive.cutting.test_subdivision import leaves_of
+from tests.engine.adaptive.cutting.test_subdivision import build_leaves
 from tests.strategies import Array, model_of
 
 HALVES = np.array([0.0, 0.5, 1.0])
 
 
-def nine_of(surface: Array) -> Array:
+def list_nine_points(surface: Array) -> Array:
     """Nine places of one cell from an array (3, 3, 3): u, v, coordinate."""
     return surface[..., np.newaxis]
 
 
-def arc(turn: float, radius: float = 1.0) -> Array:
-    """A piece of a cylinder that turns so far along u."""
+def build_arc(turn: float, radius: float = 1.0) -> Array:
+    """A piece of a cylinder with this turn along u."""
     u, v = np.meshgrid(turn * HALVES, HALVES, indexing="ij")
-    return nine_of(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
+    return list_nine_points(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
 
 
-def at_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
+def build_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
     return Scale(np.array([[share_u], [share_v]]), np.array([size]))
 
 
-def verdict(found: NormalCuts) -> tuple[bool, bool]:
+def find_cut(found: NormalCuts) -> tuple[bool, bool]:
     return bool(found.exceeds[0]), bool(found.along_v[0])
 
 
@@ -47,10 +47,10 @@ def verdict(found: NormalCuts) -> tuple[bool, bool]:
 def test_an_arc_turns_by_its_angle(turn: float) -> None:
     """Along u, or v if it is laid so; nothing is asked across it."""
     for angle, exceeds in ((0.95 * turn, True), (1.05 * turn, False)):
-        at = arc(turn)
-        assert verdict(compare_normals(at, angle, at_scale(1, 1))) == (exceeds, False)
-        found = compare_normals(at.swapaxes(0, 1), angle, at_scale(1, 1))
-        assert verdict(found) == (exceeds, True)
+        at = build_arc(turn)
+        assert find_cut(compare_normals(at, angle, build_scale(1, 1))) == (exceeds, False)
+        found = compare_normals(at.swapaxes(0, 1), angle, build_scale(1, 1))
+        assert find_cut(found) == (exceeds, True)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-15])
@@ -59,49 +59,50 @@ def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
     u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
     cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
     cap[1, 0, 1] += noise
-    found = estimate_normals(nine_of(cap))
+    found = estimate_normals(list_nine_points(cap))
     for i in range(3):
         apart = np.linalg.norm(np.abs(found[i][0][:, 0]) - [0.0, 0.0, 1.0])
         assert 2 * asin(apart / 2) < 0.02
 
 
-def fold(skew: float) -> Array:
+def build_fold(skew: float) -> Array:
     """A sheet folded on itself along u + skew v = 0.3 (1 + skew): it turns by π in one half."""
     u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
-    return nine_of(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))
+    return list_nine_points(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))
 
 
 @pytest.mark.parametrize(("skew", "least"), [(1.0, ROUGH), (0.0, FINEST)])
 def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
-    """One that is along v takes a cell for every halving, any other one twice as many as before."""
+    """A fold along v adds one cell for every halving; any other fold doubles the cells along it."""
     large, small = (
-        verdict(compare_normals(fold(skew), 0.5, at_scale(s, s))) for s in (2 * least, least)
+        find_cut(compare_normals(build_fold(skew), 0.5, build_scale(s, s)))
+        for s in (2 * least, least)
     )
     assert large == (True, False)
     assert small[0] is False
 
 
 @pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])
-def test_a_roof_as_high_as_the_level_turns_by_the_angle(angle: float) -> None:
+def test_a_roof_at_the_height_limit_turns_by_the_angle(angle: float) -> None:
     height = find_height_limit(angle, np.array([2.0]))[0]
     assert 2 * np.arctan(height) == pytest.approx(angle)
     assert find_chord(angle) == pytest.approx(2 * sin(angle / 2))
     assert find_height_limit(pi, np.array([2.0]))[0] == np.inf
-    assert find_height_limit(angle, np.array([2.0]), at_scale(1, ROUGH))[0] == np.inf
+    assert find_height_limit(angle, np.array([2.0]), build_scale(1, ROUGH))[0] == np.inf
 
 
-def test_what_lies_between_nine_places_is_not_missed() -> None:
+def test_bends_between_nine_places_are_not_missed() -> None:
     """A wave of degree 8 that is flat in all nine."""
     t = np.linspace(0, 1, 9)
     wave = np.array([0, 0, 0.0, 2.0, 0.0, -2.0, 0, 0, 0])
     net = np.stack(
         [np.tile(t[:, None], 2), np.tile([0.0, 1.0], (9, 1)), np.tile(wave[:, None], 2)], axis=-1
     )
-    assert len(leaves_of(model_of([net]), Goal(np.inf, 0.3))) > 8
-    assert len(leaves_of(model_of([net]), Goal(np.inf))) == 1
+    assert len(build_leaves(model_of([net]), Goal(np.inf, 0.3))) > 8
+    assert len(build_leaves(model_of([net]), Goal(np.inf))) == 1
 
 
-def edge(c: float) -> tuple[list[float], list[float]]:
+def build_edge(c: float) -> tuple[list[float], list[float]]:
     """Nets of (t − c)² and (t − c)³, of degree 3."""
     d = 1.0 - c
     square = [c * c, (c * c - 2 * c * d) / 3, (d * d - 2 * c * d) / 3, d * d]
@@ -110,18 +111,18 @@ def edge(c: float) -> tuple[list[float], list[float]]:
 
 def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
     """Along u within a patch, which takes a leaf for every halving."""
-    square, cube = edge(0.4)
+    square, cube = build_edge(0.4)
     net = np.stack(
         [np.tile([[0.0], [1.0]], 4), np.tile(square, (2, 1)), np.tile(cube, (2, 1))], axis=-1
     )
-    leaves = leaves_of(model_of([net]), Goal(np.inf, 0.3))
+    leaves = build_leaves(model_of([net]), Goal(np.inf, 0.3))
     assert len(leaves) < 64
     least = (leaves.cells.box[1::2] - leaves.cells.box[::2]).min() / SPAN
     assert FINEST <= least < ROUGH
 
 
 @pytest.mark.parametrize("spans", [(1, 5), (5, 1), (4, 4)])
-def test_spans_end_as_patches_do(spans: tuple[int, int]) -> None:
+def test_division_of_spans_ends_as_that_of_patches_does(spans: tuple[int, int]) -> None:
     """B-splines that turn back along a line of parameters, and that are lines."""
     shape = tuple(n + 3 for n in spans)
     u, v = np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij")
@@ -130,18 +131,24 @@ def test_spans_end_as_patches_do(spans: tuple[int, int]) -> None:
         net[..., axis] = 0.0
         for points in (net, np.stack([t, 0 * t, 0 * t], axis=-1)):
             model = BsplineSurface(points, (3, 3), ("clamped", "clamped")).lower()
-            assert len(leaves_of(model, Goal(np.inf, 0.3))) < 600
+            assert len(build_leaves(model, Goal(np.inf, 0.3))) < 600
 
 
-def test_what_is_large_in_space_is_cut_though_its_parameters_are_few() -> None:
+def test_a_cell_that_is_large_in_space_is_cut_though_small_in_parameters() -> None:
     """A fold as before, in a cell that is most of its patch."""
-    assert verdict(compare_normals(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
-    assert verdict(compare_normals(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=50.0)))[0] is False
+    assert (
+        find_cut(compare_normals(build_fold(1.0), 0.5, build_scale(ROUGH, ROUGH, size=1.0)))[0]
+        is True
+    )
+    assert (
+        find_cut(compare_normals(build_fold(1.0), 0.5, build_scale(ROUGH, ROUGH, size=50.0)))[0]
+        is False
+    )
 
 
 def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
-    """What is too narrow to be cut across is not cut into ever shorter pieces instead."""
+    """A cell too narrow to be cut across is not cut into ever shorter pieces instead."""
     u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
-    trough = nine_of(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
-    found = compare_normals(trough, 0.5, at_scale(1.0, 1.0, size=1.0))
-    assert verdict(found)[0] is False
+    trough = list_nine_points(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
+    found = compare_normals(trough, 0.5, build_scale(1.0, 1.0, size=1.0))
+    assert find_cut(found)[0] is False

@@ -28,24 +28,24 @@ from tests.oracles.exact import exact_net, surface_point
 from tests.strategies import Array, model_of, nets, weighted_nets
 
 
-def task_of(model: PatchModel, goal: Goal) -> Task:
+def build_task(model: PatchModel, goal: Goal) -> Task:
     faces = find_faces(model, find_seams(model.batches))
     return Task(PatchNets.of(model), faces, goal, MeshLimits())
 
 
-def leaves_of(model: PatchModel, goal: Goal) -> Leaves:
-    task = task_of(model, goal)
+def build_leaves(model: PatchModel, goal: Goal) -> Leaves:
+    task = build_task(model, goal)
     return divide_cells(task, build_whole_cells(task.faces))
 
 
-def cuts(leaves: Leaves) -> tuple[int, int]:
-    """How many different places along u and along v the leaves begin at."""
+def count_cuts(leaves: Leaves) -> tuple[int, int]:
+    """Numbers of different places along u and along v at which leaves begin."""
     return len(np.unique(leaves.cells.box[0])), len(np.unique(leaves.cells.box[2]))
 
 
 @given(nets(), st.sampled_from([0, 1]), st.integers(1, 7), st.integers(0, 6))
 def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, begin: int) -> None:
-    """Halved, restricted, raised: against exact points."""
+    """Halved, restricted, elevated nets against exact points."""
     last, zero = np.moveaxis(net[None], 0, -1), np.zeros(1, dtype=np.intp)
     low, high = min(begin, end - 1) / 8, (end + 1) / 8
     both = np.empty((*last.shape[:3], 2, last.shape[3]))
@@ -65,8 +65,8 @@ def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, be
                 assert place[:, 0] == pytest.approx(true, abs=1e-12 * (1 + np.abs(net).max()))
 
 
-def test_a_quadratic_is_known_by_three_points() -> None:
-    """Whatever the degree its net is raised to."""
+def test_the_net_of_a_quadratic_follows_from_three_points() -> None:
+    """Whatever the degree its net is elevated to."""
     for degree in (2, 3, 7):
         net = np.array([1.0, -3.0, 2.0])
         values = np.array([1.0, (1.0 - 6.0 + 2.0) / 4, 2.0])
@@ -82,39 +82,41 @@ def test_a_quadratic_is_known_by_three_points() -> None:
 def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float) -> None:
     """Once, exactly, in order."""
     points, weights = net
-    leaves = leaves_of(model_of([points], None if weights is None else [weights]), Goal(tolerance))
+    leaves = build_leaves(
+        model_of([points], None if weights is None else [weights]), Goal(tolerance)
+    )
     u0, u1, v0, v1 = leaves.cells.box.astype(object)
     assert sum((u1 - u0) * (v1 - v0)) == SPAN**2
     order = list(zip(u0, v0, strict=True))
     assert order == sorted(set(order))
 
 
-def parabola(along: Array) -> Array:
+def build_parabola(along: Array) -> Array:
     """A net (3, n, 3) that is bent along u, a hundredth high, whatever its parameters along v."""
     u = np.array([0.0, 0.5, 1.0])[:, None] + 0 * along
     return np.stack([u, along + 0 * u, 0.04 * u * (1 - u) * 2], axis=-1)
 
 
 @pytest.mark.parametrize("along", [[0.0, 1.0], [0.0, 0.1, 0.2, 1.0], [0.0, 0.9, 0.95, 1.0, 1.0]])
-def test_only_what_bends_is_cut(along: list[float]) -> None:
-    """As often as the heights say, h / 4^k, whatever parameters do along the lines."""
-    net = parabola(np.array(along))
+def test_cells_are_cut_only_where_they_bend(along: list[float]) -> None:
+    """Until the height h / 4^k is small enough, whatever the parametrisation along the lines."""
+    net = build_parabola(np.array(along))
     for halvings in range(5):
         for share, more in ((1.1, 0), (0.9, 1)):
             goal = Goal(share * 0.01 * 0.25**halvings)
             pieces = 2 ** (halvings + more)
-            assert cuts(leaves_of(model_of([net]), goal)) == (pieces, 1)
-            assert cuts(leaves_of(model_of([net.swapaxes(0, 1)]), goal)) == (1, pieces)
+            assert count_cuts(build_leaves(model_of([net]), goal)) == (pieces, 1)
+            assert count_cuts(build_leaves(model_of([net.swapaxes(0, 1)]), goal)) == (1, pieces)
 
 
 def test_flat_spans_stay_together() -> None:
     """Around a bump of four spans, of 60 × 40, and beyond a bend."""
     u, v = np.meshgrid(np.arange(63.0), np.arange(43.0), indexing="ij")
     flat = BsplineSurface(np.stack([u, v, 0 * u], -1), (3, 3), ("clamped", "clamped")).lower()
-    assert len(leaves_of(flat, Goal(1e-6))) == 1
+    assert len(build_leaves(flat, Goal(1e-6))) == 1
     net = np.stack([u, v, np.where((u == 40) & (v == 11), 3.0, 0.0)], axis=-1)
     bump = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
-    leaves = leaves_of(bump, Goal(0.01))
+    leaves = build_leaves(bump, Goal(0.01))
     size = np.prod(leaves.cells.box[1::2] - leaves.cells.box[::2], axis=0, dtype=float)
     assert len(leaves) < 400
     assert size.max() > 100.0 * SPAN**2

@@ -1,4 +1,4 @@
-"""Convex polygons in triangles: all of them, none of them a line."""
+"""Convex polygons in triangles: they are covered, and no triangle is a line."""
 
 from math import comb
 
@@ -22,8 +22,8 @@ FLAT = np.array([1.0, 0, 1, 0, 0, 0, 1])
 """A unit square without height."""
 
 
-def around(below: int, right: int, above: int, left: int) -> tuple[Array, Array]:
-    """A square with so many places between the corners of its sides."""
+def place_around(below: int, right: int, above: int, left: int) -> tuple[Array, Array]:
+    """A square with these numbers of places between the corners of its sides."""
     rest = [np.arange(n + 1) / (n + 1) for n in (below, right, above, left)]
     x = [rest[0], np.ones(right + 1), 1 - rest[2], np.zeros(left + 1)]
     y = [np.zeros(below + 1), rest[1], np.ones(above + 1), 1 - rest[3]]
@@ -44,15 +44,15 @@ def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
 @given(st.tuples(*[st.integers(0, 4)] * 4))
 def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
     """Few corners or many, however they lie."""
-    x, y = around(*between)
+    x, y = place_around(*between)
     triangles, areas = cut_one(x, y, np.zeros(len(x)), FLAT)
     assert len(triangles) == len(x) - 2
     assert (areas > 0).all()
     assert areas.sum() == pytest.approx(2.0)
 
 
-def test_all_ways_are_known() -> None:
-    """Catalan numbers, each way another one."""
+def test_all_ways_are_listed() -> None:
+    """They are different, and their number is a Catalan number."""
     for corners in range(4, ALL + 1):
         found = list_triangulations(corners)
         assert list_triples(corners).shape == (3, comb(corners, 3))
@@ -61,7 +61,7 @@ def test_all_ways_are_known() -> None:
 
 
 @given(st.integers(4, ALL), st.integers(0, 99))
-def test_the_best_way_is_put_together_as_it_is_found_among_all(corners: int, seed: int) -> None:
+def test_the_best_way_is_found_among_all_and_step_by_step(corners: int, seed: int) -> None:
     """So what is true of few corners is true of many."""
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
     least = costs[_choose_among_all(costs, corners), np.arange(5)].sum(axis=0)
@@ -73,7 +73,7 @@ def test_the_best_way_is_put_together_as_it_is_found_among_all(corners: int, see
 @pytest.mark.parametrize("extra", [0, 6])
 def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
     """A ridge along a diagonal: it is not cut across, with few corners or many."""
-    x, y = around(0, 0, 0, extra)
+    x, y = place_around(0, 0, 0, extra)
     for sign, ends in ((1.0, {0, 2}), (-1.0, {1, 3})):
         # Heights (x − y)² or (x + y)²: none along the one diagonal, most along the other.
         form = np.array([1.0, 0, 1, 1, -sign, 1, 0.5])
@@ -90,7 +90,7 @@ def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
 
 def test_a_straight_corner_keeps_its_area() -> None:
     """Two sides of the square that are one line in space: the diagonal starts between them."""
-    x, y = around(0, 0, 0, 0)
+    x, y = place_around(0, 0, 0, 0)
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0]]).T
     triangles, _ = triangulate_polygons(np.array([4]), x, y, points, FLAT[:, None])
     assert {frozenset(t) for t in triangles.tolist()} == {
@@ -99,10 +99,10 @@ def test_a_straight_corner_keeps_its_area() -> None:
     }
 
 
-def test_polygons_do_not_know_each_other() -> None:
+def test_polygons_are_cut_independently() -> None:
     """Cut together or alone, the same triangles."""
     rng = np.random.default_rng(1)
-    shapes = [around(*between) for between in [(1, 0, 2, 0), (3, 3, 2, 2), (1, 0, 2, 0)] * 3]
+    shapes = [place_around(*between) for between in [(1, 0, 2, 0), (3, 3, 2, 2), (1, 0, 2, 0)] * 3]
     size = np.array([len(x) for x, _ in shapes])
     x, y = (np.concatenate(places) for places in zip(*shapes, strict=True))
     points = rng.uniform(-1, 1, (3, len(x)))

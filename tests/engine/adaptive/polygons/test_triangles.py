@@ -11,7 +11,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
-from tests.engine.adaptive.bordering import bordered
+from tests.engine.adaptive.bordering import build_border
 from tests.strategies import Array, model_of, moved
 
 
@@ -20,7 +20,7 @@ def build_first_triangles(
 ) -> tuple[CellBoundaries, DraftTriangles]:
     """The first triangles of a model, before any is certified."""
     model = model_of(nets)
-    found = bordered(model, Goal(tolerance))
+    found = build_border(model, Goal(tolerance))
     task = Task(PatchNets.of(model), found.faces, Goal(tolerance), MeshLimits())
     draft = Draft(task, found.border, lambda positions: positions)
     leaves = divide_cells(task, build_whole_cells(found.faces))
@@ -30,7 +30,7 @@ def build_first_triangles(
     return boundaries, draft.triangles
 
 
-def arched(height: float) -> Array:
+def build_arch(height: float) -> Array:
     """A square that bends along both directions."""
     u, v = np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij")
     return np.stack([u, v, height * (u * (1 - u) + v * (1 - v))], axis=-1)
@@ -38,7 +38,7 @@ def arched(height: float) -> Array:
 
 def test_neighbours_are_of_the_same_face() -> None:
     """Two squares with a side in common: each is as if the other were not there."""
-    patches = [arched(0.5), moved(arched(0.5), 1.0)]
+    patches = [build_arch(0.5), moved(build_arch(0.5), 1.0)]
     boundaries, found = build_first_triangles(patches, 0.02)
     face = boundaries.face[found.corners[:, 0]]
     inner = found.beside >= 0
@@ -55,7 +55,7 @@ def test_neighbours_are_of_the_same_face() -> None:
 
 def test_triangles_at_a_pole_have_hosts() -> None:
     """One side is a point: each leaf at it has a flat triangle, whose host is in the leaf."""
-    net = arched(0.5)
+    net = build_arch(0.5)
     net[0] = net[0, 0]
     boundaries, found = build_first_triangles([net], 0.01)
     flat = np.flatnonzero(~found.is_written)
