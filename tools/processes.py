@@ -10,7 +10,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
+from http.client import HTTPConnection, HTTPException
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -151,10 +152,12 @@ class Server:
             time.sleep(0.05)
 
     def _is_ready(self) -> bool:
-        with suppress(OSError, httpx.TransportError):
+        # Not by httpx: it reads all certificates of the system each time, as long as a mesh takes.
+        with suppress(OSError, HTTPException), closing(HTTPConnection(HOST, self.port, 5)) as to:
             if self._probe:
-                return httpx.get(self.url + self._probe, timeout=5).status_code == 200
-            socket.create_connection((HOST, self.port)).close()
+                to.request("GET", self._probe)
+                return to.getresponse().status == 200
+            to.connect()
             return True
         return False
 

@@ -9,9 +9,9 @@ from service.api.guard.keys import entry_line
 from service.errors import MAX_ISSUES
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.hostile import ECHO, HOSTILE, Hostile
+from tests.api.hostile import ECHO, HOSTILE
 from tests.api.hostile_calls import CALLS
-from tests.api.hostile_files import FILES, HostileFile
+from tests.api.hostile_files import FILES
 
 JSON = {"Content-Type": "application/json"}
 
@@ -22,31 +22,21 @@ def test_there_are_two_hundred_of_them_and_no_two_alike() -> None:
         assert len({case.name for case in cases}) == len(cases)
 
 
-@pytest.mark.parametrize(
-    ("path", "case"),
-    [
-        pytest.param(path, case, id=f"{path} {case.name}")
-        for path, cases in CALLS.items()
-        for case in cases
-    ],
-)
-def test_hostile_body_is_refused(client: Client, path: str, case: Hostile) -> None:
-    answer = client.request("POST", path, case.chunks(), JSON)
-    assert answer.status_code == case.status
-    assert answer.headers["content-type"] == "application/problem+json"
-    problem = answer.json()
-    assert problem["status"] == case.status
-    assert problem["type"] == "about:blank"
-    assert 1 <= len(problem["errors"]) <= MAX_ISSUES
-    for error in problem["errors"]:
-        assert {"code", "pointer", "detail", "got", "needed"} == set(error)
-    assert (problem["errors"][0]["code"], problem["errors"][0]["pointer"]) == (
-        case.code,
-        case.pointer,
-    )
-    without_pointers = [{**error, "pointer": ""} for error in problem["errors"]]
-    assert ECHO not in str(without_pointers)
-    assert len(answer.content) < 20_000
+@pytest.mark.parametrize("path", CALLS)
+def test_hostile_bodies_are_refused(client: Client, path: str) -> None:
+    for case in CALLS[path]:
+        answer = client.request("POST", path, case.chunks(), JSON)
+        assert answer.status_code == case.status, case.name
+        assert answer.headers["content-type"] == "application/problem+json"
+        problem = answer.json()
+        assert (problem["status"], problem["type"]) == (case.status, "about:blank")
+        first, *_ = errors = problem["errors"]
+        assert (first["code"], first["pointer"]) == (case.code, case.pointer), case.name
+        assert len(errors) <= MAX_ISSUES
+        for error in errors:
+            assert {"code", "pointer", "detail", "got", "needed"} == set(error), case.name
+        assert ECHO not in str([error | {"pointer": ""} for error in errors]), case.name
+        assert len(answer.content) < 20_000, case.name
 
 
 @pytest.mark.parametrize("call", ["estimate", "points", "convert", "surfaces"])
@@ -104,22 +94,22 @@ def test_no_two_files_are_alike() -> None:
     assert len({case.name for case in FILES}) == len(FILES)
 
 
-@pytest.mark.parametrize("case", FILES, ids=lambda case: case.name)
-def test_hostile_file_is_refused(client: Client, case: HostileFile) -> None:
-    headers = {"Content-Type": case.media_type}
-    stored = () if "=" in case.query else ("/v1/surfaces",)  # which has no options
-    for path in ("/v1/mesh", "/v1/estimate", *stored):
+@pytest.mark.parametrize("path", ["/v1/mesh", "/v1/estimate", "/v1/surfaces"])
+def test_hostile_files_are_refused(client: Client, path: str) -> None:
+    for case in FILES:
+        if path == "/v1/surfaces" and "=" in case.query:  # it has no options
+            continue
+        headers = {"Content-Type": case.media_type}
         answer = client.request("POST", f"{path}?{case.query}", case.build(), headers)
         if path == "/v1/estimate" and answer.status_code == 200:
             # Estimates report a mesh that is too large, or a format that cannot store it.
-            assert case.code in ("too_many_vertices", "unsupported_by_format")
+            assert case.code in ("too_many_vertices", "unsupported_by_format"), case.name
             continue
-        assert answer.status_code == case.status
+        assert answer.status_code == case.status, case.name
         first, *_ = errors = answer.json()["errors"]
         assert len(errors) <= MAX_ISSUES
-        assert (first["code"], first.get(case.place)) == (case.code, case.where)
-        without_places = [error | {"pointer": "", "parameter": ""} for error in errors]
-        assert ECHO not in str(without_places)
+        assert (first["code"], first.get(case.place)) == (case.code, case.where), case.name
+        assert ECHO not in str([error | {"pointer": "", "parameter": ""} for error in errors])
 
 
 def test_at_most_twenty_errors_are_reported(client: Client) -> None:
