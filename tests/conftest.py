@@ -14,7 +14,7 @@ Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
 # The same few examples on every run and every machine; how long one takes is no property of it.
 # `make test-properties` takes others, and many more.
-hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=15)
+hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=10)
 hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)
 hypothesis.settings.load_profile("surface")
 

@@ -61,6 +61,11 @@ def run_shell(command: str, folder: Path) -> str:
     return done.stdout
 
 
+def numbers(text: str) -> object:
+    """What JSON says, without the last digits, which are those of this processor's BLAS."""
+    return json.loads(text, parse_float=lambda digits: round(float(digits), 9))
+
+
 def test_there_are_three_requests_to_begin_with() -> None:
     assert section("Three requests").count("curl") == 3
 
@@ -74,7 +79,7 @@ def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: 
     answer = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     shown = [after.text for before, after in SHOWN if before is request_]
     if shown:
-        assert json.loads(answer) == json.loads(shown[0])
+        assert numbers(answer) == numbers(shown[0])
         return
     (file,) = set(tmp_path.iterdir()) - sent
     if file.name == "closest.json":

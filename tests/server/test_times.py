@@ -135,7 +135,7 @@ def send_for_ever(client: socket.socket) -> None:
 
 @pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
 def test_a_refused_body_does_not_lose_its_answer(last: bytes) -> None:
-    settings = Settings(max_body_bytes=1024, keep_alive=0.2)
+    settings = Settings(max_body_bytes=1024, keep_alive=1)
     with running_service(settings) as url, connected(url) as client:
         # A client that closes with this set forgets at once what it has not read.
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))

@@ -1,4 +1,4 @@
-"""A process that stores a thousand contents in a folder, and says so of each that it has stored.
+"""A process that stores some hundred contents in a folder, and says so of each that it has stored.
 
 `python -m tests.storage.storing FOLDER`: one id a line, written once the store has answered.
 """
@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from service.storage.address import open_store
 from tests.storage.backends import id_of
 
-CONTENTS = 1000
+CONTENTS = 400
 AT_ONCE = 8
 
 
 def contents() -> Iterator[bytes]:
-    """A thousand different contents, most of them short, every twentieth of half a megabyte."""
+    """Different contents, most of them short, every twentieth of half a megabyte."""
     for index in range(CONTENTS):
         size = 1 << 19 if index % 20 == 0 else 100 + index
         yield f"{index:6d}".encode() * (size // 6)

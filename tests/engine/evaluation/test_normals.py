@@ -173,7 +173,8 @@ HOSTILE: dict[str, Callable[[], Array]] = {
 @pytest.mark.parametrize("shape", HOSTILE)
 def test_hostile_nets_have_unit_normals(shape: str) -> None:
     """Never zero, never NaN, and no warning on the way (warnings are errors here)."""
-    places = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), (np.float64, np.float32))
+    dtypes: list[type[np.float32] | type[np.float64]] = [np.float64, np.float32]
+    places = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), dtypes)
     for weighted, offset, scale, dtype in places:
         net = (HOSTILE[shape]() + offset) * scale
         weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if weighted else None
