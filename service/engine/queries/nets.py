@@ -121,12 +121,12 @@ a triangle is one net of which the side b = 1 is a point."""
 
 
 def surface_nets(batches: Sequence[Patches]) -> QueryNets:
-    """The nets of batches of patches."""
+    """The nets of batches of patches: a group for each degree, with weights or without."""
     low = np.min([batch.bounds[0] for batch in batches], axis=0)
     high = np.max([batch.bounds[1] for batch in batches], axis=0)
     origin, scale, diagonal = frame(low, high)
-    groups: list[NetGroup] = []
-    patches, corners, first, net = [], [], 0, 0
+    alike: dict[tuple[int, ...], list[tuple[FloatArray, Ints, FloatArray]]] = {}
+    first = 0
     for batch in batches:
         points = to_homogeneous((batch.points - origin) / scale, batch.weights)
         numbers = np.arange(first, first + batch.count)
@@ -140,10 +140,15 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
                 places = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
         else:
             places = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
-        groups.append(NetGroup(np.ascontiguousarray(points), net))
+        alike.setdefault(points.shape[1:], []).append((points, numbers, places))
+        first += batch.count
+    groups, patches, corners, net = [], [], [], 0
+    for each in alike.values():
+        nets, numbers, places = (np.concatenate(parts) for parts in zip(*each, strict=True))
+        groups.append(NetGroup(np.ascontiguousarray(nets), net))
         patches.append(numbers)
         corners.append(places)
-        first, net = first + batch.count, net + len(points)
+        net += len(nets)
     return QueryNets(
         tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(corners), diagonal
     )
