@@ -85,7 +85,7 @@ def rules_page(_: str) -> str:
 
 
 def readme(text: str) -> str:
-    """The README with the tables of all formats and of all calls that answer questions."""
+    """The README with the tables of all formats and of all questions to a surface."""
     rows = [(f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_holds(f))) for f in FORMATS]
     text = _with_table(text, ("format", "suffix", "media type", "holds"), rows)
     calls = [
@@ -93,7 +93,7 @@ def readme(text: str) -> str:
         for route in create_app(Settings()).routes
         if isinstance(route, BodyRoute) and route.path not in ("/v1/mesh", "/v1/surfaces")
     ]
-    return _with_table(text, ("request", "answer"), calls)
+    return _with_table(text, ("request", "response"), calls)
 
 
 def reference_page(_: str) -> str:

@@ -54,7 +54,7 @@ SHRINK = """async (png) => {
 HEAD = """\
 # The built-in surfaces
 
-They answer at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any option in the
+Their meshes are at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any option in the
 query; `/v1/surfaces/{id}` is the definition to start from. Drawn by three.js from the service's
 own glTF; `make picture` draws them anew.
 """
@@ -63,7 +63,7 @@ own glTF; `make picture` draws them anew.
 CURVES = """\
 # Curves to begin with
 
-Curves have no address of their own: these are bodies for `POST /v1/curve`, or files for
+Curves have no URL of their own: these are bodies for `POST /v1/curve`, or files for
 `surface curve`; under these names the OpenAPI document has them too.
 """
 
