@@ -54,9 +54,9 @@ SHRINK = """async (png) => {
 HEAD = """\
 # The built-in surfaces
 
-Their meshes are at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any option in the
-query; `/v1/surfaces/{id}` is the definition to start from. Drawn by three.js from the service's
-own glTF; `make picture` draws them anew.
+Their meshes are at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any
+option in the query; `/v1/surfaces/{id}` is the definition to start from. The pictures are drawn by
+three.js from the service's own glTF; `make picture` draws them anew.
 """
 
 
