@@ -62,7 +62,7 @@ def run_shell(command: str, folder: Path) -> str:
 
 
 def numbers(text: str) -> object:
-    """What JSON says, without the last digits, which are those of this processor's BLAS."""
+    """The value of a JSON text, its numbers without the last digits, which depend on the BLAS."""
     return json.loads(text, parse_float=lambda digits: round(float(digits), 9))
 
 

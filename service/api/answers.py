@@ -105,7 +105,7 @@ def json_response(
 
 def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:
     """A response with a JSON document that a job wrote, and `Server-Timing`."""
-    job.answered(len(content))
+    job.finish_work(len(content))
     timed = {**headers, "Server-Timing": str(job.timing)}
     return ChunkedResponse(content, 200, timed, "application/json")
 
@@ -124,7 +124,7 @@ def file_response(
     content: Content, fmt: FileFormat, name: str, job: Job, report: MeshReport | None = None
 ) -> Response:
     """A response with a job's file; with a file name, unless it is JSON."""
-    job.answered(len(content))
+    job.finish_work(len(content))
     own = (b"content-length", b"%d" % len(content)), (b"server-timing", str(job.timing).encode())
     headers = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report), *own)
     return FileResponse(content, headers)

@@ -109,7 +109,7 @@ class Workers:
     def has(self, amount: int, *, is_small: bool = False) -> bool:
         """Whether `amount` bytes are free; only small work may use the last 1/16 of the memory."""
         room = self.capacity if is_small else self.capacity * 15 // 16
-        return self.used + self._cache.fixed + amount <= room
+        return self.used + self._cache.bytes_being_sent + amount <= room
 
     def hold(self, amount: int) -> None:
         """Takes memory, or returns it if `amount` is negative; the cache may use the rest."""
@@ -206,7 +206,7 @@ class Job:
     def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
         self.workers = workers
         self.cancellation = Cancellation()
-        self.until_answered: Callbacks = []
+        self.until_ready: Callbacks = []
         self.until_end: Callbacks = []
         """Called when the response is ready; when it has been sent or the client has gone."""
         self.timing = Timing()
@@ -277,10 +277,10 @@ class Job:
             with self.timing.step(name):
                 return await self._in_thread(work.run, lambda: workers.release_thread(start))
 
-    def answered(self, size: int) -> None:
+    def finish_work(self, size: int) -> None:
         """Returns all memory but the `size` bytes of the finished response."""
-        while self.until_answered:
-            self.until_answered.pop()()
+        while self.until_ready:
+            self.until_ready.pop()()
         held, kept = self._body + self._memory, min(size, self._memory)
         self._most = max(self._most, held)
         self.workers.body_bytes -= self._body
@@ -291,7 +291,7 @@ class Job:
     def close(self) -> None:
         """Ends the job, and cancels its work in threads."""
         self.cancellation.cancel()
-        while callbacks := self.until_end or self.until_answered:
+        while callbacks := self.until_end or self.until_ready:
             callbacks.pop()()
         self._is_over = True
         self._end()
@@ -358,7 +358,7 @@ class Job:
     def _end(self) -> None:
         if not self._running:
             if self._body or self._memory:
-                self.answered(0)
+                self.finish_work(0)
             if self._most >= TRIM_BYTES:
                 self.workers.trim()
 

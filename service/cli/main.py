@@ -27,8 +27,8 @@ from service.cli.refusals import (
     USAGE,
     Refused,
     UsageError,
-    complain,
     issue_line,
+    print_error,
 )
 from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
@@ -69,20 +69,20 @@ def _run(options: argparse.Namespace) -> int:
         return int(options.run(options))
     except SurfaceError as error:
         for issue in error.issues:
-            complain(issue_line(issue))
+            print_error(issue_line(issue))
         return REFUSED
     except Refused as error:
         for line in error.args:
-            complain(line)
+            print_error(line)
         return REFUSED
     except (UsageError, BadAddress, InvalidSettings) as error:
-        complain(str(error))
+        print_error(str(error))
         return USAGE
     except ServiceFailed as error:
-        complain(str(error))
+        print_error(str(error))
         return UNREACHABLE
     except OSError as error:
-        complain(f"{error.filename or 'output'}: {error.strerror}")
+        print_error(f"{error.filename or 'output'}: {error.strerror}")
         return REFUSED
 
 

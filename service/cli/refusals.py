@@ -38,7 +38,7 @@ def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -
     return (f"{place}: " if place else "") + issue.message + (f" ({facts})" if facts else "")
 
 
-def complain(line: str) -> None:
+def print_error(line: str) -> None:
     """Writes a line to standard error."""
     if sys.stderr is not None:  # without it, `print` would write to standard output
         print(f"surface: {line}", file=sys.stderr)

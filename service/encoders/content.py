@@ -100,7 +100,7 @@ def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
     return row
 
 
-def drawn(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
+def find_nonempty(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
     """The overlays with at least one segment: formats cannot store empty ones."""
     return tuple(overlay for overlay in overlays if len(overlay.segments))
 

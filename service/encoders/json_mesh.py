@@ -20,7 +20,7 @@ from service.bases.arrays import IndexArray
 from service.encoders.content import (
     REPORT_PART,
     absolute,
-    drawn,
+    find_nonempty,
     kept_with_faces,
     renamed,
     report_object,
@@ -60,7 +60,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     if mesh.welds is not None and (rows or mesh.attributes):
         document["attribute_faces"] = _faces(mesh, None)
     document["parts"] = list(_parts(mesh))
-    if overlays := drawn(mesh.overlays):
+    if overlays := find_nonempty(mesh.overlays):
         document["lines"] = [
             {
                 "name": overlay.name,

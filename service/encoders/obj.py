@@ -16,7 +16,7 @@ from service.encoders.content import (
     absolute,
     bound_comment,
     colored_positions,
-    drawn,
+    find_nonempty,
     kept_with_faces,
 )
 from service.encoders.format import EncodeOptions, MeshSize
@@ -49,7 +49,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     name = ("OBJ", groups, kinds)
     chunks.append(kept_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
     first = len(positions) + 1
-    for overlay in drawn(mesh.overlays):
+    for overlay in find_nonempty(mesh.overlays):
         chunks += (
             b"o " + identifier(overlay.name) + b"\n",
             rows(absolute(overlay.positions, mesh), b"v "),

@@ -32,7 +32,7 @@ import numpy as np
 from service.bases.arrays import IndexArray, RealArray
 from service.bases.row_batches import row_slices
 from service.encoders.colors import with_opacity
-from service.encoders.content import absolute, counted_faces, drawn
+from service.encoders.content import absolute, counted_faces, find_nonempty
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
     FLOAT32_CHARS,
@@ -68,7 +68,7 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     if form != "off" and not mesh.grids:
         raise _unsupported("This form needs a mesh of one grid for each patch.", form, "off")
     faces = len(mesh.triangles) + len(mesh.quads)
-    if form == "off" and not faces and not drawn(mesh.overlays):
+    if form == "off" and not faces and not find_nonempty(mesh.overlays):
         raise _unsupported("OOGL cannot store a mesh without faces.", "no faces")
 
     members: Iterator[bytes | memoryview]
@@ -154,7 +154,7 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
 
 def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
     """One closed SKEL for each cell of a control net; overlays without cells as segments."""
-    for overlay in drawn(mesh.overlays):
+    for overlay in find_nonempty(mesh.overlays):
         if overlay.cells is None:
             yield skeleton(overlay, mesh)
             continue
@@ -212,7 +212,7 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
 
 def _overlays(mesh: Mesh) -> Iterator[bytes]:
     """Every overlay as one SKEL."""
-    return (skeleton(overlay, mesh) for overlay in drawn(mesh.overlays))
+    return (skeleton(overlay, mesh) for overlay in find_nonempty(mesh.overlays))
 
 
 def _overlay_bound(size: MeshSize) -> int:

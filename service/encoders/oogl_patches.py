@@ -17,7 +17,7 @@ import numpy as np
 
 from service.bases.arrays import RealArray
 from service.bases.homogeneous import to_homogeneous
-from service.encoders.content import drawn
+from service.encoders.content import find_nonempty
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows
 from service.engine.mesh.mesh_value import Overlay
@@ -46,7 +46,7 @@ def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> byt
         If a patch has a degree above 12.
     """
     members = (chunk for batch in model.batches for chunk in _bez(batch))
-    return b"".join((b"LIST\n", *members, *map(skeleton, drawn(overlays))))
+    return b"".join((b"LIST\n", *members, *map(skeleton, find_nonempty(overlays))))
 
 
 def _bez(batch: Patches) -> Iterator[bytes]:

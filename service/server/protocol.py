@@ -70,7 +70,7 @@ class BoundedProtocol(HttpToolsProtocol):
         self._running: RequestResponseCycle | None = None
         self._head_due = self._answer_due = inf  # on the clock of the event loop
         self._unread = 0  # bytes since a head, a piece of a body or a message ended
-        self._in_body = self._is_deaf = False
+        self._in_body = self._ignores_input = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -86,7 +86,7 @@ class BoundedProtocol(HttpToolsProtocol):
         self._running = self.cycle = None  # type: ignore[assignment]  # they refer to this object
 
     def data_received(self, data: bytes) -> None:
-        if self._is_deaf:
+        if self._ignores_input:
             return
         self._unread += len(data)
         try:
@@ -98,15 +98,15 @@ class BoundedProtocol(HttpToolsProtocol):
             self._unread, self.parser = 0, httptools.HttpRequestParser(self)
             self.data_received(again)
         except httptools.HttpParserError as error:
-            if not self._is_deaf:
+            if not self._ignores_input:
                 self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))
         is_idle = self._running is None or self._running.response_complete
         if self._unread and is_idle and self._head_due == inf:
             self._head_due = self.loop.time() + self._settings.head_timeout
 
     def on_headers_complete(self) -> None:
-        if len(self.pipeline) >= PIPELINED and not self._is_deaf:
-            self._is_deaf, self.cycle.keep_alive = True, False
+        if len(self.pipeline) >= PIPELINED and not self._ignores_input:
+            self._ignores_input, self.cycle.keep_alive = True, False
             raise Refused
         check_head(self, self._settings.max_head_bytes)
         if not self.parser.should_upgrade():
@@ -148,7 +148,7 @@ class BoundedProtocol(HttpToolsProtocol):
     def close(self) -> None:
         """Closes in two steps: if at once, the system would reset a client that still sends."""
         self._disconnect()
-        self._is_deaf, self._head_due = True, inf
+        self._ignores_input, self._head_due = True, inf
         is_crowded = len(self.connections) > self._settings.max_connections
         if self.transport.is_closing() or is_crowded or not self._state.ready:
             self.transport.close()
@@ -168,7 +168,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self._disconnect()
             self.cycle = None  # type: ignore[assignment]
         # uvicorn answers in order: this stands for a request that the client has not made.
-        self.app, self._is_deaf = refusal(problem, self._settings), True
+        self.app, self._ignores_input = refusal(problem, self._settings), True
         self.parser = httptools.HttpRequestParser(self)
         self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
 

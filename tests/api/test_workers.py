@@ -78,9 +78,9 @@ async def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
             )
             names.append(await job.run(work, "mesh"))
             assert workers.used == 1000
-            job.answered(10)
+            job.finish_work(10)
             assert workers.used == 10
-            job.answered(0)
+            job.finish_work(0)
         assert names == [False, True]
         assert "mesh;dur=" in str(job.timing)
         assert "wait;dur=" in str(job.timing)
@@ -223,7 +223,7 @@ async def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
         answers: AnswerCache = workers._cache
         read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
         for each in (read, *unread):
-            assert answers.put(each, answers.age)
+            assert answers.put(each, answers.generation)
         answers.begin(read)
         first = asyncio.create_task(workers.acquire(workers.max_memory))
         second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))

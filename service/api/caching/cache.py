@@ -49,12 +49,12 @@ class AnswerCache:
         self.bytes = 0
         self.freed: Callable[[], None] = lambda: None
         self.counts = Counts()
-        self.age = 0
+        self.generation = 0
         """Number of calls of `forget`: a response begun before the last one is not kept."""
         self._entries: OrderedDict[str, CachedResponse] = OrderedDict()
         self._known: dict[tuple[str, bytes], tuple[CachedResponse, bool]] = {}
         self._of_surface: dict[str, set[str]] = {}
-        self._read: dict[CachedResponse, int] = {}
+        self._being_sent: dict[CachedResponse, int] = {}
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -77,9 +77,9 @@ class AnswerCache:
         """Whether the cache keeps this entry (not another with the same URL)."""
         return self._entries.get(entry.subject.address) is entry
 
-    def put(self, entry: CachedResponse, age: int) -> bool:
-        """Keeps an entry if there is room for all its codings; `age`: as the work on it began."""
-        if age != self.age or entry.largest > self.max_bytes // SHARE:
+    def put(self, entry: CachedResponse, generation: int) -> bool:
+        """Keeps an entry if there is room for it and nothing was forgotten since `generation`."""
+        if generation != self.generation or entry.largest > self.max_bytes // SHARE:
             return False
         subject = entry.subject
         if subject.address in self._entries:
@@ -109,7 +109,7 @@ class AnswerCache:
         if letters > ALIAS_LETTERS or spelling in self._known or not self.holds(entry):
             return
         if len(entry.aliases) == ALIASES:
-            self._unlearn(entry, 0)
+            self._drop_alias(entry, 0)
         if not self._has_room(letters + ALIAS_BYTES, entry):
             return
         entry.aliases.append(spelling)
@@ -119,30 +119,30 @@ class AnswerCache:
 
     def forget(self, surface: str) -> None:
         """Drops all responses made from a surface; those being made now will not be kept."""
-        self.age += 1
+        self.generation += 1
         for address in self._of_surface.get(surface, set()).copy():
             self._drop(address)
 
     @property
-    def fixed(self) -> int:
+    def bytes_being_sent(self) -> int:
         """Bytes of entries that are being sent: the cache cannot drop them now."""
-        return sum(entry.size for entry in self._read) if self._read else 0
+        return sum(entry.size for entry in self._being_sent) if self._being_sent else 0
 
     def resize(self, room: int) -> None:
-        """Keeps at most `room` bytes and at most the bound from now on, `fixed` aside."""
+        """Keeps at most `room` bytes, and at most `max_bytes`, beside entries being sent."""
         self.allowed = min(self.max_bytes, room)
-        if self._entries or self._read:
+        if self._entries or self._being_sent:
             self._has_room(0)
 
     def begin(self, entry: CachedResponse) -> None:
         """Begins to send an entry: it stays in memory until `end`."""
-        self._read[entry] = self._read.get(entry, 0) + 1
+        self._being_sent[entry] = self._being_sent.get(entry, 0) + 1
 
     def end(self, entry: CachedResponse) -> None:
         """Ends sending it to one client."""
-        left = self._read.pop(entry) - 1
+        left = self._being_sent.pop(entry) - 1
         if left:
-            self._read[entry] = left
+            self._being_sent[entry] = left
         else:
             if self.bytes > self.allowed:
                 self._has_room(0)
@@ -150,11 +150,13 @@ class AnswerCache:
 
     def _has_room(self, size: int, but: CachedResponse | None = None) -> bool:
         """Drops old entries (not `but`) until `size` bytes are free; returns whether they are."""
-        if size and self.fixed + size > self.allowed:
+        if size and self.bytes_being_sent + size > self.allowed:
             return False
-        gone = sum(e.size for e in self._read if not self.holds(e)) if self._read else 0
+        gone = sum(e.size for e in self._being_sent if not self.holds(e)) if self._being_sent else 0
         while self.bytes + gone + size > self.allowed:
-            unread = (e for e in self._entries.values() if e not in self._read and e is not but)
+            unread = (
+                e for e in self._entries.values() if e not in self._being_sent and e is not but
+            )
             first = next(unread, None)
             if first is None:
                 return False
@@ -165,14 +167,14 @@ class AnswerCache:
     def _drop(self, address: str) -> None:
         entry = self._entries.pop(address)
         while entry.aliases:
-            self._unlearn(entry, -1)
+            self._drop_alias(entry, -1)
         self.bytes -= entry.size
         addresses = self._of_surface[entry.subject.surface]
         addresses.remove(address)
         if not addresses:
             del self._of_surface[entry.subject.surface]
 
-    def _unlearn(self, entry: CachedResponse, index: int) -> None:
+    def _drop_alias(self, entry: CachedResponse, index: int) -> None:
         path, query = spelling = entry.aliases.pop(index)
         del self._known[spelling]
         size = len(path) + len(query) + ALIAS_BYTES

@@ -46,7 +46,7 @@ class Checks:
 
 
 @dataclass(slots=True)
-class _Pass:
+class _GuardResult:
     """The guard's result for a request, and its additions to the response.
 
     `added`: headers. `private`: whether shared caches must not keep the response. `left`: seconds
@@ -77,7 +77,7 @@ class Guard:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        found = _Pass([])
+        found = _GuardResult([])
         app = self.app
         try:
             self._admit(scope, found)
@@ -95,7 +95,7 @@ class Guard:
 
         await app(scope, receive, sent if found.added or found.private else send)
 
-    def _admit(self, scope: Scope, found: _Pass) -> None:
+    def _admit(self, scope: Scope, found: _GuardResult) -> None:
         """Returns if the request is allowed, else raises why not."""
         if self.checks.proxies is not None:
             self.checks.proxies.set_client(scope)
@@ -128,7 +128,7 @@ class Guard:
             return False, None
         return True, owner(key, keys())
 
-    def _count(self, scope: Scope, name: str | None, found: _Pass) -> None:
+    def _count(self, scope: Scope, name: str | None, found: _GuardResult) -> None:
         """Counts a request for its key; without a valid key, for its address."""
         rates = self.checks.rates
         if rates is None:

@@ -93,7 +93,7 @@ class RequestCounters:
         """Counts an error response; the server calls it for requests that it refuses itself."""
         self.refusals[code] = self.refusals.get(code, 0) + 1
 
-    def made(self, report: MeshReport | None) -> None:
+    def count_mesh(self, report: MeshReport | None) -> None:
         """Counts a computed mesh; exact patches have no report and do not count."""
         if report is not None:
             self.vertices += report.vertices

@@ -106,7 +106,7 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     options, encode = wanted.mesh_options(), encode_options(wanted)
     work = plan_mesh(wanted.to_surface(), options, fmt, encode, services.limits)
     answer = await job.run(work, "mesh")
-    request.app.state.observed.made(answer.report)
+    request.app.state.observed.count_mesh(answer.report)
     return file_response(answer.content, fmt, answer.name, job, answer.report)
 
 

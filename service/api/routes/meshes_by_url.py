@@ -139,7 +139,9 @@ async def get_surface_mesh(
             record.cache = "miss"
             counters: RequestCounters = request.app.state.observed
             make = partial(_make, services, counters, MeshTarget(subject, fmt, query))
-            made = await services.flights.join((subject.address, answers.age), make, job.until_end)
+            made = await services.flights.join(
+                (subject.address, answers.generation), make, job.until_end
+            )
             entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
         variant = await _coded(services, job, entry, wanted, timing)
     answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
@@ -169,15 +171,15 @@ async def _make(
     """Computes the response from the canonical query, and puts it into the cache if it fits."""
     subject, fmt, query = asked
     answers = services.answers
-    age = answers.age
+    generation = answers.generation
     with job.timing.step("surface"):
         stored = await surface_of(services, job, subject.surface)
     options = parse_mesh_query(parse_qsl(query))
     encode = encode_options(options)
     work = plan_mesh(stored.surface, options.mesh_options(), fmt, encode, services.limits)
     answer = await job.run(work, "mesh")
-    job.answered(len(answer.content))
-    counters.made(answer.report)
+    job.finish_work(len(answer.content))
+    counters.count_mesh(answer.report)
     saved = disposition("inline", answer.name if stored.is_hash else stored.id, fmt)
     described = (
         (b"content-type", fmt.media_type.encode()),
@@ -185,7 +187,7 @@ async def _make(
         *report_headers(answer.report),
     )
     entry = CachedResponse(subject, bytes(answer.content), described)
-    answers.put(entry, age)
+    answers.put(entry, generation)
     return ComputedResponse(entry, job.timing)
 
 
@@ -209,9 +211,9 @@ async def _coded(
 
     async def compress(job: Job) -> Variant:
         body = await job.run(work, "compress")
-        job.answered(0 if body is None else len(body))
+        job.finish_work(0 if body is None else len(body))
         return answers.add(entry, coding, body)
 
-    key = (entry.subject.address, answers.age, coding, wanted.plain)
+    key = (entry.subject.address, answers.generation, coding, wanted.plain)
     with timing.step("compress"):
         return await services.flights.join(key, compress, job.until_end)

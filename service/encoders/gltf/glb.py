@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import Ints
 from service.bases.cache import derive_once
 from service.encoders.colors import translucent
-from service.encoders.content import drawn, report_object
+from service.encoders.content import find_nonempty, report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import JsonObject, Packed
 from service.encoders.gltf.columns import Columns, plain_columns
@@ -135,7 +135,7 @@ class Template:
 
 def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
     """The binary form of a mesh with a plan's faces; None for any other mesh."""
-    plain = options.compression == "none" and not mesh.step and not drawn(mesh.overlays)
+    plain = options.compression == "none" and not mesh.step and not find_nonempty(mesh.overlays)
     if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
         return None
     columns = plain_columns(mesh)

@@ -14,7 +14,7 @@ from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import derive_once
 from service.cancellation import checkpoint
 from service.encoders.colors import translucent
-from service.encoders.content import drawn, refuse_quads
+from service.encoders.content import find_nonempty, refuse_quads
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, index_rows
@@ -58,7 +58,7 @@ def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterato
         checkpoint()
         mine = {name: column.take(own) for name, column in columns.items()}
         yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
-    for overlay in drawn(mesh.overlays):
+    for overlay in find_nonempty(mesh.overlays):
         points = overlay.positions
         places = grid_positions(points, mesh) if mesh.step else Column(single(points))
         primitive = _primitive({"POSITION": places}, overlay.segments, buffer, options)

@@ -26,7 +26,7 @@ def test_what_was_put_is_found_and_counted() -> None:
     cache = AnswerCache(ROOM)
     made = entry("a")
     assert cache.get(made.subject.address) is None
-    assert cache.put(made, cache.age)
+    assert cache.put(made, cache.generation)
     assert cache.get(made.subject.address) is made
     assert (len(cache), cache.bytes) == (1, made.size)
     assert made.size > len(made.plain)
@@ -36,14 +36,14 @@ def test_the_least_recently_used_goes_first() -> None:
     cache = AnswerCache(SHARE * entry("0", 1000).largest)
     entries = [entry(str(number), 1000) for number in range(100)]
     for each in entries[:3]:
-        assert cache.put(each, cache.age)
+        assert cache.put(each, cache.generation)
     cache.get(entries[0].subject.address)
     cache.alias(entries[1], "/1", b"", pinned=False)
     last = 3
     while not cache.counts.evictions:
         assert cache.find("/1", b"") == (entries[1], False)
         cache.get(entries[0].subject.address)
-        cache.put(entries[last], cache.age)
+        cache.put(entries[last], cache.generation)
         last += 1
     gone = [each for each in entries[:last] if not cache.holds(each)]
     assert gone == [entries[2]]
@@ -53,9 +53,9 @@ def test_the_least_recently_used_goes_first() -> None:
 def test_what_takes_too_large_a_part_is_not_kept() -> None:
     cache = AnswerCache(ROOM)
     small = entry("a", 30)
-    assert cache.put(small, cache.age)
+    assert cache.put(small, cache.generation)
     # In all three codings it may become three times as large.
-    assert not cache.put(entry("b", ROOM // SHARE // 2), cache.age)
+    assert not cache.put(entry("b", ROOM // SHARE // 2), cache.generation)
     assert cache.holds(small)
     assert not AnswerCache(0).put(entry("c", 0), 0)
 
@@ -63,9 +63,9 @@ def test_what_takes_too_large_a_part_is_not_kept() -> None:
 def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
     cache = AnswerCache(ROOM)
     one, other = entry("a", 50), entry("a", 60)
-    cache.put(one, cache.age)
+    cache.put(one, cache.generation)
     cache.alias(one, "/a", b"", pinned=True)
-    cache.put(other, cache.age)
+    cache.put(other, cache.generation)
     assert cache.find("/a", b"") is None
     assert (len(cache), cache.bytes) == (1, other.size)
 
@@ -73,7 +73,7 @@ def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
 def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
     cache = AnswerCache(ROOM)
     made = entry("a", 5000)
-    cache.put(made, cache.age)
+    cache.put(made, cache.generation)
     before = cache.bytes
     assert cache.add(made, "zstd", None).coding == "identity"
     assert cache.bytes == before
@@ -88,7 +88,7 @@ def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
 def test_a_few_spellings_of_an_address_are_known() -> None:
     cache = AnswerCache(ROOM)
     made = entry("a")
-    cache.put(made, cache.age)
+    cache.put(made, cache.generation)
     for number in range(3 * ALIASES):
         cache.alias(made, "/a", str(number).encode(), pinned=number % 2 == 0)
     found = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
@@ -104,15 +104,15 @@ def test_a_few_spellings_of_an_address_are_known() -> None:
 def test_a_surface_is_forgotten_with_all_that_was_made_of_it() -> None:
     cache = AnswerCache(ROOM)
     made = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
-    age = cache.age
+    generation = cache.generation
     for each in made:
-        cache.put(each, age)
+        cache.put(each, generation)
     cache.alias(made[0], "/a", b"", pinned=False)
     cache.forget("one")
     assert [cache.holds(each) for each in made] == [False, False, True]
     assert cache.find("/a", b"") is None
-    assert not cache.put(made[0], age), "begun before it was forgotten"
-    assert cache.put(made[0], cache.age)
+    assert not cache.put(made[0], generation), "begun before it was forgotten"
+    assert cache.put(made[0], cache.generation)
     cache.forget("nothing")
     assert cache.bytes == made[0].size + made[2].size
 
@@ -135,7 +135,7 @@ def test_what_is_counted_is_at_least_what_it_takes(size: int) -> None:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
             made = entry(f"resolution={number}&engine=3", size, f"{number:064x}")
-            cache.put(made, cache.age)
+            cache.put(made, cache.generation)
             cache.add(made, "zstd", bytes(size // 2))
             cache.add(made, "gzip", bytes(size // 2 + 1))
             for spelling in range(ALIASES):
@@ -163,7 +163,7 @@ class Memory(RuleBasedStateMachine):
     )
     def put(self, name: str, size: int, surface: str, late: bool) -> None:
         made = entry(name, size, surface)
-        kept = self.cache.put(made, self.cache.age - late)
+        kept = self.cache.put(made, self.cache.generation - late)
         assert kept == self.cache.holds(made)
         assert not (late and kept)
         self.made.append(made)

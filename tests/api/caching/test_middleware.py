@@ -25,7 +25,7 @@ def asked(
     """The messages of an answer, and how many requests were handed on."""
     answers, behind, messages = AnswerCache(1 << 30), list[Scope](), list[Message]()
     entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
-    assert answers.put(entry, answers.age)
+    assert answers.put(entry, answers.generation)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
     record = RequestRecord(method, NO_ROUTE, "1", "1", "1")

@@ -30,7 +30,7 @@ class Airport(SingleFlight):
     async def asked(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
         """The result of one request, which then ends at once."""
         with closing(Job(self.workers)) as job:
-            return await self.join(key, work, job.until_answered)
+            return await self.join(key, work, job.until_ready)
 
 
 class Work:
@@ -105,12 +105,12 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     flights, work = Airport(), Work()
     work.gate.set()
     first, second = Job(flights.workers), Job(flights.workers)
-    await flights.join("key", work, first.until_answered)
-    first.answered(0)
+    await flights.join("key", work, first.until_ready)
+    first.finish_work(0)
     assert len(flights) == 0, "what was computed from it is there"
     for job in (first, second):
         await flights.join("key", work, job.until_end)
-        job.answered(0)
+        job.finish_work(0)
     assert (work.calls, len(flights)) == (2, 1)
     first.close()
     assert len(flights) == 1
