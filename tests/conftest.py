@@ -12,6 +12,9 @@ from tests.scheduling import Scheduling, scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
+# No test speaks TLS, and each client of httpx would read all certificates of the system.
+os.environ["SSL_CERT_DIR"] = os.path.dirname(__file__)
+
 # The same few examples on every run and every machine; how long one takes is no property of it.
 # `make test-properties` takes others, and many more.
 hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=10)

@@ -4,17 +4,26 @@ import hashlib
 from dataclasses import replace
 
 from service.api.caching.codings import COMPRESS
-from service.encoders.registry import FORMATS
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import find
+from tools.certify.closing import NEARLY, RESOLUTION
 
 OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
 
 
 def digests() -> list[str]:
-    """One line a file: of a surface with colours, of one with attributes, of a group."""
+    """One line a file: of a surface with colours, of one with attributes, of a group; and of
+    bodies whose borders are made equal, by resolution and by tolerance.
+    """
     lines = []
+    for name in ("noise", "mixed degrees", "crowded knots"):
+        surface = NEARLY[name][1](4).surface
+        for options in (MeshOptions(RESOLUTION), MeshOptions(accuracy=Accuracy(tolerance=0.1))):
+            content = render(surface, options, BY_NAME["glb"])
+            lines.append(hashlib.sha256(content).hexdigest())
     for name in ("bourke-1111-colors", "heated-panel", "tea-service"):
         for fmt in FORMATS:
             options = OPTIONS if fmt.overlays else replace(OPTIONS, overlays=())

@@ -61,7 +61,7 @@ def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
     mesh = client.post("/v1/mesh?format=json", {"surface": surface, "resolution": 3}).json()
     vertices = mesh["vertices"]
-    body = {"surface": surface, "points": vertices[:: len(vertices) // 12 + 1]}
+    body = {"surface": surface, "points": vertices[:: len(vertices) // 5 + 1]}
     answer = client.post("/v1/project", body)
     if answer.status_code == 422:
         assert answer.json()["errors"][0]["code"] == "not_parametric"

@@ -7,7 +7,7 @@ from tools.certify.models import BODIES
 from tools.certify.seams import judge_model
 from tools.certify.surfaces import FAMILIES
 
-SAMPLES = 500, 2000
+SAMPLES = 200, 1000
 
 
 @pytest.mark.parametrize(("number", "family"), [*enumerate(FAMILIES)])

@@ -1,6 +1,5 @@
 """Control points that are equal up to rounding: closed where they should be, open elsewhere."""
 
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,11 @@ from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import plan_mesh, render
+from service.pipeline.mesh import plan_mesh
 from service.surface.bezier import BezierSurface
 from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
-from tests.programs import run_python
 from tests.strategies import Array, cube, model_of
 from tools.certify.closing import NEARLY, RESOLUTION
 from tools.certify.nearly import body, soup
@@ -84,21 +82,6 @@ def test_an_edge_has_the_positions_of_its_first_net() -> None:
         np.testing.assert_array_equal(
             one[[0, -1]], [min(p.tolist() for p in (lines[0][k], lines[3][k])) for k in (0, -1)]
         )
-
-
-def digest_of(seed: int) -> str:
-    """The bytes of a surface of each family by resolution and by tolerance."""
-    found = sha256()
-    for make in (NEARLY[name][1] for name in ("noise", "mixed degrees", "crowded knots")):
-        surface = make(seed).surface
-        for options in MeshOptions(RESOLUTION), MeshOptions(accuracy=Accuracy(tolerance=0.1)):
-            found.update(render(surface, options, BY_NAME["glb"]))
-    return found.hexdigest()
-
-
-def test_another_process_gives_the_same_bytes() -> None:
-    code = "from tests.engine.joining.test_snap import digest_of; print(digest_of(4))"
-    assert run_python("-c", code).stdout.strip() == digest_of(4)
 
 
 def test_a_tolerance_that_moving_takes_is_refused_and_a_single_patch_closes() -> None:

@@ -325,7 +325,7 @@ def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
         assert mesh.report.watertight
         assert shape_of(mesh).euler == 2
         found = surface_to_mesh(
-            [bezier_sheet(net) for net in (front, other)], mesh.positions[as_triangles(mesh)], 500
+            [bezier_sheet(net) for net in (front, other)], mesh.positions[as_triangles(mesh)], 100
         )
         assert found.distance <= (mesh.report.deviation_bound or 0) + found.noise
 
