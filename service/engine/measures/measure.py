@@ -29,7 +29,7 @@ from service.engine.measures.values import (
 )
 from service.engine.mesh.orientation import OrientedSides, orient_sides
 from service.engine.queries.nets import frame, surface_nets
-from service.surface.lowered import Model, PatchModel
+from service.surface.lowered import Model
 
 
 def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Measures:
@@ -49,10 +49,15 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     """
     given, part, source = sources(lowered, query.weld_tolerance, allow)
     precision = Precision(query)
-    areas = _measure_areas(given, part, source.noise, precision)
+    nets = surface_nets(given.batches)
+    groups = group_cells(nets, source.noise)
+    sizes = _measure_sizes("the area", groups, part, len(given.parts), precision)
+    areas = [each.times(nets.scale**2) for each in sizes]
     oriented = orient_sides(source.seams)
     closed_parts = oriented.closed_parts(source.part, len(given.parts))
-    solids = measure_solids(source, oriented.is_closed, closed_parts, areas, precision)
+    solids = measure_solids(
+        source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
+    )
     total, boundaries = _measure_boundaries(source, oriented, precision)
     precision.check()
     (volume, centroid), *solid_parts = solids
@@ -86,22 +91,12 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     )
 
 
-def _measure_areas(
-    model: PatchModel, part: Ints, noise: float, precision: Precision
-) -> list[Interval]:
-    """The area of the whole, then of each part; empty if the query will be refused."""
-    nets = surface_nets(model.batches)
-    groups = group_cells(nets, noise)
-    count, unit = len(model.parts), nets.scale**2
-    return _measure_sizes("the area", groups, part, count, unit=unit, precision=precision)
-
-
 def _measure_sizes(
-    name: str, groups: list[Cells], part: Ints, count: int, *, unit: float, precision: Precision
+    name: str, groups: list[Cells], part: Ints, count: int, precision: Precision
 ) -> list[Interval]:
     """Areas or lengths of all cells, then of each of `count` parts; empty if to be refused.
 
-    `unit` is that of the cells, in model units.
+    They are in the coordinates of the cells, which do not underflow.
     """
     sizes, rounding = estimate(groups, "size")
     integrals = precision.integrate(name, groups, "size", USED * sizes, rounding)
@@ -109,7 +104,7 @@ def _measure_sizes(
         return []
     sums, errors = integrals.over_parts(part, count)
     return [
-        Interval.about(value, error, unit, 0.0)
+        Interval.about(value, error).without_negatives()
         for value, error in zip(sums[0].tolist(), errors[0].tolist(), strict=True)
     ]
 
@@ -134,12 +129,10 @@ def _measure_boundaries(
             pieces = to_homogeneous((curves.points[rows] - origin) / scale, weights)
             groups.append(cells_of(pieces[:, :, np.newaxis], owner[curves.ids[rows]], noise))
     numbers = np.arange(len(chains))
-    lengths = _measure_sizes(
-        "the borders", groups, numbers, len(chains), unit=scale, precision=precision
-    )
+    lengths = _measure_sizes("the borders", groups, numbers, len(chains), precision)
     if not lengths:
         return Interval(0.0, 0.0, 0.0), []
-    total, *each_length = lengths
+    total, *each_length = [each.times(scale) for each in lengths]
     return total, [
         Boundary(length, len(each.sides), each.is_closed, source.place(each.sides[0]))
         for length, each in zip(each_length, chains, strict=True)

@@ -27,7 +27,7 @@ tolerance other cells are halved."""
 
 @dataclass(slots=True)
 class Precision:
-    """The integrals of one query, and the tolerances that are reachable where its own is not.
+    """The integrals of one query, and the tolerances that are reachable if its tolerance is not.
 
     Attributes
     ----------

@@ -32,11 +32,16 @@ Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
 
 
 def measure_solids(
-    source: Source, closed: bool, closed_parts: Bools, areas: list[Interval], precision: Precision
+    source: Source,
+    closed: bool,
+    closed_parts: Bools,
+    areas: tuple[list[Interval], float],
+    precision: Precision,
 ) -> list[Solid]:
     """Volume and centroid of the whole, then of each part, where they are closed.
 
-    `areas` are those of the whole and of each part; empty if the query will be refused.
+    `areas` are those of the whole and of each part, and their unit of length in model units; empty
+    if the query will be refused.
     """
     is_closed = np.concatenate([[closed], closed_parts])
     if not is_closed.any():
@@ -52,7 +57,8 @@ def measure_solids(
         return []
     sums, errors = integrals.over_parts(source.part, len(closed_parts))
     noise, growth = groups[0].noise, bound_growth(groups)
-    largest = np.array([area.high for area in areas]) / nets.scale**2 + growth
+    sizes, scale = areas
+    largest = np.array([size.high for size in sizes]) * (scale / nets.scale) ** 2 + growth
     errors[0] += 3 * noise * largest
     errors[1] += 4 * noise * largest * (diagonal + noise)
     return [

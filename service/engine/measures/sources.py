@@ -159,21 +159,21 @@ def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     part, pieces, first = [], [], 0
     noise = moved = 0.0
     for number, member in enumerate(joined.group.members):
-        own = joined.group.models[member.model]
-        assert isinstance(own, PatchModel)
+        model = joined.group.models[member.model]
+        assert isinstance(model, PatchModel)
         if number in clusters:
             cluster = clusters[number]
             numbers = cluster.members
-            which = np.searchsorted(cluster.ends, parts_of(own), side="right") - 1
+            which = np.searchsorted(cluster.ends, parts_of(model), side="right") - 1
             part.append(np.array(numbers)[which])
         else:
             numbers = (alone[number],)
-            part.append(np.full(own.patch_count, numbers[0]))
+            part.append(np.full(model.patch_count, numbers[0]))
         members = tuple((n, group.members[n], _given(group, n)) for n in numbers)
-        pieces.append(_Piece(first, own, members, number in clusters))
-        first += own.patch_count
+        pieces.append(_Piece(first, model, members, number in clusters))
+        first += model.patch_count
         stretch = _stretch(member)
-        moved = max(moved, own.moved * stretch)
+        moved = max(moved, model.moved * stretch)
         for n in numbers:
             noise = max(noise, _placing_error(group.members[n], _given(group, n)))
     return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(pieces))

@@ -1,5 +1,6 @@
 """Queries of measures, and their answers, as values."""
 
+import sys
 from dataclasses import dataclass
 from math import inf, nextafter
 
@@ -15,6 +16,9 @@ WELD_TOLERANCE = MeshOptions().weld_tolerance
 
 BUDGET = 1 << 20
 """Control points of the cells of one integral: some seconds."""
+
+LEAST_NORMAL = sys.float_info.min
+"""Below it products with powers of two are rounded."""
 
 MOST_LISTED = 100
 """Edges and borders that an answer lists."""
@@ -49,10 +53,23 @@ class Interval:
     high: float
 
     @staticmethod
-    def about(value: float, error: float, unit: float = 1.0, least: float = -inf) -> "Interval":
-        """[value − error, value + error], rounded outward, times `unit`, a power of two."""
-        low, high = nextafter(value - error, -inf), nextafter(value + error, inf)
-        return Interval(value * unit, max(low * unit, least), high * unit)
+    def about(value: float, error: float, unit: float = 1.0) -> "Interval":
+        """[value − error, value + error], rounded outward, times `unit`, a power of two or 0."""
+        interval = Interval(value, nextafter(value - error, -inf), nextafter(value + error, inf))
+        return interval.times(unit)
+
+    def times(self, unit: float) -> "Interval":
+        """The interval times a power of two, or 0, rounded outward where the result underflows."""
+        low, high = self.low * unit, self.high * unit
+        if abs(low) < LEAST_NORMAL and self.low:
+            low = nextafter(low, -inf)
+        if abs(high) < LEAST_NORMAL and self.high:
+            high = nextafter(high, inf)
+        return Interval(self.value * unit, low, high)
+
+    def without_negatives(self) -> "Interval":
+        """The part of the interval that is not below 0."""
+        return Interval(self.value, max(self.low, 0.0), self.high)
 
     def is_within(self, width: float) -> bool:
         """Whether the interval is at most `width` wide."""

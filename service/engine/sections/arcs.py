@@ -1,13 +1,14 @@
-"""Arcs of a section: which two nodes on the border of a cell are the ends of one piece.
+"""Arcs of a section: pairs of nodes on the border of a cell that are the ends of one piece.
 
-In a graph the nodes, in the order of its parameter, are in turn beginnings and ends. Where f ≤ 0 in
-the whole cell the section meets at most its border: the nodes at both ends of a run of places with
-f = 0, which counts as positive, are one piece (of no length, or along a side in the plane).
+In a graph the nodes, in the order of its parameter, are in turn beginnings and ends. If f ≤ 0 in
+the whole cell, the section meets at most its border. There f = 0 counts as positive: the nodes at
+both ends of a run of places with f = 0 are one piece, without length or along a side in the plane.
 
 Singular cells that touch each other are one place, a *crossing*: an arc leads from it to each node
-on its border; two of them are one arc. Without nodes the surface touches the plane there.
+on its border. Two such arcs are joined into one. A crossing without nodes is a point at which the
+surface touches the plane.
 
-Sides in the plane are arcs themselves, but where two patches in the plane meet.
+Sides in the plane are arcs, unless patches that lie in the plane meet there.
 """
 
 from dataclasses import dataclass
@@ -31,10 +32,9 @@ class Arcs:
     ends : ndarray of int, shape (A, 2)
         Nodes; crossings follow the nodes of `Segments`.
     sense : ndarray of float64, shape (A,)
-        1 where f > 0 lies to the left of the arc in the parameters, −1 to the right, 0 where this
-        is not known.
+        1 where f > 0 lies to the left of the arc in the parameters, −1 to the right, 0 if unknown.
     crossing : ndarray of int, shape (n,)
-        For each cell the crossing that it is part of, −1 of cells that are not singular.
+        The crossing to which each cell belongs; −1 for cells that are not singular.
     touching : ndarray of int, shape (k,)
         Nodes where the surface touches the plane, places and crossings.
     """
@@ -46,7 +46,7 @@ class Arcs:
 
 
 def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
-    """The arcs in all cells."""
+    """Find the arcs in all cells."""
     cell, side, root = _incidences(segments)
     node = segments.root_node[root]
     nodes = len(segments.node_net)
@@ -57,11 +57,11 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
     rows = cell[around], side[around]
     key[around] = _around(cells, segments, rows, (u[around], v[around]))
-    own = np.flatnonzero(kind != SINGULAR)
-    own = own[np.lexsort((key[own], cell[own]))]
-    begin, end = _pairs(cell[own])
-    pairs = np.stack([node[own[begin]], node[own[end]]], axis=1)
-    owner = cell[own[begin]]
+    paired = np.flatnonzero(kind != SINGULAR)
+    paired = paired[np.lexsort((key[paired], cell[paired]))]
+    begin, end = _pairs(cell[paired])
+    pairs = np.stack([node[paired[begin]], node[paired[end]]], axis=1)
+    owner = cell[paired[begin]]
     loops = pairs[:, 0] == pairs[:, 1]
     keep = ~loops & ~_along_sides(segments, owner, pairs)
 
@@ -98,10 +98,10 @@ def _around(
     sides: tuple[Ints, Ints],
     at: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
-    """Places of nodes around the border of cells where f has one sign, to pair one with the next.
+    """Positions of nodes around the border of cells where f has one sign, to pair neighbours.
 
-    From corner (u₀, v₀) along v₀, u₁, v₁ and back; where that begins between two nodes that belong
-    together, the first comes last.
+    They increase from corner (u₀, v₀) along v₀, u₁, v₁ and back. If this corner lies between two
+    nodes of one piece, the first node is moved to the end.
     """
     (cell, side), (u, v) = sides, at
     place = cells.place[:, cell] / ONE
@@ -120,7 +120,10 @@ def _around(
 
 
 def _pairs(cell: Ints) -> tuple[Ints, Ints]:
-    """Of sorted cells the first and second, third and fourth … of each: places in the list."""
+    """Pair the first and second, third and fourth … entry of each cell in a sorted list.
+
+    Returns the places of the firsts and of the seconds in the list.
+    """
     begins = np.ones(len(cell), bool)
     begins[1:] = cell[1:] != cell[:-1]
     start = np.maximum.accumulate(np.where(begins, np.arange(len(cell)), 0))
@@ -131,7 +134,7 @@ def _pairs(cell: Ints) -> tuple[Ints, Ints]:
 
 
 def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
-    """Which pairs of nodes are the ends of a side in the plane of their cell."""
+    """Which pairs of nodes are both ends of a side of their cell that lies in the plane."""
     along = np.zeros(len(cell), bool)
     for side, (a, b) in enumerate(((0, 1), (2, 3), (0, 2), (1, 3))):
         one, other = segments.corner[cell, a], segments.corner[cell, b]
@@ -142,7 +145,7 @@ def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
 
 
 def _cover(segments: Segments, some: Bools) -> Ints:
-    """How many sides of some cells each segment is part of, (G,)."""
+    """The number of sides of some cells to which each segment belongs, (G,)."""
     change = np.zeros(len(segments.ends) + 1, np.intp)
     np.add.at(change, segments.first[some].ravel(), 1)
     np.add.at(change, segments.last[some].ravel(), -1)
@@ -203,7 +206,8 @@ def components(count: int, one: Ints, other: Ints) -> Ints:
 def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, Ints]:
     """Arcs from crossings to nodes on their borders, and crossings without any.
 
-    A node that is met twice is passed by; a crossing with two nodes is one arc between these.
+    A node between two sides of one crossing has no arc; a crossing with two nodes is one arc
+    between these.
     """
     pairs, counts = np.unique(np.stack([hub, node], axis=1), axis=0, return_counts=True)
     pairs = pairs[counts % 2 == 1]
@@ -215,7 +219,7 @@ def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, In
 
 
 def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -> Ints:
-    """Nodes without arcs at which the surface meets the plane: corners, double roots, loops."""
+    """Find nodes without arcs where the surface meets the plane: corners, double roots, loops."""
     is_free = np.zeros(len(segments.node_net), bool)
     is_free[: len(segments.value)] = segments.value == 0
     again = np.diff(segments.root_node, prepend=-1) == 0

@@ -1,8 +1,8 @@
-"""Which borders of nets are one line, and which places on them one point: names for both.
+"""Names for the lines on which borders of nets lie, and for places on these.
 
-Two patches that share an edge must see the same points of a section on it, to the last bit. So each
-line that two nets may share has a number, and a place on it has an integer coordinate; each root
-and each sign is computed once for a line or a place, whichever net asks.
+Two patches that share an edge must find the same points of a section on it, to the last bit. So
+each line that two nets may share has a number, and a place on it has an integer coordinate; each
+root on a line and each sign at a place is computed once for all nets that meet there.
 
 Lines are the distinct edges of the patches (`service.engine.mesh.connect`), then three medians of
 every triangle, from the middle of a side to the centroid: between these lie its three nets
@@ -20,8 +20,13 @@ from service.engine.queries.nets import QueryNets
 from service.surface.sides import BEGINS, ENDS
 
 DEPTH = 30
+"""Halvings of a net in each direction."""
+
 ONE = 1 << DEPTH
+"""Coordinate of the parameter 1 of a net."""
+
 LINE = 2 * ONE
+"""Coordinate of the end of a line."""
 
 CENTROID = -2
 """First number of a place that is the centroid of a triangle; that of a corner is −1."""
@@ -56,7 +61,7 @@ class Borders:
 
 
 def find_borders(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
-    """The lines of nets of patches of which the seams are known."""
+    """Find the lines of the nets of patches with these seams."""
     edges, patches = len(seams.users), len(seams.edge)
     is_point = np.zeros(edges + 3 * patches, bool)
     is_point[seams.edge[seams.collapsed]] = True
@@ -77,10 +82,10 @@ def find_borders(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
     step = np.where(seams.backward[patch], -2, 2)
     for third in _thirds(nets, is_triangle[patch]):
         rows, sides = third.rows, third.sides
-        own = patch[rows, np.newaxis]
-        line[rows] = np.where(third.inner, medians[own, sides], seams.edge[own, sides])
+        owner = patch[rows, np.newaxis]
+        line[rows] = np.where(third.inner, medians[owner, sides], seams.edge[owner, sides])
         # On an outer side a net begins at an end of the patch's side and reaches its middle.
-        turned = third.turned != seams.backward[own, sides]
+        turned = third.turned != seams.backward[owner, sides]
         start[rows] = np.where(third.inner, 0, np.where(turned, LINE, 0))
         step[rows] = np.where(third.inner, 2, np.where(turned, -1, 1))
     return Borders(line, start, step, is_point, ends)
@@ -88,10 +93,18 @@ def find_borders(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Third:
-    """Nets at one corner of triangles, `rows` (m,).
+    """The nets at one corner of triangles.
 
-    For each side of them: the side of the triangle on which it is, or of which, `inner` (4,), it is
-    on the median, `sides` (4,); and whether it begins at the end of this side, `turned` (4,).
+    Attributes
+    ----------
+    rows : ndarray of int, shape (m,)
+        Numbers of the nets.
+    sides : ndarray of int, shape (4,)
+        The side of the triangle on which each side of a net lies, or on whose median.
+    inner : ndarray of bool, shape (4,)
+        Whether it lies on the median.
+    turned : ndarray of bool, shape (4,)
+        Whether it begins at the end of the side of the triangle.
     """
 
     rows: Ints
@@ -114,8 +127,8 @@ def _thirds(nets: QueryNets, is_triangle: Bools) -> list[_Third]:
     # The quadrilateral of a whole triangle of high degree has two corners at C.
     divided = is_triangle & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
     inner = np.array([False, True, False, True])
-    found = []
+    thirds = []
     for corner, sides, turned in _THIRDS:
         rows = np.flatnonzero(divided & (nets.corners[:, 0] == corner).all(axis=1))
-        found.append(_Third(rows, np.array(sides), inner, np.array(turned)))
-    return found
+        thirds.append(_Third(rows, np.array(sides), inner, np.array(turned)))
+    return thirds

@@ -1,13 +1,14 @@
 """Roots of polynomials in Bernstein form over [0, 1], where their signs change.
 
-The number of sign changes of the coefficients is the number of roots in the open interval plus an
-even number (Descartes' rule in Bernstein form): none means no root, one means one. Other intervals
-are halved. Zero counts as positive, at a coefficient as at a point, so that a root at an end is a
-root of the interval in which the polynomial becomes negative. Where all coefficients of an interval
-are so small that they are taken for zero, it has one root if the signs at its ends differ,
-else a double one: the section touches the side there, or crosses itself.
+The number of sign changes of the coefficients is the number of roots in the open interval, with
+multiplicities, plus an even number (Descartes' rule in Bernstein form): without a change there is
+no root, with one change there is one. Other intervals are halved. Zero counts as positive, for
+coefficients and for values: a root at an end belongs to the interval in which the polynomial
+becomes negative. If all coefficients of an interval are at most `floor`, they count as zero, and
+the interval has one root if the signs at its ends differ, else a double root: the section touches
+the side there, or crosses itself. So has an interval after `DEEPEST` halvings.
 
-Every row is treated by itself, number by number: its roots do not depend on what stands beside it.
+All operations are elementwise: the roots of a row do not depend on the other rows.
 
 References
 ----------
@@ -20,32 +21,32 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 
 DEEPEST = 50
-"""Halvings of an interval."""
+"""The most halvings of an interval."""
 
 STEPS = 80
-"""Of Newton's method and bisection; the latter alone needs some 60."""
+"""The most steps of Newton's method and bisection; bisection alone needs some 60."""
 
 
 def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
-    """Where polynomials change their sign.
+    """Find the places at which polynomials change their sign.
 
     Parameters
     ----------
     rows : ndarray of float64, shape (m, n+1)
         Bernstein coefficients.
     floor : ndarray of float64, shape (m,)
-        Coefficients of each row that are taken for zero where it has no single root.
+        The largest coefficients of each row that count as zero.
 
     Returns
     -------
     row : ndarray of int, shape (k,)
         Ascending.
     t : ndarray of float64, shape (k,)
-        Ascending for each row, double roots twice; exactly 0 or 1 where the coefficient at this
-        end is 0.
+        Ascending for each row, double roots twice; exactly 0 or 1 if the coefficient at this end
+        is 0 and the root is there.
     """
     number, begin, nets, depth = np.arange(len(rows)), np.zeros(len(rows)), rows, 0
-    found: list[tuple[Ints, FloatArray]] = []
+    parts: list[tuple[Ints, FloatArray]] = []
     while len(number):
         checkpoint()
         signs = nets < 0
@@ -54,12 +55,12 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
         differ = signs[:, 0] != signs[:, -1]
         single = (changes == 1) | (small & differ)
         double = np.flatnonzero((changes > 1) & small & ~differ)
-        found.append(
+        parts.append(
             (np.repeat(number[double], 2), np.repeat(begin[double] + 0.5 ** (depth + 1), 2))
         )
         if single.any():
             t = _single(nets[single], signs[single])
-            found.append((number[single], begin[single] + t * 0.5**depth))
+            parts.append((number[single], begin[single] + t * 0.5**depth))
         left = np.flatnonzero((changes > 1) & ~small)
         if not len(left):
             break
@@ -68,9 +69,9 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
         nets = np.concatenate([low, high])
         number = np.concatenate([number[left], number[left]])
         begin = np.concatenate([begin[left], begin[left] + 0.5**depth])
-    if not found:
+    if not parts:
         return np.zeros(0, np.intp), np.zeros(0)
-    row, t = (np.concatenate(each) for each in zip(*found, strict=True))
+    row, t = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.lexsort((t, row))
     return row[order], t[order]
 
@@ -87,14 +88,14 @@ def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _single(nets: FloatArray, signs: Bools) -> FloatArray:
-    """The one place in [0, 1] where each polynomial changes its sign."""
+    """The only place in [0, 1] at which each polynomial changes its sign."""
     low, high = np.zeros(len(nets)), np.ones(len(nets))
     # A secant is a better start than the middle.
     first, last = nets[:, 0], nets[:, -1]
     span = first - last
     t = np.where(span != 0, first / np.where(span != 0, span, 1.0), 0.5)
     t = np.where((t > 0) & (t < 1), t, 0.5)
-    # Zeros up to the change of sign are a root at this very end.
+    # If the coefficients before the change, or after it, are all 0, the root is at this end.
     before = signs == signs[:, :1]
     t[~signs[:, 0] & ~((nets != 0) & before).any(axis=1)] = 0.0
     t[signs[:, 0] & ~((nets != 0) & ~before).any(axis=1)] = 1.0

@@ -1,4 +1,4 @@
-"""The search for the cells in which a section is known: cells are halved, and no loop is lost.
+"""The search for the cells of a section by halving, by which no loop is lost.
 
 A cell that is no graph (`graphs`) is halved in both directions. A graph is halved along itself
 until each of its pieces is within the tolerance of its chord (`flatness`), as are sides that lie in

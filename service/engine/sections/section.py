@@ -139,7 +139,7 @@ class _Search:
     tolerance: float
     allow: Callable[[int], None]
     deviation: float = 0.0
-    held: int = 0
+    count: int = 0
 
     def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
         """The sections by some planes, of pairs of these and of nets."""
@@ -153,17 +153,17 @@ class _Search:
             flat = rows[is_coplanar]
             coplanar.append(np.stack([plane[flat], self.nets.patch[net[flat]]], axis=1))
             if len(cells.net):
-                self.held += len(cells.net)
+                self.count += len(cells.net)
                 parts.append(cells)
         within = np.unique(np.concatenate(coplanar), axis=0)
-        found: list[list[Polyline]] = [[] for _ in numbers]
+        polylines: list[list[Polyline]] = [[] for _ in numbers]
         touching = np.zeros((0, 3))
         of_plane = np.zeros(0, np.intp)
         if parts:
-            touching, of_plane = self._draw(tuple(parts), numbers.start, found)
+            touching, of_plane = self._draw(tuple(parts), numbers.start, polylines)
         return [
             Section(
-                tuple(found[k - numbers.start]),
+                tuple(polylines[k - numbers.start]),
                 touching[of_plane == k],
                 within[within[:, 0] == k, 1],
             )
@@ -171,10 +171,10 @@ class _Search:
         ]
 
     def _allow(self, count: int) -> None:
-        self.allow(self.held + count)
+        self.allow(self.count + count)
 
     def _draw(
-        self, parts: tuple[Cells, ...], first: int, found: list[list[Polyline]]
+        self, parts: tuple[Cells, ...], first: int, polylines: list[list[Polyline]]
     ) -> tuple[FloatArray, Ints]:
         """Add polylines to those of each plane; return touching points, and their planes."""
         cells = CellTable.of(parts)
@@ -192,7 +192,7 @@ class _Search:
             keep = np.ones(len(rows), bool)
             keep[1:] = (rows[1:] != rows[:-1]).any(axis=1)
             if keep.sum() > 1:
-                found[plane[line.nodes[0]] - first].append(Polyline(rows[keep], line.closed))
+                polylines[plane[line.nodes[0]] - first].append(Polyline(rows[keep], line.closed))
             else:  # a patch that is a curve passes through the plane
                 touching.append(line.nodes[:1])
         degree = np.bincount(arcs.ends.ravel(), minlength=len(points))

@@ -71,7 +71,7 @@ class Segments:
 
 
 def find_segments(cells: CellTable, borders: Borders) -> Segments:
-    """The segments of all sides of cells, and the roots on them."""
+    """Find the segments of all sides of cells, and the roots on them."""
     corner, chosen = number_corners(cells, borders)
     value = cells.corner_values().ravel()[chosen]
     sides = CellSides.of(cells, borders)
@@ -157,7 +157,7 @@ def _segment_roots(
     """
     cell, number = np.divmod(side, 4)
     in_plane = np.zeros(len(side), bool)
-    found: list[tuple[Ints, FloatArray]] = []
+    parts: list[tuple[Ints, FloatArray]] = []
     group = np.searchsorted(cells.first, cell, side="right") - 1
     for k, part in enumerate(cells.parts):
         for which, rows_of_side in enumerate(part.rows):
@@ -169,7 +169,7 @@ def _segment_roots(
                 wrong = (rows[:, end] < 0) != sign
                 rows[wrong, end] = np.where(sign[wrong], -TINY, 0.0)
             row, t = roots(rows, part.floor[cell[some] - cells.first[k]])
-            found.append((some[row], t))
-    segment, t = (np.concatenate(each) for each in zip(*found, strict=True))
+            parts.append((some[row], t))
+    segment, t = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.lexsort((t, segment))
     return segment[order], t[order], in_plane

@@ -1,8 +1,8 @@
-"""Arcs joined to polylines, each as long as it can be.
+"""Arcs joined to polylines that are as long as possible.
 
-At a node with two arcs the line goes on. At one with four or more, an even number, it goes straight
-on: the arcs are ordered by their directions in the plane, and opposite ones are one line. So a
-figure of eight is one closed line, and two circles that cross are two. Elsewhere lines end.
+At a node with two arcs these are joined. At a node with 4, 6, … arcs lines go straight on: the arcs
+are ordered by their directions in the plane, and opposite ones are joined. So a figure of eight is
+one closed line, and two circles that cross are two. At other nodes lines end.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 
 FAR = 64
-"""Nodes that are looked at, at most, to tell in which direction an arc leaves a crossing."""
+"""The most nodes that determine the direction in which an arc leaves a crossing."""
 
 
 CHECKED = 4096
@@ -23,25 +23,25 @@ CHECKED = 4096
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """Nodes of a polyline (k,), and whether it is closed: then the first is the last, too."""
+    """Nodes of a polyline (k,); if it is closed the last is the first."""
 
     nodes: Ints
     closed: bool
 
 
 def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> Iterator[Line]:
-    """The polylines of arcs.
+    """Join arcs to polylines.
 
     Parameters
     ----------
     ends : ndarray of int, shape (A, 2)
         Nodes.
     sense : ndarray of float64, shape (A,)
-        Above 0 for arcs in the direction in which a polyline shall run, below 0 for others.
+        Above 0 for arcs in the direction of their polyline, below 0 for arcs against it.
     places : ndarray of float64, shape (N, 2)
         Coordinates of the nodes in the plane.
     reach : float
-        Directions are those of points as far as this.
+        Distance from a crossing at which the directions of arcs are compared.
     """
     node = ends.ravel()
     mate = _mates(node, places, reach)
@@ -70,7 +70,7 @@ def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> It
 
 
 def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
-    """For each end of an arc (2 A,) the end of the next arc where the line goes on, or −1."""
+    """For each end of an arc, (2 A,), the end of another at which the line goes on, or −1."""
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
     begins = np.flatnonzero(np.diff(node[order], prepend=-1))
@@ -79,18 +79,18 @@ def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
     mate[order[twos]], mate[order[twos + 1]] = order[twos + 1], order[twos]
     crossings = np.flatnonzero((counts > 2) & (counts % 2 == 0))
     if len(crossings):
-        known = mate.copy()
+        simple = mate.copy()
         for k in crossings.tolist():
             checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
-            angles = [_direction(int(h), node, known, places, reach) for h in halves]
+            angles = [_direction(int(h), node, simple, places, reach) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]
             mate[halves] = np.roll(halves, len(halves) // 2)
     return mate
 
 
 def _direction(half: int, node: Ints, mate: Ints, places: FloatArray, reach: float) -> float:
-    """The angle under which a line leaves the node at an end of an arc."""
+    """The angle at which a line leaves the node at an end of an arc."""
     begin = places[node[half]]
     x = y = 0.0
     for _ in range(FAR):

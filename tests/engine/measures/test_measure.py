@@ -40,6 +40,16 @@ def holds(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
     return bool(interval.low - slack <= truth <= interval.high + slack)  # type: ignore[operator]
 
 
+@pytest.mark.parametrize("scale", [1e-60, 1e-110, 1e-160, 1e-300])
+def test_intervals_hold_the_truth_where_products_underflow(scale: float) -> None:
+    sphere = example("sphere")
+    found = of(replace(sphere, vertices=sphere.vertices * scale), 1e-3)
+    assert holds(found.area, 4 * PI.pi * PI.mpf(scale) ** 2)
+    assert holds(found.volume, 4 / PI.mpf(3) * PI.pi * PI.mpf(scale) ** 3)
+    assert found.centroid is not None
+    assert all(holds(c, 0) for c in found.centroid)
+
+
 def example(name: str) -> PatchSurface:
     surface = find(name).surface()
     assert isinstance(surface, PatchSurface)
