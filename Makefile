@@ -131,7 +131,7 @@ test-properties: $(VENV)/.dev ## Try every property of the tests on 300 random e
 test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with toys, and forget a step at a time
 	$(BIN)/python -m tools.recipes
 
-judge-queries: $(VENV)/.dev ## Judge closest points and hits of rays on surfaces of every family by looking everywhere (an hour)
+judge-queries: $(VENV)/.dev ## Judge closest points and hits of rays on surfaces of every family by looking everywhere (half an hour)
 	$(BIN)/python -m tools.judge.closest
 	$(BIN)/python -m tools.judge.rays
 

@@ -45,13 +45,18 @@ class ArrayRoute(BodyRoute):
             values = values_from_text(request.query_params.multi_items())
         except InvalidRequest as error:
             raise InvalidQuery(*error.issues) from None
+        fmt = values.pop("format", None) if self.formats else None
         if self.array in values:
             message, got = "The body has these numbers.", "a parameter"
             raise InvalidQuery(Issue("unknown_field", message, f"/{self.array}", got, "a body"))
         if not isinstance(values.get("surface"), str):
             message, needed = "The query must name the surface.", "the id of a surface"
             raise InvalidQuery(Issue("missing_field", message, "/surface", "no id", needed))
-        return None, {name: _value(value) for name, value in values.items()}
+        return fmt, {name: _value(value) for name, value in values.items()}
+
+    def read(self, body: bytes) -> Any:
+        """The value of the field, from the bytes of a file."""
+        return read_array(body)
 
     async def _decode(
         self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
@@ -65,7 +70,7 @@ class ArrayRoute(BodyRoute):
 
         def decode(body: bytes) -> Tree:
             surface = definition(stored.surface, flat=True)
-            return {**beside, "surface": surface, self.array: read_array(body)}
+            return {**beside, "surface": surface, self.array: self.read(body)}
 
         return decode
 

@@ -2,12 +2,14 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from service.api.app import create_app
 from service.api.models.intersect import RayHits
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
+from tests.api.test_project import NPY, npy
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 DOWN = {"origins": [[0.25, 0.5, 2], [3, 0.5, 2]], "directions": [[0, 0, -4]]}
@@ -39,6 +41,40 @@ def test_members_of_a_group_have_patches_of_their_own_numbers(client: Client) ->
     assert found["patch"] == [1, 0]
     assert found["t"] == [0.25, 0.5]
     assert ask(client, surface=group, rays=DOWN)["patch"] == [1]
+
+
+def test_rays_in_a_file_of_numpy(client: Client) -> None:
+    surface = client.get("/v1/surfaces/sphere").json()["surface"]
+    rows = np.array([[0, 0, 4, 0, 0, -2], [3, 0.25, 0, -1, 0, 0]])
+    rays = {"origins": rows[:, :3].tolist(), "directions": rows[:, 3:].tolist()}
+    expected = ask(client, surface=surface, rays=rays, hits="all", relative_thickness=1e-6)
+    stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
+    for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
+        query = f"?surface={name}&hits=all&relative_thickness=1e-6&format=json"
+        answer = client.request("POST", f"/v1/intersect{query}", npy(rows, dtype), NPY)
+        assert answer.json() == expected, answer.text
+
+
+@pytest.mark.parametrize(
+    ("query", "rows", "code", "place"),
+    [
+        ("?surface=sphere", [[0, 0, 0]], "wrong_dimension", {"pointer": "/rays"}),
+        ("?surface=sphere", np.zeros((0, 6)), "empty_list", {"pointer": "/rays/origins"}),
+        ("?surface=sphere", [[0] * 6], "zero_direction", {"pointer": "/rays/directions/0"}),
+        ("?surface=sphere&rays=1", [[0] * 6], "unknown_field", {"parameter": "rays"}),
+        ("?surface=sphere&hits=two", [[1] * 6], "wrong_value", {"parameter": "hits"}),
+        ("?surface=sphere&format=svg", [[1] * 6], "unsupported_by_format",
+         {"parameter": "format"}),
+    ],
+)  # fmt: skip
+def test_files_of_rays_that_are_refused(
+    client: Client, query: str, rows: Any, code: str, place: dict[str, str]
+) -> None:
+    answer = client.request("POST", f"/v1/intersect{query}", npy(rows), NPY)
+    assert answer.status_code in (400, 422), answer.text
+    issue = answer.json()["errors"][0]
+    assert issue["code"] == code
+    assert place.items() <= issue.items()
 
 
 @pytest.mark.parametrize("name", ["trefoil-tube", "bspline-hills"])

@@ -12,6 +12,7 @@ from itertools import pairwise
 from math import sqrt
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from tests.oracles.exact import Net
 from tests.oracles.sheets import Array, Sheet
@@ -22,46 +23,60 @@ NEIGHBOURS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np
 def nearest(
     sheets: Sequence[Sheet], points: Array, samples: int = 20_000, starts: int = 3, steps: int = 60
 ) -> Array:
-    """Distances (m,) of points of the sheets to `points` (m, 3), about the least."""
-    best = np.full(len(points), np.inf)
+    """Distances (m,) of points of the sheets to `points` (m, 3), about the least.
+
+    From the nearest samples of every sheet, unless another sheet is nearer by four times the
+    greatest gap between its samples.
+    """
     each = max(200, samples // len(sheets))
+    found, gaps = [], []
     for sheet in sheets:
         places = sheet.samples(each)
         at = sheet.at(places)
-        x = points - sheet.origin
-        step = sheet.step(each)
-        for first in range(0, len(x), 500):
-            some = x[first : first + 500]
-            squares = (
-                ((some[:, None] - at) ** 2).sum(axis=2)
-                if len(at) < 500
-                else ((some**2).sum(axis=1)[:, None] - 2 * some @ at.T + (at**2).sum(axis=1))
-            )
-            rows = np.argpartition(squares, starts - 1, axis=1)[:, :starts]
-            found = _zoomed(sheet, some, places[rows], step, steps)
-            best[first : first + 500] = np.minimum(best[first : first + 500], found)
-    return best
+        tree = cKDTree(at)
+        gaps.append(float(tree.query(np.unique(at, axis=0), 2)[0][:, 1].max()))
+        found.append((places, *tree.query(points - sheet.origin, starts)))
+    best = np.min([distance[:, 0] for _, distance, _ in found], axis=0)
+    likely = best.copy()
+    for sheet, gap, (places, distance, rows) in zip(sheets, gaps, found, strict=True):
+        which = np.flatnonzero(distance[:, 0] <= likely + 4 * gap)
+        if len(which):
+            x, begin = points[which] - sheet.origin, places[rows[which]]
+            least = _zoomed(sheet, x, begin, sheet.step(each), steps)
+            best[which] = np.minimum(best[which], least)
+    least_of_all: Array = best
+    return least_of_all
 
 
 def _zoomed(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
-    """The least distance that is found from places (m, k, 2) on."""
+    """The least distance that is found from places (m, k, 2) on.
+
+    After a quarter of the steps only the best of the k places goes on.
+    """
     m, k, _ = places.shape
-    x = np.repeat(x, k, axis=0)
-    places = places.reshape(-1, 2)
-    steps_left = np.full(len(places), 2.0)
-    distance = np.linalg.norm(sheet.at(places) - x, axis=1)
-    for _ in range(steps):
-        around = places[:, None] + steps_left[:, None, None] * step * NEIGHBOURS
+    distance = np.linalg.norm(sheet.at(places.reshape(-1, 2)).reshape(m, k, 3) - x[:, None], axis=2)
+    steps_left = np.full((m, k), 2.0)
+    for number in range(steps):
+        if number == steps // 4:
+            chosen = distance.argmin(axis=1)[:, None]
+            places = np.take_along_axis(places, chosen[..., None], axis=1)
+            distance, steps_left = (
+                np.take_along_axis(each, chosen, axis=1) for each in (distance, steps_left)
+            )
+        around = places[:, :, None] + steps_left[..., None, None] * step * NEIGHBOURS
         around = sheet.inside(around.reshape(-1, 2))
-        far = np.linalg.norm(sheet.at(around).reshape(-1, 9, 3) - x[:, None], axis=2)
-        chosen = far.argmin(axis=1)
-        rows = np.arange(len(places))
-        better = far[rows, chosen] < distance
+        there = sheet.at(around).reshape(*distance.shape, 9, 3) - x[:, None, None]
+        far = np.sqrt((there * there).sum(axis=3))
+        nearest_one = far.argmin(axis=2)[..., None]
+        least = np.take_along_axis(far, nearest_one, axis=2)[..., 0]
+        better = least < distance
         steps_left = np.where(better, 1.2 * steps_left, 0.45 * steps_left)
-        places = np.where(better[:, None], around.reshape(-1, 9, 2)[rows, chosen], places)
-        distance = np.minimum(distance, far[rows, chosen])
-    least: Array = distance.reshape(m, k).min(axis=1)
-    return least
+        around = around.reshape(*distance.shape, 9, 2)
+        moved = np.take_along_axis(around, nearest_one[..., None], axis=2)[:, :, 0]
+        places = np.where(better[..., None], moved, places)
+        distance = np.minimum(distance, least)
+    found: Array = distance.min(axis=1)
+    return found
 
 
 def least_distance(

@@ -2,10 +2,11 @@
 
     python -m tools.judge.closest [points] [surfaces] [family …]      (make judge-queries)
 
-It asks for 1000 points near each of 8 surfaces of every family: near and far, on the surface, and
-close to it. A row counts nearer points than the interval allows (`outside`), reported points that
-are not the nearest though the interval was reached (`wrong`), intervals that were not reached, and
-points a second. The exit status is 1 if any point is outside or wrong.
+It asks for 4500 points near each of 8 surfaces of every family, and of the examples: within and
+beside the box, far away, on the surface, close to it, on its normals up to ten diagonals away, and
+midway between two of its points. A row counts nearer points than the interval allows (`outside`),
+reported points that are not the nearest though the interval was reached (`wrong`), and intervals
+that were not reached. The exit status is 1 if any point is outside or wrong.
 """
 
 import sys
@@ -15,8 +16,11 @@ from multiprocessing import Pool, cpu_count
 
 import numpy as np
 
+from service.engine.models import to_patches
 from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.settings.runtime import pin_blas
+from service.surface.examples import EXAMPLES as ALL_EXAMPLES
+from service.surface.examples import find
 from tests.oracles.closest import nearest
 from tests.oracles.sheets import Array, Sheet, sheets_of
 from tools.certify.surfaces import FAMILIES
@@ -25,23 +29,46 @@ FIRST = 7000
 """Number of the first surface of a family: others than tests and `make certify` have."""
 
 
+EXAMPLES = tuple(name for name in ALL_EXAMPLES if name not in ("trefoil-tube", "ribbon", "hair"))
+"""Those that are made of patches."""
+
+
 def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) -> Array:
-    """Points within and beside a box, far away, on the sheets, and close to these."""
+    """Points of all the kinds above, about as many of each."""
     rng = np.random.default_rng(seed)
     reach = float(np.linalg.norm(high - low))
-    on = np.concatenate([sheet.at(sheet.samples(500)) + sheet.origin for sheet in sheets])
-    each = max(1, count // 4)
-    near, far = (rng.uniform(low - by * reach, high + by * reach, (each, 3)) for by in (0.3, 4))
-    here = on[rng.integers(0, len(on), each)]
-    rest = on[rng.integers(0, len(on), max(1, count - 3 * each))]
-    return np.concatenate([near, far, here, rest + rng.normal(0, 1e-3 * reach, rest.shape)])
+    each = max(1, count // 7)
+    near, beside, far = (
+        rng.uniform(low - by * reach, high + by * reach, (each, 3)) for by in (0, 0.3, 4)
+    )
+    on, normals = (np.concatenate(many) for many in zip(*map(_with_normals, sheets), strict=True))
+    here, there, close, below = (rng.integers(0, len(on), each) for _ in range(4))
+    above = rng.choice([-1, 1], each) * 10.0 ** rng.uniform(-3, 1, each)
+    return np.concatenate(
+        [
+            near, beside, far, on[here], on[close] + rng.normal(0, 1e-3 * reach, (each, 3)),
+            on[below] + reach * above[:, np.newaxis] * normals[below], (on[here] + on[there]) / 2,
+        ]
+    )  # fmt: skip
+
+
+def _with_normals(sheet: Sheet) -> tuple[Array, Array]:
+    """Points of a sheet, and about its unit normals there."""
+    places = sheet.samples(500)
+    at = sheet.at(places)
+    du, dv = (sheet.at(sheet.inside(places + 1e-6 * axis)) - at for axis in np.eye(2))
+    normals = np.cross(du, dv)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals /= np.where(lengths > 0, lengths, 1.0)
+    return at + sheet.origin, normals
 
 
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     """The findings about one surface."""
     name, seed, count = case
-    surface = FAMILIES[name].surface(seed)
-    model, sheets = surface.lower(), sheets_of(surface)
+    surface = FAMILIES[name].surface(seed) if name in FAMILIES else find(name).surface()
+    model = to_patches(surface.lower())
+    sheets = sheets_of(surface if name in FAMILIES else model)
     low, high = model.bounds
     points = strewn(sheets, low, high, count, seed)
     start = time.process_time()
@@ -56,6 +83,8 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     wrong = reached & (columns["distances"] > least + 1e-9 * diagonal + slack)
     wrong |= np.abs(away - columns["distances"]) > 8 * slack
     outside = (least < bounds[:, 0] - slack) | (columns["distances"] > bounds[:, 1])
+    if (outside | wrong).any():
+        print(f"{name}, {seed}: points {np.flatnonzero(outside | wrong)[:9].tolist()}", flush=True)
     return name, Counter(
         points=len(points), outside=int(outside.sum()), wrong=int(wrong.sum()),
         wider=int((~reached).sum()), tied=int(columns["tied"].sum()),
@@ -65,9 +94,14 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
 
 def main(arguments: list[str]) -> int:
     """Judges all, and prints a row for each family."""
-    count, surfaces = (int(a) for a in (arguments + ["1000", "8"][len(arguments[:2]) :])[:2])
-    names = arguments[2:] or list(FAMILIES)
-    cases = [(name, FIRST + k, count) for k in range(surfaces) for name in names]
+    count, surfaces = (int(a) for a in (arguments + ["4500", "8"][len(arguments[:2]) :])[:2])
+    names = arguments[2:] or [*FAMILIES, *EXAMPLES]
+    cases = [
+        (name, FIRST + k, count)
+        for k in range(surfaces)
+        for name in names
+        if name in FAMILIES or k == 0
+    ]
     totals: dict[str, Counter[str]] = {}
     with Pool(min(2, cpu_count()), pin_blas) as pool:
         for name, found in pool.imap_unordered(judge, cases):

@@ -128,7 +128,9 @@ def json_body(examples: Json, *parameters: Json) -> Json:
     return {"requestBody": body, "parameters": list(parameters)}
 
 
-def array_body(examples: Json, model: type[BaseModel], array: str, about: str) -> Json:
+def array_body(
+    examples: Json, model: type[BaseModel], array: str, about: str, *parameters: Json
+) -> Json:
     """A document as JSON, or one array of it with the other fields in the query.
 
     Parameters
@@ -137,6 +139,8 @@ def array_body(examples: Json, model: type[BaseModel], array: str, about: str) -
         Of the document.
     array, about : str
         The field whose numbers may be a file, and their axes.
+    parameters : dict
+        More query parameters.
     """
     extra = json_body(examples)
     text = f"`{array}` as a file of `numpy.save`, of float32 or float64: {about}."
@@ -150,7 +154,7 @@ def array_body(examples: Json, model: type[BaseModel], array: str, about: str) -
         for name, schema in model.model_json_schema()["properties"].items()
         if schema.get("type") in simple
     ]
-    return extra | {"parameters": [surface, *beside]}
+    return extra | {"parameters": [*parameters, surface, *beside]}
 
 
 def surface_body(examples: Json, *parameters: Json, has_options: bool = True) -> Json:

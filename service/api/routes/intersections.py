@@ -1,27 +1,47 @@
 """Where surfaces are intersected: hits of rays, sections by planes."""
 
+from typing import Any
+
 from fastapi import APIRouter, Response
 
 from service.api.answers import bytes_response, file_response
-from service.api.body import BodyRoute
+from service.api.array_route import ArrayRoute
 from service.api.models.sections import Intersections
 from service.api.negotiation import format_by_accept
 from service.api.openapi.examples import show_answers
-from service.api.openapi.parameters import Json, format_parameter, json_body
+from service.api.openapi.parameters import Json, array_body, format_parameter
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
 from service.api.problems import InvalidQuery
 from service.api.services import ContextDep
+from service.decoders.npy import read_array
 from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
-from service.errors import Issue
+from service.errors import InvalidRequest, Issue
 from service.pipeline.intersect import plan_intersect
 from service.pipeline.section import plan_sections
 from service.schemas.intersect import IntersectRequest
 
 
-class IntersectRoute(BodyRoute):
-    """A route that answers in a format for sections; hits of rays are JSON."""
+class IntersectRoute(ArrayRoute):
+    """A route that answers in a format for sections; hits of rays are JSON.
 
-    formats = SECTION_FORMATS
+    A file holds rays, x, y, z, dx, dy, dz in each row.
+    """
+
+    formats, array = SECTION_FORMATS, "rays"
+
+    def read(self, body: bytes) -> dict[str, Any]:
+        """Origins and directions.
+
+        Raises
+        ------
+        InvalidRequest
+            `wrong_dimension`, and as `read_array`.
+        """
+        rays = read_array(body)
+        if rays.ndim != 2 or rays.shape[1] != 6:
+            message, got = "A row of a file of rays is a point and a direction.", str(rays.shape)
+            raise InvalidRequest(Issue("wrong_dimension", message, "/rays", got, "shape (m, 6)"))
+        return {"origins": rays[:, :3], "directions": rays[:, 3:]}
 
 
 intersections = APIRouter(route_class=IntersectRoute)
@@ -78,10 +98,13 @@ show_answers("intersectSurface", _HITS, IntersectRequest, _intersected)
     response_description="The hits, or the sections.",
     responses={
         200: answer(FILE_HEADERS, SECTION_FORMATS),
+        404: error("UnknownSurface"),
         406: error("NotAcceptable"),
         **POST_ERRORS,
     },
-    openapi_extra=json_body(_HITS, format_parameter(SECTION_FORMATS)),
+    openapi_extra=array_body(
+        _HITS, IntersectRequest, "rays", "(m, 6)", format_parameter(SECTION_FORMATS)
+    ),
 )
 async def intersect_surface(wanted: IntersectRequest, context: ContextDep) -> Response:
     """Looks for the hits of rays, or for the sections by planes, of the whole surface.
@@ -93,6 +116,9 @@ async def intersect_surface(wanted: IntersectRequest, context: ContextDep) -> Re
     **Planes.** A section is a set of polylines within a tolerance of it. No part of it is lost,
     however small; polylines are closed where the surface is. The response is in the format that
     `format` names or `Accept` prefers; JSON without either.
+
+    Many rays are sent sooner as a file of NumPy, a point and a direction in each row: the query
+    then names a surface that is stored, or built in, and has the other fields.
 
     Tubes and ribbons have no hits and no sections (`not_parametric`).
     """

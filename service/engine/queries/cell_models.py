@@ -150,7 +150,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         np.sqrt(_squares(np.diff(points, axis=k))).sum(axis=k).max(axis=0) for k in (0, 1)
     )
     if q == 0:
-        # Nothing moves along b: ½ b² is added to what is to be least, which then is least at b = 0.
+        # Nothing moves along b: with ½ b² added, the squared distance is least at b = 0.
         table[FORM_BB] = 1.0
         table[[SPREAD_AB, SPREAD_BB, BEND_AB, BEND_BB, SLOPE_B, LEAST_B]] = 0.0
         table[[LIFT_AB, LIFT_BB]] = 0.0
@@ -211,12 +211,12 @@ def _bounds_of_partials(
 
 
 def _remainder(third: list[FloatArray], least: FloatArray) -> FloatArray:
-    """The rest of a polynomial of second order by its third partials, and what is there before."""
+    """The rest of a model of second order: `least`, and a bound by the third partials."""
     return np.asarray(least + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)
 
 
 def _factor(degree: int, order: int) -> float:
-    """What a difference of this order is multiplied by: n (n − 1) … / 2^order."""
+    """The factor of differences of this order in partials: n (n − 1) … / 2^order."""
     factor = 1.0
     for k in range(order):
         factor *= max(degree - k, 0) / 2

@@ -31,7 +31,7 @@ the pairs of a request take longer; a cell of degree 32 takes a millisecond."""
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """What is computed of every cell: a function of nets, halvings and the largest coordinate."""
+    """The columns of every cell: a function of nets, halvings and the largest coordinate."""
 
     models: Callable[[FloatArray, Ints, float], FloatArray]
     columns: int
@@ -116,7 +116,7 @@ class CellTree:
             space.count = kept
         self._child[self.first] = -1
 
-    def begin_smaller(self, most: int, column: int, limit: float) -> None:
+    def halve_first(self, most: int, column: int, limit: float) -> None:
         """Halves the first cells while a column is beyond a limit and they are at most `most`."""
         while True:
             coarse = self.models[column, self.first] > limit

@@ -120,7 +120,7 @@ def sphere_bounds(model: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatAr
 def cell_bounds(
     model: FloatArray, place: FloatArray, point: Bools, x: FloatArray, flattest: float
 ) -> CellBounds:
-    """What is proved about pairs of a point and a cell.
+    """Bounds of the distance for pairs of a point and a cell.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ STRIP = 1 / 3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Strips:
-    """What is known of N pairs of a ray and a thin cell.
+    """The strips of N pairs of a ray and a thin cell.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Strips:
 def grazed_strips(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray, thickness: FloatArray
 ) -> tuple[Bools, Bools, Strips]:
-    """Which pairs have no hit, which are thin, and what is known of the latter.
+    """Which pairs have no hit, which are thin, and the strips of the latter.
 
     Parameters
     ----------

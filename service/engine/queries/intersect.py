@@ -17,12 +17,12 @@ RELATIVE_THICKNESS = 1e-9
 """Of the diagonal, if nothing is said."""
 
 NAMES = np.array([kind.name.lower() for kind in Kind])
-"""What a `Kind` is called."""
+"""The name of each `Kind`, in lower case."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RayQuery:
-    """What is asked.
+    """Rays, and which of their hits are asked for.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     Returns
     -------
     dict of ndarray, or list
-        Of m rays: reached (m,), whether all hits are told; counts (m,) of hits. Of n hits: ray
+        Of m rays: reached (m,), whether all hits are answered; counts (m,) of hits. Of n hits: ray
         (n,), its number; t (n,), in units of the direction as it was given; t_bounds (n, 2), which
         hold all points of the surface on the ray for which this hit stands; positions (n, 3); patch
         (n,) and uv (n, 2), as of closest points; normals (n, 3); kind, a list of "crossing",

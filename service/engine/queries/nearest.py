@@ -1,4 +1,4 @@
-"""The nearest places that a search has found so far, and what is proved about nearer ones."""
+"""The nearest places that a search has found so far, and proved bounds of nearer ones."""
 
 from dataclasses import dataclass
 

@@ -11,7 +11,7 @@ from service.engine.queries.cells import CellTree
 from service.engine.queries.net_partials import net_partials
 
 RIDGE = 2.0**-33
-"""What is added to second derivatives, in parts of these: where a patch is a line, the distance
+"""The part of second derivatives that is added to them: where a patch is a line, the distance
 does not change in one direction, and Newton's method shall not go far along it."""
 
 

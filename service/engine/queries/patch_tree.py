@@ -34,6 +34,7 @@ class PatchTree:
 
     Attributes
     ----------
+    cells : CellTree
     order : ndarray of int, shape (N,)
         The first cells along the curve.
     levels : list of ndarray of float64, shape (5, n)
@@ -42,6 +43,7 @@ class PatchTree:
     """
 
     def __init__(self, cells: CellTree, few: int = FEW) -> None:
+        self.cells = cells
         spheres = cells.models[:5, cells.first]
         order = np.argsort(_morton(spheres[:3]), kind="stable")
         level = spheres[:, order]

@@ -35,7 +35,7 @@ ON_SIDE = 1e-12
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ProjectQuery:
-    """What is asked.
+    """Points, and how narrow the intervals of their distances shall be.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
 
 
 def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:
-    """Where the closest points are, and what is said of them on surfaces and curves alike."""
+    """The closest points, and the columns that surfaces and curves have alike."""
     width = query.relative_tolerance * nets.diagonal
     found = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
     bounds = np.stack([found.low, found.high], axis=1) * nets.scale

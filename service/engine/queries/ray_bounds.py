@@ -169,7 +169,7 @@ class RootBounds:
 def root_bounds(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray
 ) -> tuple[Bools, Bools, RootBounds]:
-    """Which pairs have no hit, which are settled, and what is known of the latter.
+    """Which pairs have no hit, which are settled, and the bounds of the latter.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class Origin(IntEnum):
 
 
 class Kind(IntEnum):
-    """What a ray does at a hit."""
+    """How a ray meets the surface at a hit."""
 
     CROSSING = 0
     TOUCHING = 1
@@ -112,8 +112,8 @@ class Hits:
 def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     """One hit for each place, in the order of rays and of t; `origin` becomes the `Kind`.
 
-    `long` is the length of an interval from which on a hit is along. An interval that begins behind
-    the origin of its ray is told by the first end of a strip that does not.
+    `long` is the length of an interval from which on a hit is along. The place of an interval
+    that begins behind the origin of its ray is the first end of a strip that does not.
     """
     sines = hits.sines(rays.direction[:, hits.ray])
     # Where a ray is almost tangent, the surface is near it before and after it is very near.
@@ -173,32 +173,32 @@ def _merge(
             proved, strips = np.setdiff1d(proved, within), np.concatenate([strips, within])
             ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
             chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
-            found.append((_standing(hits, chosen, strips), Kind.ALONG))
+            found.append((_stand_for(hits, chosen, strips), Kind.ALONG))
         else:
-            # What may be hit right beside a crossing that is almost tangent is told with it.
+            # Strips right beside a crossing that is almost tangent belong to its interval.
             strips = np.array([row for row in strips if not _joins(hits, row, flat)], np.intp)
             if len(strips):
                 ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
                 chosen = ahead[np.argmin(hits.residual[ahead])]
                 one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
                 kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
-                found.append((_standing(hits, chosen, strips), kind))
+                found.append((_stand_for(hits, chosen, strips), kind))
     for sign in (-1, 1):
         same = proved[sines[proved] * sign > 0]
         if len(same):
             for row in near[sines[near] * sign > 0]:
                 chosen = same[np.argmin(np.abs(hits.t[same] - hits.t[row]))]
-                _standing(hits, chosen, np.array([chosen, row]))
+                _stand_for(hits, chosen, np.array([chosen, row]))
             near = near[sines[near] * sign <= 0]
     if len(near):
         chosen = near[np.argmin(hits.residual[near])]
         signs = np.sign(sines[near])
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
-        found.append((_standing(hits, chosen, near), kind))
+        found.append((_stand_for(hits, chosen, near), kind))
     return found + [(int(row), Kind.CROSSING) for row in proved]
 
 
-def _standing(hits: Hits, chosen: np.intp, rows: Ints) -> int:
+def _stand_for(hits: Hits, chosen: np.intp, rows: Ints) -> int:
     """The chosen hit, which now stands for all of some rows: its interval becomes theirs."""
     low, high = hits.low[rows].min(), hits.high[rows].max()
     hits.low[chosen], hits.high[chosen] = low, high
@@ -211,7 +211,7 @@ def _joins(hits: Hits, strip: np.intp, flat: Ints) -> bool:
     near = flat[np.maximum(low - hits.high[flat], hits.low[flat] - high) <= high - low]
     if len(near):
         chosen = near[np.argmin(np.abs(hits.t[near] - hits.t[strip]))]
-        _standing(hits, chosen, np.array([chosen, strip]))
+        _stand_for(hits, chosen, np.array([chosen, strip]))
     return len(near) > 0
 
 

@@ -57,15 +57,15 @@ class _Seen:
     residual: FloatArray
     rounding: FloatArray
 
-    def moved(self, at: FloatArray, d: FloatArray) -> "_Seen":
-        """The same cells at places so near that the surface is its tangent plane."""
+    def move(self, at: FloatArray, d: FloatArray) -> "_Seen":
+        """These cells at places so near that the surface is its tangent plane."""
         step = self.half * (at - self.at)
         way = step[0] * self.du + step[1] * self.dv
         place = np.clip(self.place + step, 0.0, 1.0)
         position, t = self.position + way, self.t + dot(way, d)
         return replace(self, at=at, place=place, position=position, t=t)
 
-    def hits(
+    def to_hits(
         self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], origin: Origin
     ) -> Hits:
         """Some of them as hits of rays (n,) with nets (n,), and intervals of t of n rows each."""
@@ -124,14 +124,14 @@ def find_roots(
         near = exact | stuck & (seen.residual <= rays.thickness[ray[rows]])
         hit = np.flatnonzero(near & ~outside)
         if len(hit):
-            seen = seen.moved(np.where(exact, new, seen.at), d)  # by steps as small as rounding
+            seen = seen.move(np.where(exact, new, seen.at), d)  # by steps as small as rounding
             some = rows[hit]
             inside = (np.abs(seen.at[:, hit]) + reach[hit] <= 1).all(axis=0)
             model = cells.models[: columns.ROUND + 1, cell[some]]
             speed = model[columns.ROUND] / (16 * UNIT) + 3 * model[columns.REST]
             t = seen.t[hit]
             wide = reach[hit] * speed + seen.rounding[hit]
-            hits = seen.hits(
+            hits = seen.to_hits(
                 hit, ray[some], cells.net[cell[some]], (t - wide, t + wide), Origin.NEAR
             )
             hits.origin[inside] = Origin.PROVED
@@ -181,7 +181,7 @@ def find_strips(
     t = np.stack([seen.t[rows] for seen in ends])
     low, high = t.min(axis=0) - wide, t.max(axis=0) + wide
     net = cells.net[cell[rows]]
-    hits = [seen.hits(rows, ray[rows], net, (low, high), Origin.STRIP) for seen in ends]
+    hits = [seen.to_hits(rows, ray[rows], net, (low, high), Origin.STRIP) for seen in ends]
     return Hits.joined(hits), fine
 
 
@@ -190,7 +190,7 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     seen = _look(cells, rays, ray, cell, np.zeros((2, len(ray))))
     wide = 2 * cells.models[columns.RADIUS, cell] + seen.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
-    return seen.hits(rows, ray, net, (seen.t - wide, seen.t + wide), Origin.POINT)
+    return seen.to_hits(rows, ray, net, (seen.t - wide, seen.t + wide), Origin.POINT)
 
 
 @np.errstate(all="ignore")

@@ -14,7 +14,7 @@ from service.bases.arrays import Bools, Ints
 
 
 class Share:
-    """What m points together may spend.
+    """The pairs that m points together may spend.
 
     Parameters
     ----------

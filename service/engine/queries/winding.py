@@ -24,9 +24,9 @@ derivative is at most ω² n h (Floater 1992), so that the area is at most the i
 Sides that are one edge of the model may differ by rounding, and by how far points were moved to
 join borders: with g for both, g is added to each δ_i for the strips that close the gap.
 
-Cells are halved until the sum of these bounds is less than 2π: the whole number nearest to what was
-summed is then w. Near the surface, at a distance d, the bounds of cells as large as d fall with d,
-so that each level adds only some cells.
+Cells are halved until the sum of these bounds is less than 2π: the whole number nearest to the
+sum of angles is then w. Near the surface, at a distance d, the bounds of cells as large as d fall
+with d, so that each level adds only some cells.
 
 A point within the ball about x that holds no point of the surface has the same w. So x is replaced
 by the nearest point of a grid as fine as needed, and many points by one. Points outside the box of
@@ -49,7 +49,7 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import CellTree, Table
 
 ROOM = 0.95 * 2 * pi
-"""What bounds of solid angles may add up to."""
+"""The largest sum of bounds of solid angles."""
 
 SMALL = (2.0**-4, 2.0**-7, 2.0**-10)
 """Bounds at which cells are not halved: with one after the other, until all of them add up to less

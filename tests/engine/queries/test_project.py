@@ -12,6 +12,7 @@ from service.engine.queries.project import (
     ProjectQuery,
     project_on_curve,
     project_on_surface,
+    surface_columns,
 )
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -19,6 +20,7 @@ from service.surface.curve import BsplineCurve
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
+from service.surface.triangle import TriangleSurface
 from tests.oracles import quadrics
 from tests.oracles.closest import least_distance, nearest
 from tests.oracles.exact import exact_net
@@ -151,7 +153,7 @@ def test_a_surface_that_is_one_point_has_one_closest_point() -> None:
     np.testing.assert_allclose(columns["distance_bounds"], [[2, 2], [0, 0]], atol=1e-13)
 
 
-def test_ties_are_told_and_the_first_patch_is_taken() -> None:
+def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
     square = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]])
     both = np.concatenate([square, square + np.array([0, 0, 2])])
     surface = PatchSurface(both, np.arange(8).reshape(2, 2, 2))
@@ -231,3 +233,20 @@ def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPa
     (low, high), (least, most) = columns["distance_bounds"].T, whole["distance_bounds"].T
     assert (low <= least).all()
     assert (most <= high + 1e-12).all()
+
+
+def test_normals_where_a_side_of_a_triangle_is_one_point() -> None:
+    """About that point the patch is the cone of D(t), of which the normal is D' × D."""
+    top, c = np.array([0.0, 0, 1]), np.array([[1.0, 0, -1], [1, 1, -1], [0, 1, -1]])
+    rows = [[2, 2, -1], [2, 0.5, -0.5], top + c[0], top, [0.5, 2, -0.5], top + c[1], top]
+    net = np.array([*rows, top + c[2], top, top])
+    t = np.array([0.25, 0.5, 0.7])
+    local = np.stack([1 - t, t], axis=1)
+    unknown = np.full((3, 3), np.nan), np.zeros(3, bool)
+    model = to_patches(TriangleSurface(net).lower())
+    found = surface_columns(model, np.zeros(3, np.intp), local, unknown)["normals"]
+    basis = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2], axis=1)
+    slope = np.stack([2 * t - 2, 2 - 4 * t, 2 * t], axis=1)
+    normals = np.cross(slope @ c, basis @ c)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    np.testing.assert_allclose(found, normals, atol=1e-7)

@@ -1,0 +1,237 @@
+"""The search for hits of some rays, level by level; `rays` states the theorem.
+
+A pair of a ray and a cell is open until its cell does not meet the ray, is settled, thin or small.
+Of first hits, the nearer cells of every ray come first: most others will be behind a hit.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
+from service.engine.queries import cell_models as columns
+from service.engine.queries.column_vectors import dot
+from service.engine.queries.grazing import STEEPEST, grazed_strips
+from service.engine.queries.patch_tree import PatchTree
+from service.engine.queries.ray_bounds import (
+    SETTLED,
+    Rays,
+    RootBounds,
+    root_bounds,
+    sphere_misses,
+)
+from service.engine.queries.ray_hits import Hits, Origin
+from service.engine.queries.ray_newton import (
+    find_roots,
+    find_strips,
+    take_points,
+)
+from service.engine.queries.shares import Share
+
+PAIRS = 1 << 13
+"""Pairs of a ray and a cell that are looked at at a time."""
+
+MOST_PAIRS, MOST_OPEN = 4096, 1 << 18
+"""Cells of one ray that are open at a time: its budget; and of all rays together."""
+
+COARSE = SETTLED / 3
+"""Strain of cells in which no ray is settled, which are halved at once.
+
+By |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n|, ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|; and
+with Y, ν ≥ 3 REST / |B|.
+"""
+
+SMALL = 1 / 8
+"""Radius of a cell that is a point, in units of the thickness."""
+
+BEHIND = 4
+"""How far behind a crossing cells are still looked at, in units of the thickness."""
+
+TAIL = 1 / 4
+"""The second half of the first pairs of rays joins the search when the first half has left this
+part of its number open."""
+
+NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
+
+
+def _joined(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+    """All pairs in the order of rays."""
+    some = [each for each in pairs if len(each[0])]
+    if len(some) < 2:
+        return some[0] if some else NO_PAIRS
+    ray, cell = (np.concatenate(each) for each in zip(*some, strict=True))
+    order = np.argsort(ray, kind="stable")
+    return ray[order], cell[order]
+
+
+class RayLevels:
+    """The search for the hits of some rays.
+
+    Attributes
+    ----------
+    reached : ndarray of bool, shape (m,)
+        Whether all hits of each ray are in what `search` returns.
+    is_crowded : bool
+        Whether the search ended as too many pairs were open.
+    most_open : int
+        The most pairs that were open at a time.
+    """
+
+    def __init__(
+        self, patches: PatchTree, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+    ) -> None:
+        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
+        self.share, self.waiting = share, NO_PAIRS
+        self.only_first = only_first
+        self.cells, self.patches, self.rays = patches.cells, patches, rays
+        self.farthest = np.full(len(rays.near), np.inf)
+        self.reached = np.isfinite(rays.slack)
+        self.is_later = np.zeros(len(rays.near), bool)
+        self.settled: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
+        self.found: list[Hits] = []
+
+    def search(self) -> Hits:
+        """All levels, until no pair is left."""
+        (ray, cell), later = self.halves(*self.patches.candidates_on(self.rays))
+        self.is_later[later[0]] = True
+        while len(ray) or self.settled or len(later[0]):
+            if len(ray) - len(self.waiting[0]) <= TAIL * len(later[0]):
+                ray, cell = _joined([(ray, cell), later])
+                later = NO_PAIRS
+                self.is_later[:] = False
+            pairs = [self.step(ray, cell)]
+            if sum(len(each[0]) for each in self.settled) >= len(pairs[0][0]):
+                pairs.append(self.polish())
+            ray, cell = _joined([*pairs, self.waiting])
+        hits = Hits.joined(self.found)
+        return hits.take(hits.high >= self.rays.near[hits.ray])
+
+    def halves(self, ray: Ints, cell: Ints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+        """The first pairs: the nearer cells of each ray; the others, most of them behind a hit."""
+        if not self.only_first or not len(ray):
+            return (ray, cell), NO_PAIRS
+        center, radius = self.cells.models[:3, cell], self.cells.models[columns.RADIUS, cell]
+        low = dot(center, self.rays.direction[:, ray]) - radius
+        starts = np.flatnonzero(np.diff(ray, prepend=-1))
+        middle = (np.minimum.reduceat(low, starts) + np.maximum.reduceat(low, starts)) / 2
+        is_near = low <= np.repeat(middle, np.diff(starts, append=len(ray)))
+        return (ray[is_near], cell[is_near]), (ray[~is_near], cell[~is_near])
+
+    def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The pairs of the next level; those that are settled in this one are put aside."""
+        self.waiting = NO_PAIRS
+        keep, low = np.zeros(len(ray), bool), np.empty(len(ray))
+        models, limit = self.cells.models, self.farthest[ray]
+        for rows in row_slices(len(ray), 1, PAIRS):
+            spheres = models[:4].take(cell[rows], axis=1)
+            misses, low[rows] = sphere_misses(spheres, self.rays, ray[rows], limit[rows])
+            keep[rows] = ~misses
+        near = np.flatnonzero(keep)
+        is_point = models[columns.RADIUS, cell[near]] <= SMALL * self.rays.thickness[ray[near]]
+        if is_point.any():
+            points = near[is_point]
+            self.found.append(take_points(self.cells, self.rays, ray[points], cell[points]))
+            near = near[~is_point]
+        near = self.affordable(near, ray, cell)
+        coarse = models[columns.STRAIN, cell[near]] > COARSE
+        left = [(ray[near[coarse]], cell[near[coarse]])]
+        near = near[~coarse]
+        for some in (near[k : k + PAIRS] for k in range(0, max(len(near), 1), PAIRS)):
+            checkpoint()
+            left.append(self.look(ray[some], cell[some], low[some]))
+        return self.halve(*(np.concatenate(each) for each in zip(*left, strict=True)))
+
+    def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
+        """Of the pairs `near` those of rays that go on; the others wait, or end."""
+        counts = np.bincount(ray[near], minlength=len(self.reached))
+        goes, ends = self.share.allot(counts, self.is_later)
+        self.reached &= ~ends
+        rows = near[~(goes | ends)[ray[near]]]
+        self.waiting = ray[rows], cell[rows]
+        return near[goes[ray[near]]]
+
+    def look(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+        """Looks closely at pairs; those that stay open."""
+        models, rays = self.cells.models, self.rays
+        o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
+        model = models[: columns.ROUND + 1].take(cell, axis=1)
+        empty, settled, bounds = root_bounds(model, o, d, rays.slack[ray])
+        rows = np.flatnonzero(settled)
+        if len(rows):
+            self.settled.append((ray[rows], cell[rows], low[rows], bounds))
+            if self.only_first:
+                sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
+                self.shorten(ray[sure], low[sure] + 3 * models[columns.RADIUS, cell[sure]])
+        rows = np.flatnonzero(~(empty | settled))
+        normals = models[columns.NORMAL : columns.NORMAL + 3].take(cell[rows], axis=1)
+        is_grazed = np.abs(dot(normals, d[:, rows])) <= STEEPEST
+        grazed = rows[is_grazed]
+        left = [rows[~is_grazed]]
+        if len(grazed):
+            left.append(grazed[self.graze(ray[grazed], cell[grazed])])
+        rows = np.concatenate(left)
+        return ray[rows], cell[rows]
+
+    def graze(self, ray: Ints, cell: Ints) -> Bools:
+        """Looks at pairs whose ray is almost tangent to the cell; which of them stay open."""
+        rays = self.rays
+        model = self.cells.models.take(cell, axis=1)
+        o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
+        empty, thin, strips = grazed_strips(model, o, d, rays.slack[ray], rays.thickness[ray])
+        left = ~empty
+        rows = np.flatnonzero(thin)
+        if len(rows):
+            hits, done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
+            self.found.append(hits)
+            left[rows[done]] = False
+        return left
+
+    def shorten(self, ray: Ints, t: FloatArray) -> None:
+        """Nothing is looked for behind t, but for what meets at this place."""
+        np.minimum.at(self.farthest, ray, t + BEHIND * self.rays.thickness[ray])
+
+    def halve(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The children of open pairs; rays beyond their budget end."""
+        stop = np.bincount(ray, minlength=len(self.reached))[ray] > MOST_PAIRS
+        stop |= ~self.cells.can_halve(cell)
+        if stop.any():
+            self.reached[ray[stop]] = False
+            keep = self.reached[ray]
+            ray, cell = ray[keep], cell[keep]
+        self.most_open = max(self.most_open, len(ray))
+        if len(ray) > MOST_OPEN and self.can_split:
+            self.is_crowded = True
+            ray, cell = ray[:0], cell[:0]
+        if not len(ray):
+            return ray, cell
+        order = np.argsort(ray, kind="stable")
+        children, parents = self.cells.children(cell[order])
+        return ray[order][parents], children
+
+    def polish(self) -> tuple[Ints, Ints]:
+        """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
+        if not self.settled:
+            return NO_PAIRS
+        ray, cell, low = (np.concatenate([pairs[k] for pairs in self.settled]) for k in range(3))
+        bounds = RootBounds.joined([pairs[3] for pairs in self.settled])
+        self.settled = []
+        parts = [np.arange(len(ray))]
+        if self.only_first:
+            order = np.lexsort((cell, low, ray))
+            is_first = np.diff(ray[order], prepend=-1) > 0
+            parts = [order[is_first], order[~is_first]]
+        left = []
+        for part in parts:
+            rows = part[low[part] <= self.farthest[ray[part]]]
+            for some in (rows[k : k + PAIRS] for k in range(0, len(rows), PAIRS)):
+                checkpoint()
+                hits, done = find_roots(
+                    self.cells, self.rays, ray[some], cell[some], bounds.take(some)
+                )
+                self.found.append(hits)
+                left.append(some[~done])
+                if self.only_first:
+                    sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
+                    self.shorten(hits.ray[sure], hits.t[sure])
+        rows = np.concatenate(left) if left else np.zeros(0, np.intp)
+        return self.halve(ray[rows], cell[rows])
