@@ -87,17 +87,15 @@ def crowded(seed: int) -> Case:
     """A ball or a ring with knots 1e-3 to 1e-16 of their range apart, up to 1e5 ranges from zero.
 
     A B-spline, its patches, or pieces that are cut anywhere; of every fifth of these a control
-    point on a border is moved: it is open. Pieces have knots of their own, whose rounding far from
-    zero is more than the tolerance: so these are within 10 ranges. Pieces with spans that are
-    hardly longer than the tolerance may be closed or not.
+    point on a border is moved: it is open. Pieces have knots of their own, rounded far from zero.
+    A point of a span that vanishes in rounding may be moved without any effect.
     """
     rng = np.random.default_rng([seed, 3])
     whole = body(rng, has_poles=bool(seed % 2))
     gap = 10.0 ** -(3 + seed // 2 % 14)
     counts = whole.control_net.shape
     form = seed // 28 % 4
-    far = 6 if form < 2 else 2
-    first, second = (_crowd(rng, counts[k], whole.degree[k], gap, far) for k in range(2))
+    first, second = (_crowd(rng, counts[k], whole.degree[k], gap) for k in range(2))
     whole = BsplineSurface(whole.control_net, whole.degree, (first, second), whole.weights)
     if form == 0:
         return Case(whole, 1e-12, is_closed=True)
@@ -109,15 +107,15 @@ def crowded(seed: int) -> Case:
         net = found[0].control_net.copy()
         net[0, 1] += 1e-4 * np.ptp(net) * rng.uniform(0.5, 1, 3)
         found[0] = replace(found[0], control_net=net)
-    # A point of a span that vanishes in rounding may be moved without any effect.
-    is_doubtful = gap < 5e-11 and (seed % 5 == 0 or gap > 2e-14)
-    return Case(MultipatchSurface(tuple(found)), 1e-12, None if is_doubtful else seed % 5 > 0)
+    is_open = seed % 5 == 0
+    is_closed = None if is_open and gap < 5e-11 else not is_open
+    return Case(MultipatchSurface(tuple(found)), 1e-12, is_closed)
 
 
-def _crowd(rng: Random, count: int, degree: int, gap: float, far: int) -> Array:
+def _crowd(rng: Random, count: int, degree: int, gap: float) -> Array:
     """Knots of which at most `degree` are `gap` of the range apart.
 
-    Less than 10^far ranges from zero.
+    Less than 10^6 ranges from zero.
     """
     inner: list[float] = []
     left = count - degree - 1
@@ -127,7 +125,7 @@ def _crowd(rng: Random, count: int, degree: int, gap: float, far: int) -> Array:
         inner += [places[left - 1] + k * gap for k in range(some)]
         left -= some
     knots = np.concatenate([np.zeros(degree + 1), np.sort(inner), np.ones(degree + 1)])
-    moved: Array = (knots + rng.choice([0, 1, -1]) * 10.0 ** rng.integers(0, far)) * rng.uniform(
+    moved: Array = (knots + rng.choice([0, 1, -1]) * 10.0 ** rng.integers(0, 6)) * rng.uniform(
         0.1, 9
     )
     return moved

@@ -2,7 +2,9 @@
 
 Two points are near if their distance is at most `reach`. Points that are near, or have near points
 between them, are a component. A component whose points are all near one another is a group; a wider
-one is none, because no point could stand for all of it.
+one is none, because no point could stand for all of it. Within a wider one, the points that are
+groups at 1/8 of `reach`, or at 1/64 and so on, are groups: so the two ends of a short edge stay two
+points, and what differs from either by rounding alone is one with it.
 """
 
 import numpy as np
@@ -20,6 +22,10 @@ pairs are compared; more of them are no group."""
 CHUNK = 1 << 12
 """Crowds that are compared at a time."""
 
+FINER, LEVELS = 1 / 8, 4
+"""Factor of `reach` from one look at wide components to the next, and how often they are looked
+at."""
+
 
 def near_groups(points: FloatArray, reach: float) -> Ints:
     """For each point (N, 3) the first one of its group; of equal points the first, at least.
@@ -27,24 +33,40 @@ def near_groups(points: FloatArray, reach: float) -> Ints:
     Which points form a group does not depend on their order.
     """
     first, number = unique_rows(points)
-    group = _gap_groups(points[first], reach)
+    leader, left = np.arange(len(first)), np.arange(len(first))
+    for _ in range(LEVELS):
+        own, is_wide = _groups(points[first[left]], reach)
+        leader[left] = left[own]
+        left = left[is_wide]
+        if not len(left):
+            break
+        reach *= FINER
+    least = np.full(len(first), len(points))
+    np.minimum.at(least, leader, first)
+    return least[leader][number]
+
+
+def _groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
+    """The first of each point's group (N,), itself without one, and which may be in a wide one."""
+    group = _gap_groups(points, reach)
     order = np.argsort(group, kind="stable")
     starts = run_starts(group[order])
     sizes = np.diff(starts, append=len(order))
-    ordered = points[first[order]]
+    ordered = points[order]
     low, high = np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
     wide = np.square(high - low).sum(axis=1) > reach**2
-    leader = np.arange(len(first))
+    leader = np.arange(len(points))
     whole = np.repeat(~wide, sizes)
     leader[order[whole]] = np.repeat(order[starts], sizes)[whole]
     for size in range(2, MAX_CROWD + 1):
         crowds = starts[wide & (sizes == size), None] + np.arange(size)
         for begin in range(0, len(crowds), CHUNK):
             rows = order[crowds[begin : begin + CHUNK]]
-            leader[rows] = np.take_along_axis(rows, _cliques(points[first[rows]], reach), axis=1)
-    least = np.full(len(first), len(points))
-    np.minimum.at(least, leader, first)
-    return least[leader][number]
+            leader[rows] = np.take_along_axis(rows, _cliques(points[rows], reach), axis=1)
+    is_left: Bools = np.zeros(len(points), dtype=bool)
+    is_left[order[~whole]] = True
+    is_left &= np.bincount(leader, minlength=len(points))[leader] == 1
+    return leader, is_left
 
 
 def run_starts(ordered: Ints) -> Ints:

@@ -10,7 +10,7 @@ import numpy as np
 
 from service.engine.joining.near_points import near_groups
 from service.engine.joining.open_edges import OpenBorder, corners_on_edges, open_border
-from service.engine.mesh.connect import reach_within
+from service.engine.mesh.connect import knots_away, reach_within
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
@@ -43,7 +43,9 @@ def find_neighbours(
         return []
     places = np.concatenate([border.corners for border in placed])
     diagonal, furthest = np.linalg.norm(np.ptp(places, axis=0)), np.abs(places).max()
-    reach = reach_within(float(diagonal), float(furthest), tolerance)
+    models = (group.models[number] for number in {group.members[k].model for k in owner})
+    away = max(knots_away(model) for model in models if isinstance(model, PatchModel))
+    reach = reach_within(float(diagonal), float(furthest), away, tolerance)
     owners = np.repeat(owner, [len(border.corners) for border in placed])
     together = near_groups(places, reach)
     pairs = np.stack([owners[together], owners], axis=1)

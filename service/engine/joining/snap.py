@@ -7,6 +7,8 @@ roundings than the first. Connectivity compares points bit for bit
 - near points on the borders of patches form groups (`near_points`);
 - sides whose points are of the same groups, in one direction or the other, are one edge, and get
   the points of that side whose net comes first in dictionary order;
+- weights of one point that are near get the least of them, those of whole surfaces up to a factor
+  (`common_factors`);
 - sides that are one curve in several degrees get the net of the lowest, raised (`raised_edges`);
 - corners, and sides that are one group, get the first point of their group in that order.
 
@@ -19,6 +21,7 @@ changes by a factor between e^−2h and e^2h, and S − M = Σ b_i (P_i − M), 
 at most (e^2h − 1) D / 2 with D the diagonal.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import expm1
 
@@ -26,9 +29,10 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
+from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import near_groups, run_starts
-from service.engine.joining.raised_edges import equal_raised
-from service.engine.mesh.connect import weld_reach
+from service.engine.joining.raised_edges import BorderWeights, raise_equal
+from service.engine.mesh.connect import weight_reach, weld_reach
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -39,6 +43,9 @@ from service.engine.mesh.edge_patterns import (
 )
 from service.engine.mesh.edges import direct_edges
 from service.surface.lowered import PatchModel
+
+EQUAL_SCALED = 2.0**-47
+"""Up to here logarithms of weights that were divided by factors are taken for equal."""
 
 ROUNDED_UP = 1 + 2.0**-40
 """Times this, what was computed is an upper bound."""
@@ -62,10 +69,14 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     points = _equal_nets(pattern, border, group)
     weights, changed = None, 0.0
     if any(batch.weights is not None for batch in model.batches):
-        weights = np.concatenate([border_weights(batch) for batch in model.batches])
-        weights, changed = _equal_weights(weights, group, tolerance)
+        given = np.concatenate([border_weights(batch) for batch in model.batches])
+        near, logs = weight_reach(model, tolerance), np.log(given)
+        scale = find_scales(pattern, points, logs, _owners(model, runs), near)
+        weights = BorderWeights(_equal_weights(given, logs, scale, group, near), scale, near)
     if not pattern.is_certain:
-        equal_raised(pattern, points, weights, reach)
+        raise_equal(pattern, points, weights, reach)
+    if weights is not None:
+        changed = float(np.abs(np.log(weights.values / given)).max())
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
     moved = (moved + expm1(2 * changed) * model.diagonal / 2) * ROUNDED_UP
     if not moved:
@@ -74,7 +85,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     for batch, run in zip(model.batches, runs, strict=True):
         own = slice(first, first + len(run))
         batches.append(
-            replace_border(batch, points[own], None if weights is None else weights[own])
+            replace_border(batch, points[own], None if weights is None else weights.values[own])
         )
         first += len(run)
     return replace(model, batches=tuple(batches), moved=model.moved + moved)
@@ -99,21 +110,40 @@ def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatA
     return points
 
 
-def _equal_weights(weights: FloatArray, group: Ints, tolerance: float) -> tuple[FloatArray, float]:
-    """Weights (B,), near ones at points of one group equal; and how far any logarithm changed.
+def _owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
+    """The surface that each border point (B,) belongs to; they are numbered as their patches are.
+
+    Without domains each patch is a surface.
+    """
+    patches = np.arange(model.patch_count)
+    if model.domains:
+        first = np.sort([domain.first for domain in model.domains])
+        patches = np.searchsorted(first, patches, side="right") - 1
+    sizes = [len(run) // batch.count for run, batch in zip(runs, model.batches, strict=True)]
+    return np.repeat(patches, np.repeat(sizes, [batch.count for batch in model.batches]))
+
+
+def _equal_weights(
+    weights: FloatArray, logs: FloatArray, scale: FloatArray | None, group: Ints, tolerance: float
+) -> FloatArray:
+    """Weights (B,), near ones at points of one group equal.
 
     A run of weights of which each is near the next one becomes the least of them, unless it is
-    wider than the tolerance. What differs by a few roundings stays: seams allow for that.
+    wider than the tolerance. What differs by a few roundings stays: seams allow for that. With a
+    `scale` (B,), weights divided by e^scale are compared.
     """
-    size = np.log(weights)
+    size = logs if scale is None else logs - scale
     order = np.lexsort((size, group))
     begins = np.ones(len(order), dtype=bool)
     begins[1:] = (np.diff(group[order]) > 0) | (np.diff(size[order]) > tolerance)
     starts = np.flatnonzero(begins)
     counts = np.diff(starts, append=len(order))
     width = size[order[starts + counts - 1]] - size[order[starts]]
-    width[(width > tolerance) | (width <= EQUAL_WEIGHT)] = 0.0
-    chosen = np.repeat(width > 0, counts)
+    least = EQUAL_WEIGHT if scale is None else EQUAL_SCALED
+    chosen = np.repeat((width > least) & (width <= tolerance), counts)
+    rows, lead = order[chosen], np.repeat(order[starts], counts)[chosen]
     equal = weights.copy()
-    equal[order[chosen]] = np.repeat(weights[order[starts]], counts)[chosen]
-    return equal, float(width.max())
+    equal[rows] = weights[lead]
+    if scale is not None:
+        equal[rows] *= np.exp(scale[rows] - scale[lead])
+    return equal

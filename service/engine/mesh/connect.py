@@ -37,6 +37,10 @@ from service.surface.lowered import Domain, PatchModel
 ROUNDINGS = 2.0**-50
 """Eight roundings of a coordinate at most: what turning and moving it in float64 costs."""
 
+KNOT_ROUNDINGS = 2.0**-48
+"""What a few roundings of a knot cost, in units of the diagonal, where the knot is as large as its
+range: the surface moves some diagonals along its range."""
+
 
 def connect(model: PatchModel) -> Seams:
     """Distinct edges and corners of all patches of a model.
@@ -71,8 +75,10 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
         if any(batch.weights is not None for batch in batches):
             weights = np.concatenate([border_weights(batch) for batch in batches])
         seams = pattern.seams(border, weights)
-        if seams is None and weights is not None and _are_near(weights, tolerance):
-            return None
+        if tolerance and seams is None and weights is not None:
+            near = weight_reach(model, tolerance)
+            if _are_near(weights, near) or pattern.has_near_weights(weights, near):
+                return None
     return seams or _renumber(find_seams(batches))
 
 
@@ -110,17 +116,39 @@ def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool
 def weld_reach(model: PatchModel, tolerance: float) -> float:
     """How far apart points may be that are one, in model units.
 
-    A part of the diagonal; far from zero, where coordinates are less precise, the size of the
-    rounding errors of a computation. 0 if the tolerance is 0.
+    A part of the diagonal; far from zero, where coordinates or knots are less precise, the size of
+    the rounding errors of a computation. 0 if the tolerance is 0.
     """
-    return reach_within(model.diagonal, _furthest(model), tolerance)
+    return reach_within(model.diagonal, _furthest(model), knots_away(model), tolerance)
 
 
-def reach_within(diagonal: float, furthest: float, tolerance: float) -> float:
-    """The value of `weld_reach` for points with this diagonal and this largest coordinate."""
+def reach_within(diagonal: float, furthest: float, away: float, tolerance: float) -> float:
+    """The value of `weld_reach` for points with this diagonal and this largest coordinate.
+
+    `away` as of `knots_away`.
+    """
     if not tolerance:
         return 0.0
-    return max(tolerance * diagonal, min(ROUNDINGS * furthest, MAX_WELD_TOLERANCE * diagonal))
+    rounding = max(ROUNDINGS * furthest, KNOT_ROUNDINGS * away * diagonal)
+    return max(tolerance * diagonal, min(rounding, MAX_WELD_TOLERANCE * diagonal))
+
+
+def weight_reach(model: PatchModel, tolerance: float) -> float:
+    """How far apart the logarithms of weights may be that are one; 0 if the tolerance is 0."""
+    if not tolerance:
+        return 0.0
+    return max(tolerance, min(KNOT_ROUNDINGS * knots_away(model), MAX_WELD_TOLERANCE))
+
+
+def knots_away(model: PatchModel) -> float:
+    """The largest knot in units of the range of its knot vector, of all surfaces; at least 1."""
+    away = 1.0
+    for domain in model.domains:
+        for knots in (domain.u, domain.v):
+            low, high = knots.item(0), knots.item(-1)
+            if max(-low, high) > away * (high - low):
+                away = max(-low, high) / (high - low)
+    return away
 
 
 def _furthest(model: PatchModel) -> float:
@@ -131,7 +159,8 @@ def _furthest(model: PatchModel) -> float:
 def _reach(model: PatchModel, tolerance: float) -> float:
     """How far apart projections of near points may be: as far as these, and their rounding."""
     furthest = _furthest(model)
-    return reach_within(model.diagonal, furthest, tolerance) + 2.0**-49 * furthest
+    reach = reach_within(model.diagonal, furthest, knots_away(model), tolerance)
+    return reach + 2.0**-49 * furthest
 
 
 def _may_be_near(model: PatchModel, border: FloatArray, reach: float) -> bool:

@@ -18,7 +18,12 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.unique_rows import unique_rows
-from service.engine.mesh.connectivity import Connectivity, EqualPoints, triangular_patches
+from service.engine.mesh.connectivity import (
+    SAME_WEIGHT,
+    Connectivity,
+    EqualPoints,
+    triangular_patches,
+)
 from service.engine.mesh.degree_matching import find_candidates
 from service.engine.mesh.edges import EdgeCurves, direct_edges
 from service.engine.mesh.seams import Seams
@@ -76,6 +81,17 @@ class EdgePattern:
             curves.append(EdgeCurves(ids, border.take(rows, axis=0), own))
             first += len(rows)
         return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
+
+    def has_near_weights(self, weights: FloatArray, tolerance: float) -> bool:
+        """Whether weights (B,) of two sides of an edge may be near, but not by rounding alone."""
+        for sides, number in self.sides:
+            own = weights[sides]
+            own /= own.max(axis=1, keepdims=True)
+            lead = own[np.unique(number, return_index=True)[1]]
+            apart = np.abs(own - lead[number]).max(axis=1)
+            if ((apart > SAME_WEIGHT / 8) & (apart <= 4 * tolerance)).any():
+                return True
+        return False
 
 
 def border_points(batch: Patches) -> FloatArray:

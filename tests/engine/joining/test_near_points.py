@@ -9,23 +9,28 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from service.engine.joining.near_points import MAX_CROWD, near_groups
+from service.engine.joining.near_points import FINER, LEVELS, MAX_CROWD, near_groups
 from service.engine.mesh.connectivity import has_near_points
 
 Array = np.ndarray
 
 
 def groups_by_pairs(points: Array, reach: float) -> list[int]:
-    """First member of each point's component, of its equals where that is wider than `reach`."""
-    apart = cdist(points, points)
-    _, component = connected_components(apart <= reach, directed=False)
-    wide = {
-        c for c in component.tolist() if apart[np.ix_(component == c, component == c)].max() > reach
-    }
-    return [
-        int(np.flatnonzero(apart[k] == 0)[0] if c in wide else np.flatnonzero(component == c)[0])
-        for k, c in enumerate(component.tolist())
-    ]
+    """First member of each point's component; where that is wider than `reach`, of a finer one."""
+    apart, leader = cdist(points, points), np.arange(len(points))
+    left, finest = leader, reach * FINER ** (LEVELS - 1)
+    while len(left) and reach >= finest:
+        within = apart[np.ix_(left, left)]
+        _, component = connected_components(within <= reach, directed=False)
+        members = [np.flatnonzero(component == c) for c in range(component.max() + 1)]
+        whole = [rows for rows in members if within[np.ix_(rows, rows)].max() <= reach]
+        for rows in whole:
+            leader[left[rows]] = left[rows[0]]
+        left = np.setdiff1d(left, left[np.concatenate([[], *whole]).astype(int)])
+        reach *= FINER
+    for k in left.tolist():
+        leader[k] = np.flatnonzero(apart[k] == 0)[0]
+    return leader.tolist()
 
 
 @given(
@@ -67,6 +72,13 @@ def test_a_crowd_at_one_place_is_one_group_and_a_chain_is_none(count: int) -> No
     found = near_groups(np.concatenate([crowd, chain]), 1.0)
     assert (found[:count] == 0).all()
     assert found[count:].tolist() == list(range(count, 2 * count))
+
+
+def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
+    """Its points are a chain, wider than the reach; what differs by rounding is one with each."""
+    line = np.linspace(0, 1.5, 4)[:, None] * [1.0, 0, 0]
+    again = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
+    assert near_groups(np.concatenate([line, again]), 1.0).tolist() == [0, 1, 2, 3, 3, 2, 1, 0]
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))

@@ -1,16 +1,19 @@
 """Control points that are equal up to rounding: closed where they should be, open elsewhere."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 
+from service.bases.polynomials import elevate
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh
 from service.surface.bezier import BezierSurface
+from service.surface.multipatch import MultipatchSurface
 from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
@@ -65,6 +68,47 @@ def test_what_is_equal_keeps_its_bits_and_the_rest_moves_little() -> None:
     alone = [mesh_of(model_of([net]), **options).positions for net in model.batches[0].points]
     apart = np.linalg.norm(together.positions - np.concatenate(alone), axis=1)
     assert 0 < apart.max() <= together.report.moved + 1e-16
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 1e-13, 1e-7])
+@pytest.mark.parametrize("is_raised", [False, True])
+def test_near_weights_are_one_up_to_a_factor_of_each_surface(
+    amplitude: float, is_raised: bool
+) -> None:
+    """Patches of a rational ring with factors of their own, some raised, and noise."""
+    rng = np.random.default_rng(21)
+    patches = list(rational_ring(rng))
+    for k, (net, weights) in enumerate(patches):
+        raised, loads = (
+            elevate((net, weights), len(net) + 1) if is_raised and k % 2 else (net, weights)
+        )
+        assert loads is not None
+        away = amplitude * rng.uniform(-1, 1, (*loads.shape, 4))
+        patches[k] = raised + away[..., :3], loads * (2.7**k) * (1 + away[..., 3])
+    model = MultipatchSurface(tuple(BezierSurface(*each) for each in patches)).lower()
+    reverse = MultipatchSurface(tuple(BezierSurface(*each) for each in patches[::-1])).lower()
+    tolerance = max(5 * amplitude, 1e-12)
+    joined, seams = join(model, tolerance)
+    assert seams.connectivity.open_count == 8
+    assert joined.moved <= 20 * amplitude * model.diagonal + 1e-13
+    positions = [
+        mesh_of(each, weld_tolerance=tolerance, accuracy=Accuracy(tolerance=0.2)).positions
+        for each in (model, reverse)
+    ]
+    assert len({tuple(sorted(map(tuple, each.tolist()))) for each in positions}) == 1
+
+
+def rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
+    """Four patches that close one way: nets (3, 4, 3) and weights (3, 4)."""
+    angles = np.linspace(0, 2 * np.pi, 9)[:, None]
+    radius = rng.uniform(1, 2, 4) * np.where(np.arange(9) % 2, 1.4, 1)[:, None]
+    net = np.stack(
+        [radius * np.cos(angles), radius * np.sin(angles), 0 * angles + np.arange(4)], -1
+    )
+    weights = rng.uniform(0.5, 2, (9, 4))
+    net[-1], weights[-1] = net[0], weights[0]
+    for k in range(0, 8, 2):
+        yield net[k : k + 3], weights[k : k + 3]
 
 
 def test_an_edge_has_the_positions_of_its_first_net() -> None:
