@@ -1,6 +1,6 @@
-"""Rays a second; and closest points a second, beside those of Open CASCADE.
+"""Closest points a second, beside those of Open CASCADE; rays, signs, sections and measures.
 
-The latter where `make bench-occ` installed it.
+Open CASCADE where `make bench-occ` installed it.
 
 Points are strewn in the box of the control points, made larger by a fifth. Both take turns; time is
 that of the processor. `wrong` are points for which the least distance that was found is not within
@@ -11,14 +11,20 @@ counted against Open CASCADE, which looks for normals alone.
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 
+from service.encoders.sections.registry import SECTIONS_BY_NAME
+from service.engine.measures.measure import measure
+from service.engine.measures.values import MeasureQuery
 from service.engine.models import to_patches
 from service.engine.queries.intersect import RayQuery, intersect_rays
 from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.engine.sections.planes import Planes, SectionTolerance
+from service.pipeline.section import plan_sections
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
@@ -27,6 +33,9 @@ from tools.certify.surfaces import FAMILIES
 
 ROUNDS, OURS, THEIRS, RAYS = 5, 20_000, 400, 50_000
 """Rounds, points in each, and rays."""
+
+SIGNED, PLANES = 2000, 20
+"""Points whose signs are asked for, and planes."""
 
 PYTHON = Path("build/occ/bin/python")
 WORKER = Path(__file__).with_name("open_cascade_closest.py")
@@ -53,6 +62,36 @@ def run() -> None:
     for title, surface in surfaces.items():
         rates, each = ray_rates(to_patches(surface.lower()))
         print(f"{title:24}" + "".join(f"{rate:12,.0f}" for rate in rates) + f"{each:12.2f}")
+
+    print(f"\n{'':24}{'signs a second':>16}{'planes a second':>16}{'measured, ms':>16}")
+    for name in ("sphere", "rounded-box", "utah-teapot"):
+        others = other_rates(find(name).surface())
+        print(f"{name:24}" + "".join(f"{value:16,.0f}" for value in others), flush=True)
+
+
+def other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
+    """Signed points a second, planes a second, and milliseconds of all measures."""
+    model = to_patches(surface.lower())
+    low, high = model.bounds
+    rng = np.random.default_rng(1)
+    points = ProjectQuery(rng.uniform(low, high, (SIGNED, 3)), sign=True)
+    normals = rng.normal(size=(PLANES, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    planes = Planes(normals, (rng.uniform(low, high, (PLANES, 3)) * normals).sum(axis=1))
+    cut = plan_sections(surface, (planes, SectionTolerance()), SECTIONS_BY_NAME["json"])
+    work: tuple[Callable[[], object], ...] = (
+        lambda: project_on_surface(model, points),
+        cut.run,
+        lambda: measure(model, MeasureQuery()),
+    )
+    seconds: list[list[float]] = [[], [], []]
+    for _ in range(ROUNDS):
+        for which, run_once in enumerate(work):
+            start = time.process_time()
+            run_once()
+            seconds[which].append(time.process_time() - start)
+    signed, planed, measured = (median(each) for each in seconds)
+    return SIGNED / signed, PLANES / planed, 1e3 * measured
 
 
 def ray_rates(model: PatchModel) -> tuple[list[float], float]:
