@@ -109,7 +109,7 @@ class MeshWork:
     def check(
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
     ) -> None:
-        """Refuses what the shapes alone did not tell; `counts`, if known, by `count_models`."""
+        """Refuses excesses that shapes alone do not show; `counts` are from `count_models`."""
         if not self.is_possible:
             check_model(model, options, self.limits)
         if self.is_certain:
@@ -276,7 +276,7 @@ def member_shares(fmt: Format, encode: EncodeOptions) -> bool:
 def estimate_stored_size(
     surface: SurfaceKind, options: MeshOptions, fmt: Format, encode: EncodeOptions
 ) -> SurfaceSize:
-    """The size of what the format stores: copies apart where curvatures may tell them apart."""
+    """The size of the stored meshes; copies with different curvatures are stored apart."""
     if member_shares(fmt, encode) and not options.curvatures:
         return surface.stored_size()
     return surface.size()
@@ -293,7 +293,7 @@ def carried_channels(model: Model, options: MeshOptions, fmt: Format) -> tuple[M
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
         model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
-        # Whatever the format holds: one request has one mesh in all of them.
+        # One request has one mesh in all formats, whatever they hold.
         model = add_stretches(model)
     if (uvs, curvatures) != (options.uvs, options.curvatures):
         options = replace(options, uvs=uvs, curvatures=curvatures)

@@ -1,4 +1,4 @@
-"""One tensor-product Bézier patch as a document says it."""
+"""The JSON language of one tensor-product Bézier patch."""
 
 from typing import Annotated, Any, Literal
 
@@ -49,5 +49,5 @@ class BezierDefinition(StrictModel):
 
 
 def define_bezier(surface: BezierSurface) -> dict[str, Any]:
-    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    """The surface as a request has it, with NumPy arrays, without the fields that it lacks."""
     return define_surface("bezier", surface, "control_net", "weights")

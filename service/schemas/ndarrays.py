@@ -31,7 +31,7 @@ _SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
 
 
 def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
-    """`values` as `grid.array` answers them; not copied where they are so already.
+    """`values` as `grid.array` answers them; not copied if they have this form already.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
 def _check_shape(
     grid: "NumberGrid", shape: tuple[int, ...], one: object, limits: DocumentLimits
 ) -> None:
-    """Refuses, outermost first, what lists of these lengths of numbers like `one` would be."""
+    """Refuses an array like lists of its lengths with numbers like `one`, the outermost first."""
     level = 0
     for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
         first, needed = (0,) * level, f"a list of {grid.levels[level]}"

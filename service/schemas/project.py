@@ -1,4 +1,4 @@
-"""Points to project, as a document says it: a surface or a curve, and the points."""
+"""The JSON language of closest points: a surface or a curve, and the points."""
 
 from typing import Annotated, Self
 
@@ -19,7 +19,7 @@ from service.surface.curve import BezierCurve, BsplineCurve, Curve
 POINTS = NumberGrid(("points", "coordinates"))
 
 LEAST_TOLERANCE = 1e-12
-"""Narrower intervals would hold nothing but rounding."""
+"""Rounding alone makes intervals as wide as this."""
 
 
 class ProjectRequest(RequestModel):
@@ -79,7 +79,7 @@ class ProjectRequest(RequestModel):
         return built
 
     def to_query(self) -> ProjectQuery:
-        """The points, and how narrow intervals shall be."""
+        """The points, and the tolerance of the intervals."""
         shape = self.to_shape()
         dimension = 3
         if isinstance(shape, BezierCurve | BsplineCurve):

@@ -44,7 +44,7 @@ def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
 
 
 def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
-    """Fields of a surface as a document holds them; what is of another form stays a text."""
+    """Fields of a surface as in a document; other texts stay texts, which checks refuse."""
     return {name: _value(name, text) for name, text in texts.items()}
 
 
