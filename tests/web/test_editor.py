@@ -107,6 +107,21 @@ def test_clicks_on_the_surface_tell_parameters_curvature_and_distance(page: Page
     assert page.is_hidden("#probe-row")
 
 
+def test_area_and_volume_are_measured_when_asked_for(page: Page) -> None:
+    page.click("#measure")
+    page.wait_for_selector("#measure", state="hidden")
+    area = 5.123157101093616  # four times the integral of (1 + x² + y²)^½ over the unit square
+    assert value(page, "area") == pytest.approx(area, rel=1e-6)
+    assert page.inner_text("#volume") == "none: 4 open or inconsistent edges"
+    page.click("#open")
+    page.click('[data-example="sphere"]')
+    page.wait_for_selector(READY)
+    assert page.inner_text("#volume") == "–"
+    page.click("#measure")
+    page.wait_for_selector("#measure", state="hidden")
+    assert value(page, "volume") == pytest.approx(4 / 3 * 3.14159265358979, rel=1e-5)
+
+
 def test_a_drag_keeps_to_its_axis(page: Page) -> None:
     start, was = choose(page, 4), point(page)
     page.check('input[name="axis"][value="x"]', force=True)

@@ -2,6 +2,7 @@
 
 import { watchKey } from './key.js';
 import { Library } from './library.js';
+import { Measure } from './measure.js';
 import { MeshRequests } from './mesh-requests.js';
 import { announce, element } from './page.js';
 import { watchPanel } from './panel.js';
@@ -110,6 +111,8 @@ state.listen((change) => {
 
 watchTheme(() => view?.dress());
 const probe = new Probe(state);
+const measures = new Measure(state);
+element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
 if (view) view.clicked = (point) => { probe.at(point).catch(fail); };
 watchPanel(state);
 watchPointPanel(state);

@@ -90,6 +90,15 @@ export async function curvatures(surface, uv, patch) {
   }
 }
 
+/**
+ * Area and volume of a surface; an open one has no volume.
+ * @param {Surface} surface
+ * @returns {Promise<{area: {value: number}, volume?: {value: number}, open_edges: number, inconsistent_edges: number}>}
+ */
+export async function measure(surface) {
+  return posted('v1/measure', { surface, tolerance: 1e-6 });
+}
+
 /** @param {string} path @param {object} content @returns {Promise<any>} */
 async function posted(path, content) {
   const headers = { 'Content-Type': 'application/json' };

@@ -1,0 +1,50 @@
+// Area and volume of the surface, when they are asked for; they are forgotten when it changes.
+
+import { announce, element } from './page.js';
+import { isParametric } from './settings.js';
+import { measure } from './service.js';
+
+/** @typedef {import('./state.js').State} State */
+
+export class Measure {
+  /** @param {State} state */
+  constructor(state) {
+    this.state = state;
+    /** Changes so far: an answer about an older surface is not shown. */
+    this.changes = 0;
+    state.listen((change) => {
+      if (change !== 'settings' && change !== 'chosen') this.forget();
+    });
+    this.forget();
+  }
+
+  forget() {
+    this.changes += 1;
+    element('measure', HTMLButtonElement).hidden = !isParametric(this.state.surface);
+    put('area', '', isParametric(this.state.surface) ? '' : '–');
+    put('volume', '', '–');
+  }
+
+  /** Asks for the measures of the surface as it is now. */
+  async ask() {
+    const { changes } = this;
+    const found = await measure(this.state.surface);
+    if (changes !== this.changes) return;
+    element('measure', HTMLButtonElement).hidden = true;
+    put('area', String(found.area.value), short(found.area.value));
+    const edges = found.open_edges + found.inconsistent_edges;
+    const without = `none: ${edges} open or inconsistent ${edges === 1 ? 'edge' : 'edges'}`;
+    put('volume', String(found.volume?.value ?? ''), found.volume ? short(found.volume.value) : without);
+    announce(`Area ${short(found.area.value)}; volume ${found.volume ? short(found.volume.value) : without}`);
+  }
+}
+
+/** @param {number} value */
+const short = (value) => String(Number(value.toPrecision(6))).replace('-', '−');
+
+/** @param {string} id @param {string} value @param {string} text */
+function put(id, value, text) {
+  const place = element(id, HTMLDataElement);
+  place.value = value;
+  place.textContent = text;
+}
