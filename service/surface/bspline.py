@@ -146,7 +146,7 @@ class BsplineSurface(SurfaceKind):
         # Equal weights cancel.
         if self.weights is not None and self.weights.min() < self.weights.max():
             weights = self.weights
-        points, loads = self._lower_net(self.control_net, weights)
+        points, bezier_weights = self._lower_net(self.control_net, weights)
         channels = self.channels.lower(
             lambda net: (
                 self._lower_net(net)[0]
@@ -154,7 +154,7 @@ class BsplineSurface(SurfaceKind):
                 else restrict_to_cells(net, domain.u, domain.v)
             )
         )
-        batch = TensorPatches(points, loads, channels)
+        batch = TensorPatches(points, bezier_weights, channels)
         part = Part(self.name, 0, batch.count)
         return PatchModel(
             self.name,
@@ -174,32 +174,34 @@ class BsplineSurface(SurfaceKind):
     ) -> tuple[FloatArray, FloatArray | None]:
         """Bézier nets (P, p+1, q+1, d), and weights, of a net in the surface's degree and knots."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
-        net, loads = self._wrap(net), None if weights is None else self._wrap(weights)
-        along_u = plan_extraction(knots_u, p, net, loads)
-        lines, heavy = along_u.combine(net, loads)
+        net = self._wrap(net)
+        weights = None if weights is None else self._wrap(weights)
+        along_u = plan_extraction(knots_u, p, net, weights)
+        lines, line_weights = along_u.combine(net, weights)
         # Rows and columns are exchanged, so that control points along v are rows again.
         lines = lines.swapaxes(0, 1)
-        heavy = None if heavy is None else heavy.T
-        along_v = plan_extraction(knots_v, q, lines, heavy)
+        line_weights = None if line_weights is None else line_weights.T
+        along_v = plan_extraction(knots_v, q, lines, line_weights)
         rows, columns, width = *(len(a.point_numbers) for a in (along_u, along_v)), net.shape[-1]
         points = np.empty((rows, columns, p + 1, q + 1, width))
-        loads = None if heavy is None else np.empty(points.shape[:-1])
+        bezier_weights = None if line_weights is None else np.empty(points.shape[:-1])
         for block in row_slices(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
             places = along_u.point_numbers[block]
             some = slice(places[0, 0], places[-1, -1] + 1)
             values, weight = along_v.combine(
-                np.ascontiguousarray(lines[:, some]), None if heavy is None else heavy[:, some]
+                np.ascontiguousarray(lines[:, some]),
+                None if line_weights is None else line_weights[:, some],
             )
             # Numbers of the patches' control points among these, in rows of one value of v.
             count = values.shape[1]
             index = along_v.point_numbers[:, np.newaxis] * count
             index = index + (places - places[0, 0])[:, np.newaxis, :, np.newaxis]
             values.reshape(-1, width).take(index, axis=0, out=points[block], mode="clip")
-            if weight is not None and loads is not None:
-                weight.reshape(-1).take(index, out=loads[block], mode="clip")
+            if weight is not None and bezier_weights is not None:
+                weight.reshape(-1).take(index, out=bezier_weights[block], mode="clip")
         return (
             points.reshape(-1, p + 1, q + 1, width),
-            None if loads is None else loads.reshape(-1, p + 1, q + 1),
+            None if bezier_weights is None else bezier_weights.reshape(-1, p + 1, q + 1),
         )
 
     def _is_spline_net(self, net: FloatArray) -> bool:

@@ -40,7 +40,7 @@ about 100 MB each."""
 
 
 MAX_PIECES = 500_000
-"""Most Bézier patches, or pieces of a curve: of low degree they cost more than their points."""
+"""Most Bézier patches, or pieces of a curve: at low degrees a patch costs more than its points."""
 
 
 def check_degree(degree: int, where: str) -> None:
@@ -127,8 +127,9 @@ def count_merged(knots: Knots, count: int, degree: int) -> int:
     """Number of knots that `knot_vector` makes equal to others."""
     if isinstance(knots, str):
         return 0
-    made = knot_vector(knots, count, degree)
-    return int(np.count_nonzero((np.diff(made) == 0) & (np.diff(_complete(knots, len(made))) > 0)))
+    vector = knot_vector(knots, count, degree)
+    given = _complete(knots, len(vector))
+    return int(np.count_nonzero((np.diff(vector) == 0) & (np.diff(given) > 0)))
 
 
 def _complete(knots: FloatArray, length: int) -> FloatArray:

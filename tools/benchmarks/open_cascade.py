@@ -216,7 +216,7 @@ def uniform(model: PatchModel, tolerance: float) -> int:
     def misses(times: int, shape: tuple[int, int]) -> bool:
         u, v = times * shape[0], times * shape[1]
         bends = bound_second_derivatives(batch, (u, v), (count_blocks(u, p), count_blocks(v, q)))
-        return float(bends.deviations(1 / u, 1 / v).max()) > tolerance
+        return float(bends.bound_deviations(1 / u, 1 / v).max()) > tolerance
 
     def least(shape: tuple[int, int]) -> int:
         high = 1

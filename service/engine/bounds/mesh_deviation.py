@@ -116,11 +116,11 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         bends = bound_second_derivatives(
             patches, (ru, rv), (count_blocks(ru, p), count_blocks(rv, q))
         )
-        return bends.deviations(1 / ru, 1 / rv) + bound_rounding(patches, 1 / ru, 1 / rv)
+        return bends.bound_deviations(1 / ru, 1 / rv) + bound_rounding(patches, 1 / ru, 1 / rv)
     sides = np.where(apart, layout.inner[numbers] + 1, np.inf)
     # A strip between lines of m and of n divisions goes along both in step: each of its triangles
     # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
     along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))
     along_u = 1 / np.minimum(ru, sides[:, 2:].min(axis=1))
     bends = bound_second_derivatives(patches, (ru, rv), (1, 1))
-    return bends.deviations(along_u, along_v) + bound_rounding(patches, 1.0, 1.0)
+    return bends.bound_deviations(along_u, along_v) + bound_rounding(patches, 1.0, 1.0)

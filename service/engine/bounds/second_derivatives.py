@@ -71,7 +71,9 @@ class SecondDerivativeBounds:
     vv: FloatArray
     across: FloatArray | float
 
-    def deviations(self, along_u: FloatArray | float, along_v: FloatArray | float) -> FloatArray:
+    def bound_deviations(
+        self, along_u: FloatArray | float, along_v: FloatArray | float
+    ) -> FloatArray:
         """The bound for triangles in boxes of these sides, the largest of all blocks: (P,)."""
         bounds = along_u**2 * self.uu
         bounds += 2 * along_u * along_v * self.uv

@@ -31,17 +31,17 @@ from service.surface.sides import take_side
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]
 
 SAME_PARTIAL = 1e-6
-"""How far the partials may differ, in units of the longest on the seam: nets are often written
-with six digits."""
+"""Largest difference of partials, in units of the longest on the seam: nets are often written with
+six digits."""
 
 SAME_PLANE = 1e-6
-"""How far the unit normals may differ: an angle in radians."""
+"""Largest difference of unit normals: an angle in radians."""
 
 NO_PLANE = 1e-9
 """Sine of the angle, or length in units of the longest, below which two tangents span no plane."""
 
 CHUNK_PATCHES = 1024
-"""Patches along a seam that are looked at together."""
+"""Number of patches along a seam that are computed at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Closure:
 
 
 OPEN = Closure(None, None)
-"""Of a surface whose sides are all different edges."""
+"""The closure of a surface whose sides are all different edges."""
 
 
 def find_closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
@@ -88,8 +88,9 @@ def _find_continuity(
     begin, end = take_side(batch.points, side)[first], take_side(batch.points, side + 1)[last]
     if not np.array_equal(begin, end):
         return None
-    return _continuity(
-        _border(batch, first, side, factors[0]), _border(batch, last, side + 1, factors[-1])
+    return _compare_borders(
+        _build_border(batch, first, side, factors[0]),
+        _build_border(batch, last, side + 1, factors[-1]),
     )
 
 
@@ -97,8 +98,8 @@ def _find_continuity(
 class _Border:
     """A side of the patches along one border of the surface.
 
-    `line` and `next` (M, n+1, 3) are its Bézier points and those beside them; `factor` makes of
-    what lies between them the partial across the border.
+    `line` and `next` (M, n+1, 3) are its Bézier points and those beside them; `factor` times their
+    difference is the partial across the border.
     """
 
     line: FloatArray
@@ -150,16 +151,17 @@ class _Border:
         return abs(self.factor) * float(np.linalg.norm(self.next - self.line, axis=-1).max())
 
 
-def _border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _Border:
+def _build_border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _Border:
+    """One side of patches as a border, with points about the middle of the batch."""
     line, beside = (take_side(batch.points, side, k)[patches] - batch.middle for k in range(2))
     weights = np.ones(batch.points.shape[:-1]) if batch.weights is None else batch.weights
-    heavy, heavy_beside = (take_side(weights, side, k)[patches] for k in range(2))
-    return _Border(line, beside, heavy, heavy_beside, -factor if side % 2 else factor)
+    line_weights, weights_beside = (take_side(weights, side, k)[patches] for k in range(2))
+    return _Border(line, beside, line_weights, weights_beside, -factor if side % 2 else factor)
 
 
-def _continuity(first: _Border, last: _Border) -> Continuity | None:
-    """Of the seam where two borders are one; None if their weights are not."""
-    if not _same_weights(first, last):
+def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
+    """The continuity of a seam of two borders with equal points; None if their weights differ."""
+    if not _has_equal_weights(first, last):
         return None
     degree = first.line.shape[1] - 1
     places = sample_parameters(4 * degree)
@@ -173,26 +175,29 @@ def _continuity(first: _Border, last: _Border) -> Continuity | None:
         seam = ours.points(basis)
         a, b, t = ours.across(seam, basis), theirs.across(seam, basis), ours.along(seam, below)
         apart = max(apart, float(np.linalg.norm(a - b, axis=-1).max()))
-        (normal, there), (other, other_there) = _normals(a, t, longest), _normals(b, t, longest)
-        both = there & other_there
+        normal, is_plane = _find_normals(a, t, longest)
+        other, is_other_plane = _find_normals(b, t, longest)
+        both = is_plane & is_other_plane
         planes += int(both.sum())
         turned = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
-        smooth = smooth and not (turned & both).any() and bool((there == other_there).all())
+        smooth = smooth and not (turned & both).any() and bool((is_plane == is_other_plane).all())
     if apart <= SAME_PARTIAL * longest and longest > 0:
         return "C1"
     return "G1" if smooth and planes else "C0"
 
 
-def _normals(across: FloatArray, along: FloatArray, longest: float) -> tuple[FloatArray, Bools]:
+def _find_normals(
+    across: FloatArray, along: FloatArray, longest: float
+) -> tuple[FloatArray, Bools]:
     """Unit normals of the planes that two tangents span, and where they span one."""
     normal = cross(across, along)
     size, length, other = (np.linalg.norm(rows, axis=-1) for rows in (normal, across, along))
-    there = (size > NO_PLANE * length * other) & (length > NO_PLANE * longest)
-    unit = np.divide(normal, size[..., np.newaxis], where=there[..., np.newaxis], out=normal)
-    return unit, there
+    is_plane = (size > NO_PLANE * length * other) & (length > NO_PLANE * longest)
+    unit = np.divide(normal, size[..., np.newaxis], where=is_plane[..., np.newaxis], out=normal)
+    return unit, is_plane
 
 
-def _same_weights(first: _Border, last: _Border) -> bool:
+def _has_equal_weights(first: _Border, last: _Border) -> bool:
     """Whether the weights of two borders are the same up to a common factor."""
     ours, theirs = (b.line_weights / b.line_weights.max() for b in (first, last))
     return bool((np.abs(ours - theirs) <= SAME_WEIGHT).all())

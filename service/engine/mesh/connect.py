@@ -45,8 +45,8 @@ range: the surface moves some diagonals along its range."""
 def connect(model: PatchModel) -> Seams:
     """Distinct edges and corners of all patches of a model.
 
-    As `find_seams` finds them; but numbered, and directed, by the patches that come first, so that
-    nothing of the connectivity depends on coordinates.
+    They are those of `find_seams`, but their numbers and directions are those of the first patches
+    that have them, so that the connectivity does not depend on coordinates.
     """
     seams = connect_if_apart(model, 0.0)
     assert seams is not None  # no points are nearer than that
@@ -114,7 +114,7 @@ def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool
 
 
 def weld_reach(model: PatchModel, tolerance: float) -> float:
-    """How far apart points may be that are one, in model units.
+    """The largest distance of points that are treated as one, in model units.
 
     A part of the diagonal; far from zero, where coordinates or knots are less precise, the size of
     the rounding errors of a computation. 0 if the tolerance is 0.
@@ -195,7 +195,7 @@ def _find_pattern(
 ) -> tuple[EdgePattern, bool]:
     """The pattern of the border points of a model: mostly that of the last model of its form.
 
-    And whether it is known that points that are not equal are further apart than `reach`.
+    The second result is true if unequal points are known to be further apart than `reach`.
     """
     found: object
     if len(border) <= FEW_POINTS:

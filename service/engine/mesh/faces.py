@@ -14,10 +14,10 @@ from service.engine.options import Faces
 def join_faces(
     layout: Layout, welding: Welding | None, kind: Faces, sequence: Ints | None
 ) -> tuple[IndexArray, IndexArray, Ints]:
-    """Triangles (T, 3), quads (Q, 4), patch by patch in sequence; and how many are before each.
+    """Triangles (T, 3) and quads (Q, 4), patch by patch in sequence.
 
-    Without a welding every sample is the vertex of its own number. Of both kinds of faces the
-    numbers before each patch and in all have the shape (2, P + 1).
+    Without a welding every sample is the vertex of its own number. The third result, (2, P + 1),
+    has the numbers of triangles and of quads before each patch, and in all.
     """
     groups = layout.shapes
     patterns = [build_faces(shape, kind) for shape, _ in groups]
@@ -55,7 +55,7 @@ def join_faces(
 
 
 def _find_runs(numbers: Ints) -> list[slice]:
-    """Where numbers follow one another without a gap."""
+    """Runs of rows in which each number is one more than the number before."""
     breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
     ends = [0, *breaks.tolist(), len(numbers)]
     return [slice(first, last) for first, last in pairwise(ends)]

@@ -17,7 +17,7 @@ _NONE: Ints = np.empty(0, dtype=np.intp)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Block:
-    """Patches of one batch that are sampled alike; their samples lie in one run.
+    """Patches of one batch with equal resolutions; their samples have consecutive numbers.
 
     `batch` is the number of the batch, `first` its first patch in the model; `patches` are numbers
     within the batch, `base` is the first sample.
@@ -46,12 +46,12 @@ class SampleRuns:
     Attributes
     ----------
     connectivity : Connectivity
-        How the patches hang together.
+        Edges and corners that the patches share.
     base, ru, rv : ndarrays of int, shape (P,)
         First sample and grid of every patch.
     extra, inner : ndarrays of int, shape (P, 4)
-        First inner sample of each side that has other divisions than its grid, else -1; and how
-        many inner samples it has.
+        First inner sample of each side that has other divisions than its grid, otherwise -1; and
+        the number of its inner samples.
     """
 
     connectivity: Connectivity
@@ -68,7 +68,7 @@ class SampleRuns:
 
     @cached_property
     def pinched_sides(self) -> Bools:
-        """Which sides are one point and yet several samples, shape (P, 4)."""
+        """Which sides are one point but have several samples, shape (P, 4)."""
         several = self.connectivity.collapsed.copy()
         several[self.triangular, 3] = False
         return several

@@ -39,7 +39,7 @@ def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
         assert found.shape == (*grid, 1)
         np.testing.assert_allclose(found, expected, rtol=1e-12)
     np.testing.assert_allclose(
-        bends.deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
+        bends.bound_deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
     )
 
 
@@ -63,8 +63,8 @@ def test_each_patch_of_a_batch_is_what_it_is_alone() -> None:
         for k in range(5):
             alone = TensorPatches(nets[k : k + 1], None if loads is None else loads[k : k + 1])
             np.testing.assert_allclose(
-                together.deviations(1 / 9, 1 / 8)[k],
-                bound_second_derivatives(alone, (9, 8), (3, 2)).deviations(1 / 9, 1 / 8)[0],
+                together.bound_deviations(1 / 9, 1 / 8)[k],
+                bound_second_derivatives(alone, (9, 8), (3, 2)).bound_deviations(1 / 9, 1 / 8)[0],
                 rtol=1e-9,
             )
 
@@ -100,7 +100,7 @@ def test_one_product_and_several_give_the_same_bounds(
     bends = bound_second_derivatives(patches, divisions, (count_blocks(ru, p), count_blocks(rv, q)))
     assert is_small(patches, divisions) or max(divisions) > 16
     found = bound_grid_deviations(patches, divisions)
-    bounds = bends.deviations(1 / ru, 1 / rv)
+    bounds = bends.bound_deviations(1 / ru, 1 / rv)
     np.testing.assert_allclose(found, bounds, rtol=1e-4, atol=1e-12)
     assert (found >= bounds * (1 - 1e-12)).all()
     assert not is_small(TensorPatches(nets.copy(), np.full(nets.shape[:-1], 2.0)), divisions)
