@@ -38,8 +38,8 @@ ROUNDINGS = 2.0**-50
 """Eight roundings of a coordinate at most: what turning and moving it in float64 costs."""
 
 KNOT_ROUNDINGS = 2.0**-48
-"""What a few roundings of a knot cost, in units of the diagonal, where the knot is as large as its
-range: the surface moves some diagonals along its range."""
+"""The cost of a few roundings of a knot, in units of the diagonal, if the knot is as large as the
+range of the knots: along that range a point moves some diagonals."""
 
 
 def connect(model: PatchModel) -> Seams:
