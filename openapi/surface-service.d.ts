@@ -168,6 +168,9 @@ export interface paths {
          *     however small; polylines are closed where the surface is. The response is in the format that
          *     `format` names or `Accept` prefers; JSON without either.
          *
+         *     Many rays are sent sooner as a file of NumPy, a point and a direction in each row: the query
+         *     then names a surface that is stored, or built in, and has the other fields.
+         *
          *     Tubes and ribbons have no hits and no sections (`not_parametric`).
          */
         post: operations["intersectSurface"];
@@ -4990,6 +4993,16 @@ export interface operations {
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj" | "svg";
+                /** @description With a file: id of the surface, the name of a built-in one, or that of a stored one. */
+                surface?: string;
+                /** @description With a file: Whether the first hit of each ray is answered, or all. Default: "first". */
+                hits?: "first" | "all";
+                /** @description With a file: How near to the surface a ray may be taken to hit it, as a part of the diagonal of the box of the control points: at borders, and where it touches. Default: 1e-09. */
+                relative_thickness?: number;
+                /** @description With a file: Of planes: the distance, in model units, within which sections stay from the straight lines between the points of their polylines. */
+                tolerance?: number;
+                /** @description With a file: Instead of a tolerance: as a part of the diagonal of the box of the control points. Default: 0.001. */
+                relative_tolerance?: number;
             };
             header?: never;
             path?: never;
@@ -4998,6 +5011,7 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IntersectRequest"];
+                "application/x-npy": Blob;
             };
         };
         responses: {
@@ -5032,6 +5046,7 @@ export interface operations {
             };
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
+            404: components["responses"]["UnknownSurface"];
             406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
