@@ -64,7 +64,7 @@ class ChunkedResponse(Response):
         )
         body = b"" if scope["method"] == "HEAD" else self.body
         if len(body) <= UNTRACKED:
-            await send({"type": "http.response.body", "body": body})
+            await send({"type": "http.response.body", "body": bytes(body)})
         else:
             await send_pieces(body, send)
 
@@ -80,8 +80,11 @@ class FileResponse(ChunkedResponse):
 
 
 async def send_pieces(body: Content | memoryview, send: Send) -> None:
-    """Sends a body in chunks, without copying: the server waits for a slow client after each."""
-    for content in body if isinstance(body, Pieces) else (body,):
+    """Sends a body in chunks: the server waits for a slow client after each.
+
+    Only pieces that are shorter are copied, into one chunk: sending costs more than copying.
+    """
+    for content in body.join_short(CHUNK) if isinstance(body, Pieces) else (body,):
         whole = memoryview(content)
         for start in range(0, len(whole), CHUNK):
             piece = whole[start : start + CHUNK]

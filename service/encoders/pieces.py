@@ -20,6 +20,22 @@ class Pieces:
     def __bytes__(self) -> bytes:
         return b"".join(self.pieces)
 
+    def join_short(self, most: int) -> Iterator[bytes | memoryview]:
+        """All bytes in fewer buffers: short neighbours are joined, up to `most` bytes."""
+        short: list[bytes | memoryview] = []
+        room = most
+        for piece in self.pieces:
+            if len(piece) > room and short:
+                yield b"".join(short)
+                short, room = [], most
+            if len(piece) > most:
+                yield piece
+            else:
+                short.append(piece)
+                room -= len(piece)
+        if short:
+            yield b"".join(short)
+
 
 Content: TypeAlias = bytes | Pieces
 """The bytes of a file, in one buffer or in several."""

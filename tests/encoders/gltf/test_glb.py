@@ -1,12 +1,13 @@
 """Files whose text is kept with a plan: the bytes of files that are written anew."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.glb import JOINED, PLACE, encode_glb
+from service.encoders.gltf.glb import PLACE, encode_glb
 from service.encoders.pieces import Pieces
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
@@ -61,10 +62,19 @@ def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
     assert file_of(mesh) == file_of(mesh) == anew(mesh)
 
 
-def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
+def test_a_file_is_pieces_which_nothing_was_copied_to() -> None:
     mesh = built("saddle", 128)
     content = encode_glb(mesh, OPTIONS)
     assert isinstance(content, Pieces)
-    assert len(content) == len(bytes(content)) > JOINED
+    assert len(content) == len(bytes(content))
     assert bytes(content) == file_of(mesh) == anew(mesh)
     assert any(np.shares_memory(np.frombuffer(p, np.uint8), mesh.positions) for p in content if p)
+
+
+@pytest.mark.parametrize("sizes", [(), (0,), (3, 4, 5), (11, 1, 9, 1), (4, 20, 3, 3, 3, 3)])
+def test_short_neighbours_are_joined_up_to_the_most(sizes: tuple[int, ...]) -> None:
+    pieces = Pieces(tuple(bytes([number]) * size for number, size in enumerate(sizes)))
+    joined = list(pieces.join_short(10))
+    assert b"".join(joined) == bytes(pieces)
+    assert all(len(piece) <= 10 or piece in pieces.pieces for piece in joined)
+    assert all(len(one) + len(two) > 10 for one, two in pairwise(joined))
