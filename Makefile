@@ -36,7 +36,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test pytest check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties mutants web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -45,12 +45,8 @@ serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
 	@$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
-# Checks and tests at the same time: tests wait for browsers and sockets now and then. What Python
-# compiles is kept, whatever the environment says: the other processes need not compile it again.
-test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every check and every test
-	@$(MAKE) --no-print-directory --jobs 2 check pytest
-
-pytest:
+# What Python compiles is kept, whatever the environment says: other processes need not do it again.
+test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
 
 check: $(VENV)/.dev ## Linters, types, import rules and phrases, without the tests
