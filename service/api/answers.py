@@ -64,7 +64,7 @@ class ChunkedResponse(Response):
         )
         body = b"" if scope["method"] == "HEAD" else self.body
         if len(body) <= UNTRACKED:
-            await send({"type": "http.response.body", "body": bytes(body)})
+            await send({"type": "http.response.body", "body": body})
         else:
             await send_pieces(body, send)
 

@@ -36,6 +36,9 @@ from service.engine.mesh.mesh_value import Mesh
 GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 """Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
 
+SHORT = 1 << 16
+"""Bytes up to which a file is one buffer."""
+
 PLACE = "\ue000{}\ue000"
 """Marks the place of a value in a template's text; the letters belong to no script."""
 
@@ -43,7 +46,7 @@ _PLACE = re.compile(f'"{PLACE.format("([a-z0-9]+)")}"'.encode())
 
 
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
-    """The binary form of a mesh in pieces, which may be arrays of the mesh.
+    """The binary form of a mesh; a long one in pieces, which may be arrays of the mesh.
 
     Raises
     ------
@@ -67,7 +70,8 @@ def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    return Pieces((head + text + binary_head, *chunks))
+    pieces = (head + text + binary_head, *chunks)
+    return b"".join(pieces) if total <= SHORT else Pieces(pieces)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -62,7 +62,7 @@ def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
     assert file_of(mesh) == file_of(mesh) == anew(mesh)
 
 
-def test_a_file_is_pieces_which_nothing_was_copied_to() -> None:
+def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
     mesh = built("saddle", 128)
     content = encode_glb(mesh, OPTIONS)
     assert isinstance(content, Pieces)
