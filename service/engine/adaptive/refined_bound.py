@@ -45,9 +45,11 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
     # Quarters that fail are measured against the triangles beside their host.
     beside = triangles.beside[host]
     quarter, side = (~passed[:, np.newaxis] & (beside >= 0)).nonzero()
-    others, is_met = _certify_against(draft, face[quarter], places[quarter], beside[quarter, side])
     quarters[~passed] = np.inf
-    np.minimum.at(quarters, quarter[is_met], others[is_met])
+    if len(quarter):
+        hosts = beside[quarter, side]
+        others, is_met = _certify_against(draft, face[quarter], places[quarter], hosts)
+        np.minimum.at(quarters, quarter[is_met], others[is_met])
     bounds = np.full(len(rows), np.inf)
     bounds[cut] = quarters.reshape(-1, 4).max(axis=1)
     return bounds, bounds < np.inf

@@ -158,9 +158,9 @@ def _find_right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
 
     The right angle is at (u_0, v_0), the other corners are (u_1, v_0) and (u_0, v_1).
     """
-    u, v = (places[:, axis] == places[NEXT, axis] for axis in (0, 1))
-    right = (u & v[BEFORE]) | (v & u[BEFORE])
-    corner = np.take_along_axis(places, right.argmax(axis=0)[np.newaxis, np.newaxis], axis=0)[0]
+    same = places == places[NEXT]
+    right = (same & same[BEFORE, ::-1]).any(axis=1)
+    corner = places[right.argmax(axis=0), :, np.arange(places.shape[2])].T
     return right.any(axis=0), np.array([corner, places.min(axis=0) + places.max(axis=0) - corner])
 
 

@@ -62,15 +62,19 @@ def certify(
     goal : Goal
         Whether the distance from the mesh to the surface is bounded too, and where the eye is.
     """
-    bounds = np.zeros((3, len(parts.face)))
-    for block in _split_into_blocks(parts):
-        bounds[:, block] = _bound_parts(patch_nets, faces, parts.take(block), positions, goal)
-    deviation, distance, mesh = bounds
+    blocks = [
+        _bound_parts(patch_nets, faces, parts.take(block), positions, goal)
+        for block in _split_into_blocks(faces, parts)
+    ]
+    deviation, distance, mesh = np.concatenate(blocks, axis=1)
     return PartBounds(deviation, mesh if goal.two_sided else None, goal.find_allowed(distance))
 
 
-def _split_into_blocks(parts: Parts) -> Iterator[slice]:
+def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[slice]:
     """Runs of parts that have at most about `BLOCK` pieces together; one part may have more."""
+    if len(parts.face) * int((faces.spans + 1).prod(axis=1).max()) <= BLOCK:
+        yield slice(None)
+        return
     low, high = parts.corners.min(axis=1), parts.corners.max(axis=1)
     block = np.cumsum(((high - low) // SPAN + 1).prod(axis=1)) // BLOCK
     begins = np.diff(block, prepend=-1).nonzero()[0]

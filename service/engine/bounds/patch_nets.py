@@ -129,30 +129,6 @@ class PatchNets:
             points[:, here] = place + self.middles[:, ids]
         return np.ascontiguousarray(points.T)
 
-    def evaluate_partials(
-        self, patch: Ints, u: FloatArray, v: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """S_u and S_v at parameters of patches, shapes (m, 3).
-
-        The net is differenced before it is evaluated; where it is homogeneous, X, then
-        S_u = (X_u − w_u S) / w.
-        """
-        along = np.empty((2, 3, len(patch)))
-        for nets, here in self._chunks(patch):
-            net = nets.take(self.row[patch[here]])
-            p, q = nets.degree
-            bases = bernstein(p, u[here]).T, bernstein(q, v[here]).T
-            slopes = [
-                p * _combine(net[1:] - net[:-1], bernstein(p - 1, u[here]).T, bases[1]),
-                q * _combine(net[:, 1:] - net[:, :-1], bases[0], bernstein(q - 1, v[here]).T),
-            ]
-            if nets.is_rational:
-                place = _combine(net, *bases)
-                point = place[:3] / place[3]
-                slopes = [(slope[:3] - slope[3] * point) / place[3] for slope in slopes]
-            along[0][:, here], along[1][:, here] = slopes
-        return np.ascontiguousarray(along[0].T), np.ascontiguousarray(along[1].T)
-
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """Groups of patches (m,) in runs whose nets have about `CHUNK` numbers together."""
         for nets, here in self.split_by_group(patch):

@@ -19,7 +19,7 @@ from service.engine.adaptive.cutting.normal_variation import (
 from service.engine.adaptive.cutting.planes import NEARLY, find_planes, measure_heights
 from service.engine.adaptive.cutting.remainder import measure_remainder, measure_sag
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.vectors import Vectors, dot, dots, length
+from service.engine.bounds.vectors import Vectors, dot, length
 
 BOLD, REST = 1.02, 0.5
 """A cell passes if its height plus `REST` of its remainder is at most `BOLD` times the allowed
@@ -119,7 +119,7 @@ def build_forms(
     """`CellEstimates.form` of cells from their `STEPS`, normals, and bends (2, m) along u and v."""
     along = (steps[:2] - steps[2:4]) * 0.5
     form = np.empty((7, len(allowed)))
-    form[:2], form[2] = dots(along[0], along), dot(along[1], along[1])
+    form[:2], form[2] = dot(along[0], along), dot(along[1], along[1])
     form[3], form[4], form[5] = bends[0], dot(steps[0] + steps[2], normal) * -0.125, bends[1]
     form[6] = allowed
     return form

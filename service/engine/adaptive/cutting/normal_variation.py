@@ -6,9 +6,7 @@ small the cell: there no cut helps. So a cell may always be cut while it is a la
 patch, lest a narrow bend is taken for a crease; later it is cut only if that helps or costs little.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import combinations
 from math import pi, sin, tan
 
 import numpy as np
@@ -37,11 +35,16 @@ FALLING = 0.8
 
 CORNERS = ((0, 0), (0, 2), (2, 0), (2, 2))
 
-ACROSS = tuple(
-    (one, other)
-    for one, other in combinations([(i, j) for i in range(3) for j in range(3)], 2)
-    if one[0] != other[0] and one[1] != other[1]
-)
+ONE, OTHER = np.array(
+    [
+        ((i, j), (k, m))
+        for i in range(2)
+        for j in range(3)
+        for k in range(i + 1, 3)
+        for m in range(3)
+        if m != j
+    ]
+).transpose(1, 2, 0)
 """Pairs of places that are not on a line along u or v."""
 
 
@@ -91,26 +94,20 @@ def compare_normals(
     """
     most = find_chord(angle)
     found = estimate_normals(at, nets)
-    lines = found, [list(line) for line in zip(*found, strict=True)]
-    halves = [
-        _find_largest((line[k], line[k + 1]) for line in own for k in (0, 1)) for own in lines[::-1]
-    ]
-    wholes = [
-        np.maximum(_find_largest((line[0], line[2]) for line in own), half)
-        for own, half in zip(lines[::-1], halves, strict=True)
-    ]
-    longs = (
-        np.maximum.reduce([length(b[j] - a[j]) for j in range(3) for a, b in (at[:2], at[1:])]),
-        np.maximum.reduce([length(a[k + 1] - a[k]) for a in at for k in (0, 1)]),
-    )
+    halves, wholes, longs = [], [], []
+    for normals, points in ((found, at), (found.swapaxes(0, 1), at.swapaxes(0, 1))):
+        halves.append(_measure_apart(normals[:2], normals[1:]).max(axis=(0, 1)))
+        ends = _measure_apart(normals[0], normals[2])
+        wholes.append(np.maximum(ends.max(axis=0), halves[-1]))
+        longs.append(length(points[1:] - points[:2]).max(axis=(0, 1)))
     may = [
         is_halving_helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
         for half, whole, share, long, beside in zip(
             halves, wholes, scale.shares, longs, wholes[::-1], strict=True
         )
     ]
-    across = _find_largest((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
-    helps = _find_largest((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
+    across = _measure_apart(found[*ONE], found[*OTHER]).max(axis=0)
+    helps = _measure_apart(found[::2, ::2], found[1, 1]).max(axis=(0, 1)) <= FALLING * across
     helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
     gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
     exceeds = (gains[0] > most) | (gains[1] > most)
@@ -162,28 +159,40 @@ def find_height_limit(angle: float, size: FloatArray, scale: Scale | None = None
     return np.where(small, np.inf, most)
 
 
-def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> list[list[Vectors]]:
+def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> FloatArray:
     """Unit normals of biquadratic surfaces at the nine points that define them; or zero.
 
     With nets, the normals at the corners are those of the nets. A normal that is missing at the end
     of a line (at a pole) is extrapolated from the other end and the middle.
+
+    Parameters
+    ----------
+    at : ndarray of float64, shape (3, 3, 3, m)
+        Entry [i, j] is the point at u = i/2, v = j/2.
+    nets : ndarray of float64, shape (p+1, q+1, D, m), optional
+
+    Returns
+    -------
+    ndarray of float64, shape (3, 3, 3, m)
     """
-    slopes_u = [_find_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
-    slopes_v = [_find_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
-    slopes = [[(slopes_u[j][i], slopes_v[i][j]) for j in range(3)] for i in range(3)]
-    real_u, real_v = (
-        NONE * np.maximum.reduce([length(own) for line in every for own in line])
-        for every in (slopes_u, slopes_v)
-    )
+    u, v = _find_slopes(at), _find_slopes(at.swapaxes(0, 1)).swapaxes(0, 1)
+    real_u, real_v = (NONE * length(slopes).max(axis=(0, 1)) for slopes in (u, v))
     if nets is not None:
         for i, j in CORNERS:
-            slopes[i][j] = _find_legs(nets, i == 2, j == 2)
-    found = [[_build_normal(*own, real_u, real_v) for own in row] for row in slopes]
-    for j in range(3):
-        found[0][j], found[2][j] = extrapolate_ends(*(found[i][j] for i in range(3)))
-    for i in range(3):
-        found[i][0], found[i][2] = extrapolate_ends(*found[i])
-    return found
+            u[i, j], v[i, j] = _find_legs(nets, i == 2, j == 2)
+    normals = cross(u, v)
+    size, long_u, long_v = length(normals), length(u), length(v)
+    some = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
+    normals *= (some / np.where(some, size, 1.0))[:, :, np.newaxis]
+    for lines in (normals, normals.swapaxes(0, 1)):
+        a, b, c = lines
+        share = 2.0 * dot(a, b), 2.0 * dot(c, b)
+        ends = [
+            np.where((dot(own, own) == 0.0)[:, np.newaxis], mirror[:, np.newaxis] * b - far, own)
+            for own, mirror, far in ((a, share[1], c), (c, share[0], a))
+        ]
+        lines[0], lines[2] = ends
+    return normals
 
 
 def find_chord(angle: float) -> float:
@@ -191,24 +200,16 @@ def find_chord(angle: float) -> float:
     return 2.0 * sin(min(angle, pi) / 2.0)
 
 
-def extrapolate_ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
-    """Unit normals at both ends of a line; a missing one is the other, mirrored at the middle."""
-    share = 2.0 * dot(a, b), 2.0 * dot(c, b)
-    return (
-        np.where(dot(a, a) == 0.0, share[1] * b - c, a),
-        np.where(dot(c, c) == 0.0, share[0] * b - a, c),
-    )
-
-
-def measure_apart(a: Vectors, b: Vectors) -> FloatArray:
-    """Distances of unit normals; 0 where one is missing."""
+def _measure_apart(a: Vectors, b: Vectors) -> FloatArray:
+    """Distances of unit normals (…, 3, m); 0 where one is missing."""
     missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
     return np.where(missing, 0.0, length(a - b))
 
 
-def _find_slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vectors]:
-    """Derivatives at 0, ½ and 1 of a quadratic curve through three points."""
-    return 4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b
+def _find_slopes(at: FloatArray) -> FloatArray:
+    """Derivatives at 0, ½ and 1, axis 0, of quadratic curves through three points, axis 0."""
+    a, b, c = at
+    return np.array([4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b])
 
 
 def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
@@ -218,17 +219,3 @@ def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vec
     near = project(nets[np.ix_(rows, columns)])
     along_u, along_v = near[1, 0] - near[0, 0], near[0, 1] - near[0, 0]
     return along_u * (-p if far_u else p), along_v * (-q if far_v else q)
-
-
-def _build_normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
-    """Unit normals from partials; zero where `NONE` says that there is none."""
-    normal = cross(u, v)
-    size, long_u, long_v = length(normal), length(u), length(v)
-    some = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
-    return normal * (some / np.where(some, size, 1.0))
-
-
-def _find_largest(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
-    """Largest distance of the unit normals of pairs; 0 where one is missing."""
-    most: FloatArray = np.maximum.reduce([measure_apart(a, b) for a, b in pairs])
-    return most

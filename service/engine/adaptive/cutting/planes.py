@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.bounds.heights import maximize_quadratics
-from service.engine.bounds.vectors import Vectors, dots
+from service.engine.bounds.vectors import Vectors, dot
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
@@ -81,11 +81,11 @@ def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray
     """
     steps = at.take(STEPS[0], axis=0)
     steps -= at.take(STEPS[1], axis=0)
-    squares = dots(steps, steps)
+    squares = dot(steps, steps)
     lines = steps.reshape(-1, steps.shape[2])
     crossed = lines.take(CYCLES[0][0], axis=0) * lines.take(CYCLES[1][1], axis=0)
     crossed -= lines.take(CYCLES[1][0], axis=0) * lines.take(CYCLES[0][1], axis=0)
-    size = np.sqrt(dots(crossed, crossed))
+    size = np.sqrt(dot(crossed, crossed))
     none = size[:4] <= THIN * np.maximum.reduce(squares.take(OF, axis=0), axis=1)
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
     if not none.any():
@@ -115,17 +115,17 @@ def measure_heights(
     """
     away = at.take(HALFWAY, axis=0)
     away -= at.take(FROM, axis=0)
-    highs = maximize_heights(dots(away, planes.normals))
+    highs = maximize_heights(dot(away, planes.normals))
     over = np.maximum(highs[::2], highs[1::2])
     bends = at.take(BENDS[1], axis=0)
     bends += at.take(BENDS[2], axis=0)
     bends *= -0.5
     bends += at.take(BENDS[0], axis=0)
-    signed = heights = dots(bends, normal)
+    signed = heights = dot(bends, normal)
     if two_sided or planes.flat.any():
-        stray = np.sqrt(dots(bends, bends))
+        stray = np.sqrt(dot(bends, bends))
         across = at[4] - (at[[0, 6]] + at[[8, 2]]) * 0.5
-        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(dots(across, across)))
+        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(dot(across, across)))
         over = np.where(planes.flat, wide, over)
         heights = np.where(planes.flat, stray, heights)
         if two_sided:

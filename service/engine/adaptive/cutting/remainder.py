@@ -4,7 +4,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.engine.adaptive.cutting.halving import build_quadratic_matrix
-from service.engine.bounds.vectors import dots
+from service.engine.bounds.vectors import dot
 
 
 def measure_remainder(
@@ -27,7 +27,7 @@ def measure_remainder(
     normals = normals[:, np.newaxis, np.newaxis]
     heights: FloatArray
     heights = np.maximum.reduce(
-        np.abs(_subtract_biquadratic(dots(net, normals), dots(at, normals))), axis=(0, 1, 2)
+        np.abs(_subtract_biquadratic(dot(net, normals), dot(at, normals))), axis=(0, 1, 2)
     )
     if flat.any() or two_sided:
         left = _subtract_biquadratic(
@@ -49,9 +49,9 @@ def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bo
         step = net.swapaxes(0, axis)
         step = step[1:] - step[:-1]
         bend = step[1:] - step[:-1]
-        size = np.abs(dots(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
+        size = np.abs(dot(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
         if flat.any() or two_sided:
-            stray = np.sqrt(dots(bend, bend).max(axis=(0, 1)))
+            stray = np.sqrt(dot(bend, bend).max(axis=(0, 1)))
             size = np.where(flat, stray, np.maximum(size, stray * (0.5 if two_sided else 0.0)))
         sag[axis] = size * (degree * (degree - 1) / 8)
     return sag

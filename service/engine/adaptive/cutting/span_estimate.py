@@ -27,7 +27,7 @@ from service.engine.adaptive.cutting.span_pieces import (
     split_cells,
 )
 from service.engine.adaptive.cutting.task import Task
-from service.engine.bounds.vectors import Vectors, dot, dots, length
+from service.engine.bounds.vectors import Vectors, dot, length
 
 AHEAD = 1 << 8
 """Number of spans up to which cells, their halves, halves of these, … are estimated in one step."""
@@ -115,7 +115,7 @@ class _CellTriangles:
         stray = self.stray[of]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
             away = points - from_
-            one, two = dots(away, under[2 * way]), dots(away, under[2 * way + 1])
+            one, two = dot(away, under[2 * way]), dot(away, under[2 * way + 1])
             high = np.abs(np.where(below, one, two))
             if stray.any():
                 # The points of the triangles that have the same parameters.
@@ -126,7 +126,7 @@ class _CellTriangles:
                     lower = a + s * (b - a) + t * (d - a)
                     upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
                 gone = points - np.where(below[:, np.newaxis], lower, upper)
-                whole = stray * np.sqrt(dots(gone, gone))
+                whole = stray * np.sqrt(dot(gone, gone))
                 high = np.maximum(np.where(stray == 1.0, 0.0, high), whole)
             heights[way] = high.max(axis=0)
         return heights
@@ -187,12 +187,9 @@ def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: fl
 
     In all other cells no two normals are further apart than the angle.
     """
-    own = normal[:, pieces.cell]
     found = estimate_normals(at.reshape(3, 3, 3, -1))
-    apart = np.maximum.reduce(
-        [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
-    )
-    turned: Bools = pieces.find_largest(apart) > find_chord(angle / 2.0)
+    apart = np.where(dot(found, found) == 0.0, 0.0, length(found - normal[:, pieces.cell]))
+    turned: Bools = pieces.find_largest(apart.max(axis=(0, 1))) > find_chord(angle / 2.0)
     return turned
 
 

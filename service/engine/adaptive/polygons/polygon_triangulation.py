@@ -21,7 +21,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.planes import NEARLY, maximize_heights
-from service.engine.bounds.vectors import dots
+from service.engine.bounds.vectors import dot
 
 ALL = 7
 """Number of corners up to which all ways are compared; there are 42 ways for seven corners."""
@@ -196,7 +196,7 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     ratio = maximize_heights((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
     ratio *= ratio
     steps = (points[:, NEXT] - points).swapaxes(0, 1)
-    squares = dots(steps, steps)
+    squares = dot(steps, steps)
     total = squares.sum(axis=0)
     short = total - 2.0 * squares[2]
     area = np.sqrt(np.maximum(0.75 * (4.0 * squares[0] * squares[1] - short * short), 0.0)) * 2.0
