@@ -20,9 +20,10 @@ from service.engine.extent import AT_ZERO, choose_origin, find_stored_bounds
 from service.engine.joining.join import Allow, allow_any, join, join_further
 from service.engine.mesh.channels import match_values, split_by_kind
 from service.engine.mesh.closure import OPEN, find_closure
-from service.engine.mesh.connect import connect_if_apart, may_be_cut
+from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut
 from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.creases import Sharing, find_creases
+from service.engine.mesh.curve_patches import leave_out_curves
 from service.engine.mesh.filling import SampleRows, fill_vertices, sample_model
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
@@ -54,6 +55,11 @@ def tessellate(
     seams = connect_if_apart(model, options.weld_tolerance)
     if seams is None or may_be_cut(model, seams):
         model, seams = join_further(model, seams, options.weld_tolerance, allow)
+    may_close = seams.connectivity.is_joined or model.domain is None
+    closure = find_closure(model, seams.connectivity) if may_close else OPEN
+    if seams.connectivity.has_thin:
+        model = leave_out_curves(model, seams.connectivity)
+        seams = connect(model)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = choose_origin(*model.bounds) if single else AT_ZERO
@@ -68,7 +74,6 @@ def tessellate(
     rows = fill_vertices(rows, plan)
     checkpoint()
     bound = find_largest_bound(bounds)
-    may_close = seams.connectivity.is_joined or model.domain is None
     low, high = find_stored_bounds(rows.positions, origin)
     uvs, colors, attributes = split_by_kind(rows.channels) if rows.channels else (None, None, ())
     return Mesh(
@@ -94,7 +99,7 @@ def tessellate(
             watertight=plan.watertight,
             boundary_edges=plan.boundary_edges,
             poles_repaired=rows.poles,
-            closure=find_closure(model, seams.connectivity) if may_close else OPEN,
+            closure=closure,
             deviation_bound=bound,
             curvature=find_ranges(attributes) if attributes else None,
             merged_knots=model.merged_knots,

@@ -114,6 +114,14 @@ class PatchModel:
         return sum(batch.count for batch in self.batches)
 
     @property
+    def part_numbers(self) -> NDArray[np.intp]:
+        """The number of the part of each patch, (P,)."""
+        numbers = np.repeat(np.arange(len(self.parts)), [p.last - p.first for p in self.parts])
+        if self.sequence is not None:
+            numbers[self.sequence] = numbers.copy()
+        return numbers
+
+    @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates of the control points: they enclose the surface."""
         if len(self.batches) == 1:

@@ -20,7 +20,7 @@ from service.engine.evaluation.scattered import scattered_normals
 from service.engine.extent import find_stored_bounds
 from service.engine.mesh.borders import count_borders
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
-from service.engine.mesh.closure import find_closure
+from service.engine.mesh.closure import Closure
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import Welding, count_positions, find_shared_positions, weld
@@ -38,6 +38,7 @@ def assemble(
     *,
     storage: Storage,
     origin: FloatArray,
+    closure: Closure | None,
 ) -> Mesh:
     """The mesh of a model, its triangles part by part.
 
@@ -51,6 +52,8 @@ def assemble(
         Lines beside the faces, as they are stored.
     origin : ndarray of float64, shape (3,)
         The origin of stored positions, in model coordinates.
+    closure : Closure or None
+        As of `find_closure`, for the report.
     """
     dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
     if not storage.step:  # on a grid triangles may have no area
@@ -104,7 +107,7 @@ def assemble(
             watertight=watertight,
             boundary_edges=boundary,
             poles_repaired=limits,
-            closure=find_closure(model),
+            closure=closure,
             deviation_bound=_find_largest_bound(bounds, adding),
             curvature=find_ranges(attributes),
             merged_knots=model.merged_knots,

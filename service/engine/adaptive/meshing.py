@@ -31,6 +31,8 @@ from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from service.engine.joining.join import join
 from service.engine.joining.members import JoinedGroup, join_group
+from service.engine.mesh.closure import find_closure
+from service.engine.mesh.curve_patches import leave_out_curves
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
@@ -45,9 +47,14 @@ class ModelMesher:
     """Builds meshes of one model; its nets, seams and faces are computed once for all meshes."""
 
     def __init__(self, model: PatchModel, options: MeshOptions, storage: Storage) -> None:
-        self.model, self._options, self._storage = model, options, storage
+        self._options, self._storage = options, storage
         self._origin = storage.choose_origin(*model.bounds)
-        self._ground, self.seams = PatchNets.of(model), find_seams(model.batches)
+        seams = find_seams(model.batches)
+        self._closure = find_closure(model)
+        if seams.connectivity.has_thin:
+            model = leave_out_curves(model, seams.connectivity)
+            seams = find_seams(model.batches)
+        self.model, self.seams, self._ground = model, seams, PatchNets.of(model)
         self._faces = find_faces(model, self.seams)
 
     def build_mesh(
@@ -106,7 +113,10 @@ class ModelMesher:
                 effort=effort,
             )
             mesh = assemble(
-                model, self._faces, made, options, overlays, storage=storage, origin=origin
+                *(model, self._faces, made, options, overlays),
+                storage=storage,
+                origin=origin,
+                closure=self._closure,
             )
         else:
             lines = build_line_mesh(model, options, overlays, origin, storage.dtype)

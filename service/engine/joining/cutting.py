@@ -14,20 +14,11 @@ from service.bases.polynomials import Net, split
 from service.engine.joining.near_points import run_starts
 from service.engine.joining.shared_curves import Cuts
 from service.surface.batches import Patches, TensorPatches
-from service.surface.lowered import Domain, Part, PatchModel
-from service.surface.multipatch import join_batches
-
-UNIT = np.array([0.0, 1.0])
-UNIT.flags.writeable = False
+from service.surface.lowered import Domain, PatchModel
+from service.surface.repatched import rebuild, surfaces_of
 
 ROUNDING = 2.0**-49
 """Bound of the error of cutting, in units of the largest coordinate: some roundings a degree."""
-
-
-def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
-    """The parametric surfaces of a model, in the order of their patches."""
-    domains = model.domains or tuple(Domain(UNIT, UNIT, k) for k in range(model.patch_count))
-    return tuple(sorted(domains, key=lambda domain: domain.first))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -112,7 +103,11 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
         domains.append(Domain(knots[0], knots[1], domain.first + added))
         added += grid.size - domain.patch_count
         done = domain.first + domain.patch_count
-    return _rebuilt(model, pieces, np.concatenate(owners), tuple(domains))
+    low, high = model.bounds
+    degree = max(max(batch.side_degrees) for batch in model.batches)
+    rounding = degree * ROUNDING * float(max(-low.min(), high.max()))
+    owner = np.concatenate(owners)
+    return replace(rebuild(model, pieces, owner, tuple(domains)), moved=model.moved + rounding)
 
 
 def _cut_grid(
@@ -154,30 +149,3 @@ def _cut_grid(
     repeats = 1 + np.bincount(span, minlength=grid.shape[axis])
     cut_batch = replace(batch, points=points, weights=weights, channels=channels)
     return cut_batch, np.repeat(grid, repeats, axis=axis)
-
-
-def _rebuilt(
-    model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
-) -> PatchModel:
-    """The model of these patches, of which each was a part of its `owner` (P',)."""
-    batches = tuple(join_batches(some) for some in pieces)
-    listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
-    position = np.empty(model.patch_count, dtype=np.intp)
-    position[listed] = np.arange(model.patch_count)
-    places = position[owner]
-    ends = np.concatenate([[0], np.cumsum(np.bincount(places, minlength=model.patch_count))])
-    parts = tuple(Part(p.name, int(ends[p.first]), int(ends[p.last])) for p in model.parts)
-    sequence = None if model.sequence is None else np.argsort(places, kind="stable")
-    low, high = model.bounds
-    degree = max(max(batch.side_degrees) for batch in batches)
-    rounding = degree * ROUNDING * float(max(-low.min(), high.max()))
-    return replace(
-        model,
-        batches=batches,
-        parts=parts,
-        domains=domains,
-        order=None,
-        sequence=sequence,
-        control_nets=model.nets,
-        moved=model.moved + rounding,
-    )

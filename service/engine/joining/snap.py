@@ -10,7 +10,8 @@ roundings than the first. Connectivity compares points bit for bit
 - weights of one point that are near get the least of them, those of whole surfaces up to a factor
   (`common_factors`);
 - sides that are one curve in several degrees get the net of the lowest, raised (`raised_edges`);
-- corners, and sides that are one group, get the first point of their group in that order.
+- corners, and sides that are one group, get the first point of their group in that order;
+- patches of which two opposite sides become one edge become curves (`thin_patches`).
 
 So positions depend on the nets that meet and not on their order; where all are equal already,
 nothing changes.
@@ -32,6 +33,7 @@ from service.cancellation import checkpoint
 from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import BorderWeights, raise_equal
+from service.engine.joining.thin_patches import flatten
 from service.engine.mesh.connect import weight_reach, weld_reach
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
@@ -78,17 +80,21 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     if weights is not None:
         changed = float(np.abs(np.log(weights.values / given)).max())
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
-    moved = (moved + expm1(2 * changed) * model.diagonal / 2) * ROUNDED_UP
-    if not moved:
-        return model
-    batches, first = [], 0
-    for batch, run in zip(model.batches, runs, strict=True):
+    moved += expm1(2 * changed) * model.diagonal / 2
+    batches, first = list(model.batches), 0
+    for number, run in enumerate(runs if moved else ()):
         own = slice(first, first + len(run))
-        batches.append(
-            replace_border(batch, points[own], None if weights is None else weights.values[own])
+        batches[number] = replace_border(
+            batches[number], points[own], None if weights is None else weights.values[own]
         )
         first += len(run)
-    return replace(model, batches=tuple(batches), moved=model.moved + moved)
+    if pattern.connectivity.has_thin:
+        near = 0.0 if weights is None else weights.near
+        batches, flattened = flatten(batches, pattern.connectivity, reach, near)
+        moved += flattened
+    if not moved:
+        return model
+    return replace(model, batches=tuple(batches), moved=model.moved + moved * ROUNDED_UP)
 
 
 def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:

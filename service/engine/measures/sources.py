@@ -132,23 +132,14 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
         `not_parametric`, of tubes and ribbons.
     """
     given = to_patches(lowered)
-    part = parts_of(given)
+    part = given.part_numbers
     if isinstance(lowered, GroupModel):
         return given, part, _joined_group(lowered, tolerance, allow)
     assert isinstance(lowered, PatchModel)
     model, seams = join(lowered, tolerance, allow)
     noise = bound_lowering_error(lowered)
     piece = _Piece(0, model, ((None, None, lowered),), is_cluster=False)
-    return given, part, Source(model, seams, parts_of(model), noise, model.moved, (piece,))
-
-
-def parts_of(model: PatchModel) -> Ints:
-    """The number of the part of every patch, (P,)."""
-    listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
-    part = np.empty(model.patch_count, dtype=np.intp)
-    for number, each in enumerate(model.parts):
-        part[listed[each.first : each.last]] = number
-    return part
+    return given, part, Source(model, seams, model.part_numbers, noise, model.moved, (piece,))
 
 
 def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
@@ -164,7 +155,7 @@ def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
         if number in clusters:
             cluster = clusters[number]
             numbers = cluster.members
-            which = np.searchsorted(cluster.ends, parts_of(model), side="right") - 1
+            which = np.searchsorted(cluster.ends, model.part_numbers, side="right") - 1
             part.append(np.array(numbers)[which])
         else:
             numbers = (alone[number],)

@@ -116,6 +116,24 @@ class Connectivity:
         return bool((ordered[:, 1:] == ordered[:, :-1]).any())
 
     @cached_property
+    def thin(self) -> tuple[Ints, Ints]:
+        """Grids that may be without area: two opposite sides are one edge, the others points.
+
+        First those of which the sides u = 0 and u = 1 are one edge, in one direction; then those of
+        which the sides v = 0 and v = 1 are.
+        """
+        is_one = self.edge[:, ::2] == self.edge[:, 1::2]
+        is_one &= self.backward[:, ::2] == self.backward[:, 1::2]
+        is_one &= (self.collapsed[:, ::2] & self.collapsed[:, 1::2])[:, ::-1]
+        is_one[self.triangular] = False
+        return np.flatnonzero(is_one[:, 0]), np.flatnonzero(is_one[:, 1] & ~is_one[:, 0])
+
+    @cached_property
+    def has_thin(self) -> bool:
+        """Whether any patch is `thin`."""
+        return any(map(len, self.thin))
+
+    @cached_property
     def cut_corners(self) -> Ints:
         """Corners of patches that a line of the mesh cuts off: where it ends, shape (P, 3, 2).
 

@@ -14,6 +14,7 @@ import numpy as np
 from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import PLANS
 from service.engine.mesh.connect import connect
+from service.engine.mesh.curve_patches import leave_out_curves
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.patterns import (
     AnyShape,
@@ -44,7 +45,10 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     side has one division: then every face at a border is looked at.
     """
     kind = options.faces
-    layout = Layout.plan(connect(model).connectivity, options.resolution)
+    connectivity = connect(model).connectivity
+    if connectivity.has_thin:
+        connectivity = connect(leave_out_curves(model, connectivity)).connectivity
+    layout = Layout.plan(connectivity, options.resolution)
     groups = [_Group(shape, each, _count_shape(shape, kind)) for shape, each in layout.shapes]
     triangles = sum(len(group.patches) * group.tally.triangles for group in groups)
     quads = sum(len(group.patches) * group.tally.quads for group in groups)

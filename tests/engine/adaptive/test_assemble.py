@@ -14,6 +14,7 @@ from service.engine.adaptive.samples import find_samples
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.faces import SPAN
+from service.engine.mesh.closure import find_closure
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.batches import TrianglePatches
@@ -40,7 +41,12 @@ def assemble_regular(
     made = build_regular(model, divisions)
     origin = storage.choose_origin(*model.bounds)
     lines = draw_lines(model, made.border, wanted, storage, origin)
-    return assemble(model, made.faces, made.made, wanted, lines, storage=storage, origin=origin)
+    return assemble(
+        *(model, made.faces, made.made, wanted, lines),
+        storage=storage,
+        origin=origin,
+        closure=find_closure(model),
+    )
 
 
 def list_corners(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:

@@ -21,6 +21,8 @@ from tests.strategies import Array, cube, model_of
 from tools.certify.closing import NEARLY, RESOLUTION
 from tools.certify.nearly import body, soup
 
+COARSE = Accuracy(relative_tolerance=1e-1)
+
 
 def shaken(nets: list[Array], amplitude: float) -> list[Array]:
     """Nets whose points are moved at random, by at most one distance in every coordinate."""
@@ -41,6 +43,19 @@ def test_noise_within_the_tolerance_closes(seed: int) -> None:
     strict = mesh_of(model, resolution=RESOLUTION, weld_tolerance=0.0)
     assert strict.report.moved == 0
     assert mesh.report.moved <= 3 * case.weld_tolerance * model.diagonal
+
+
+@pytest.mark.parametrize("seed", [73, 74, 102])
+@pytest.mark.parametrize("options", [{"resolution": RESOLUTION}, {"accuracy": COARSE}])
+def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -> None:
+    """Pieces of balls and rings whose knots are 1e-11 and 1e-12 of their range apart."""
+    case = NEARLY["crowded knots"][1](seed)
+    mesh = mesh_of(case.surface.lower(), **options)
+    check_sound(mesh)
+    assert (case.is_closed, mesh.report.watertight) == (True, True)
+    bound = mesh.report.deviation_bound
+    assert bound is not None
+    assert 0 < mesh.report.moved <= bound
 
 
 @pytest.mark.parametrize(

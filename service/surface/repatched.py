@@ -1,0 +1,46 @@
+"""Models whose patches are others: pieces of the patches of a model, or some of them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.surface.batches import Patches
+from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.multipatch import join_batches
+
+UNIT = np.array([0.0, 1.0])
+UNIT.flags.writeable = False
+
+
+def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
+    """The parametric surfaces of a model, in the order of their patches."""
+    domains = model.domains or tuple(Domain(UNIT, UNIT, k) for k in range(model.patch_count))
+    return tuple(sorted(domains, key=lambda domain: domain.first))
+
+
+def rebuild(
+    model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
+) -> PatchModel:
+    """The model of other patches: of each batch some pieces.
+
+    Each patch is a piece of patch `owner` (P',) of the model, or is this patch. All patches of one
+    part have to follow one another, part after part as in the model.
+    """
+    batches = tuple(join_batches(some) for some in pieces if some)
+    listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
+    position = np.empty(model.patch_count, dtype=np.intp)
+    position[listed] = np.arange(model.patch_count)
+    places = position[owner]
+    ends = np.concatenate([[0], np.cumsum(np.bincount(places, minlength=model.patch_count))])
+    parts = tuple(Part(p.name, int(ends[p.first]), int(ends[p.last])) for p in model.parts)
+    sequence = None if model.sequence is None else np.argsort(places, kind="stable")
+    return replace(
+        model,
+        batches=batches,
+        parts=parts,
+        domains=domains,
+        order=None,
+        sequence=sequence,
+        control_nets=model.nets,
+    )
