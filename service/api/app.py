@@ -13,7 +13,7 @@ from fastapi import APIRouter, FastAPI
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
-from service.api import problems
+from service.api import problem_handlers
 from service.api.caching.cache import AnswerCache
 from service.api.caching.middleware import CacheMiddleware
 from service.api.caching.single_flight import SingleFlight
@@ -67,7 +67,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     )
     services = app.state.services = _services(app, settings)
     app.state.settings, app.state.store = settings, services.store
-    problems.install(app, routes)
+    problem_handlers.install(app, routes)
     app.state.ready = True
     _add_front(app, services, log)
     return app

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from fastapi import Request
 
 from service.api.body import BodyRoute
-from service.api.problems import InvalidQuery
+from service.api.errors import InvalidQuery
 from service.api.services import Services
 from service.api.stored import surface_of
 from service.api.workers import Job

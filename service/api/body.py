@@ -18,9 +18,9 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
+from service.api.errors import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
 from service.api.negotiation import format_by_accept, format_by_name, only_format, refuse_parameters
 from service.api.observing.record import record_of
-from service.api.problems import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
 from service.api.services import Context, Services
 from service.api.workers import Job
 from service.decoders.format import Decoder, Tree

@@ -11,7 +11,7 @@ from urllib.parse import parse_qsl
 from starlette.requests import Request
 
 from service.api.caching.codings import CODINGS, AcceptedCodings, accepted_codings, quality_values
-from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
+from service.api.errors import InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
 from service.errors import InvalidRequest, Issue, pointer

@@ -1,22 +1,29 @@
 """Every error as `application/problem+json` (RFC 9457), from one table of classes.
 
-The text of an exception that is not a `SurfaceError` never leaves the process.
+`service.api.problem_handlers` answers with these documents.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any, Literal, TypeAlias
 
-from fastapi import FastAPI
-from fastapi.routing import APIRoute
-from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from service.api.answers import HEADERS, json_response
-from service.api.links import route_path
-from service.api.observing.record import record_of
+from service.api.errors import (
+    BodyTooLarge,
+    BodyTooSlow,
+    EngineGone,
+    InvalidQuery,
+    KeyNeeded,
+    KeyUnknown,
+    NotAcceptable,
+    RateLimited,
+    SignatureExpired,
+    SignatureInvalid,
+    UnknownSuffix,
+    UnsupportedMediaType,
+)
 from service.cancellation import OutOfTime
 from service.errors import (
     Busy,
@@ -42,54 +49,6 @@ PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
 
 Place: TypeAlias = Literal["pointer", "parameter", "header", "file"]
 """Name of the member that says where an issue lies; in a `file` it is a pointer or a parameter."""
-
-
-class InvalidQuery(InvalidRequest):
-    """A query parameter is invalid."""
-
-
-class UnknownSuffix(SurfaceError):
-    """No format has this suffix."""
-
-
-class NotAcceptable(SurfaceError):
-    """The service has no format or coding that the client accepts."""
-
-
-class EngineGone(SurfaceError):
-    """The URL names another version of the numbers (`engine`)."""
-
-
-class BodyTooSlow(SurfaceError):
-    """The body did not arrive in time."""
-
-
-class BodyTooLarge(SurfaceError):
-    """The body has more bytes than the service reads."""
-
-
-class UnsupportedMediaType(SurfaceError):
-    """The body has a type that this call does not read."""
-
-
-class KeyNeeded(SurfaceError):
-    """The call needs a key, and the client sent none."""
-
-
-class KeyUnknown(SurfaceError):
-    """The client sent a key that the service does not know."""
-
-
-class SignatureInvalid(SurfaceError):
-    """The signature does not belong to this URL."""
-
-
-class SignatureExpired(SurfaceError):
-    """The signature of this URL has expired."""
-
-
-class RateLimited(SurfaceError):
-    """The client made too many requests in a short time."""
 
 
 _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
@@ -276,63 +235,3 @@ def problem_response(
 def problem_of(error: SurfaceError) -> Problem:
     """The problem of an error; a subclass without a row has its parent's."""
     return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)
-
-
-def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
-    """Turns every error of `app` into a problem; `routes` are all routes of `app`."""
-
-    async def on_http_exception(request: Request, error: Exception) -> Response:
-        """The router's own errors: unknown path, wrong method."""
-        assert isinstance(error, HTTPException)
-        headers = dict(error.headers or {})
-        problem = NOT_FOUND
-        if error.status_code == METHOD_NOT_ALLOWED.status:
-            problem = METHOD_NOT_ALLOWED
-            allowed = allowed_methods(routes, request)
-            if request.method not in allowed:
-                # FastAPI names the methods of the first route of the path only.
-                headers = {"Allow": ", ".join(allowed)}
-        record_of(request.scope).code = problem.code
-        return problem_response(problem, headers=headers)
-
-    app.add_exception_handler(SurfaceError, _on_surface_error)
-    app.add_exception_handler(HTTPException, on_http_exception)
-    app.add_exception_handler(ClientDisconnect, _on_disconnect)
-    app.add_exception_handler(Exception, _on_exception)
-
-
-def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
-    """The methods that the path of a request answers, HEAD included."""
-    path = route_path(request.scope)
-    methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
-    return sorted(methods | ({"HEAD"} if "GET" in methods else set()))
-
-
-async def _on_surface_error(request: Request, error: Exception) -> Response:
-    assert isinstance(error, SurfaceError)
-    problem = problem_of(error)
-    record_of(request.scope).code = problem.code
-    place: Place | None = None
-    if problem.place == "pointer":
-        # Without a body there is nothing to point into: the option is a query parameter.
-        if request.method != "POST":
-            place = "parameter"
-        elif getattr(request.state, "posts_file", False):
-            place = "file"
-    headers = {}
-    if isinstance(error, Busy | OutOfTime):
-        headers["Retry-After"] = str(request.app.state.services.workers.retry_after())
-    return problem_response(problem, error.issues, place, headers)
-
-
-async def _on_disconnect(_: Request, error: Exception) -> Response:
-    """Ends a request whose client has gone away; the response reaches no client."""
-    assert isinstance(error, ClientDisconnect)
-    return Response(status_code=400)
-
-
-async def _on_exception(request: Request, error: Exception) -> Response:
-    """Answers an unforeseen error. Starlette raises it again, and the server logs it."""
-    del error  # its text stays here
-    record_of(request.scope).code = INTERNAL_ERROR.code
-    return problem_response(INTERNAL_ERROR)

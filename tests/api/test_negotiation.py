@@ -2,8 +2,8 @@
 
 import pytest
 
+from service.api.errors import NotAcceptable
 from service.api.negotiation import format_by_accept
-from service.api.problems import NotAcceptable
 from service.encoders.registry import FORMATS
 
 

@@ -6,7 +6,8 @@ from typing import Literal, TypeAlias
 from starlette.responses import Response
 
 from service.api.caching.cached_response import RawHeaders
-from service.api.problems import KeyNeeded, KeyUnknown, RateLimited, problem_of, problem_response
+from service.api.errors import KeyNeeded, KeyUnknown, RateLimited
+from service.api.problems import problem_of, problem_response
 from service.errors import Issue, SurfaceError
 from service.settings.values import Settings
 

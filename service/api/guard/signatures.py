@@ -11,7 +11,7 @@ from base64 import urlsafe_b64encode
 from collections.abc import Sequence
 from urllib.parse import parse_qsl, unquote_plus, urlencode
 
-from service.api.problems import SignatureExpired, SignatureInvalid
+from service.api.errors import SignatureExpired, SignatureInvalid
 from service.encoders.registry import FORMATS
 from service.errors import InvalidRequest, Issue
 from service.schemas.request import MAX_SECONDS, SignRequest

@@ -6,12 +6,12 @@ from fastapi import APIRouter, Response
 
 from service.api.answers import bytes_response, file_response
 from service.api.array_route import ArrayRoute
+from service.api.errors import InvalidQuery
 from service.api.models.sections import Intersections
 from service.api.negotiation import format_by_accept
 from service.api.openapi.examples import show_answers
 from service.api.openapi.parameters import Json, array_body, format_parameter
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
-from service.api.problems import InvalidQuery
 from service.api.services import ContextDep
 from service.decoders.npy import read_array
 from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME

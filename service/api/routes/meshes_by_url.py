@@ -9,6 +9,7 @@ from fastapi import APIRouter, Request, Response
 from service.api.answers import FileResponse, disposition, report_headers
 from service.api.caching.cached_response import CachedResponse, Subject, Variant, held, is_any
 from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compressed
+from service.api.errors import EngineGone
 from service.api.links import mesh_address
 from service.api.models.meshes import Mesh
 from service.api.negotiation import codings_of, condition_of, format_by_suffix
@@ -22,7 +23,6 @@ from service.api.openapi.parameters import (
     option_parameters,
 )
 from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, answer, error
-from service.api.problems import EngineGone
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, surface_of
 from service.api.workers import Job

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from service.api.errors import SignatureExpired, SignatureInvalid
 from service.api.guard import signatures
 from service.api.guard.signatures import InvalidSecrets, Signer, is_signed
-from service.api.problems import SignatureExpired, SignatureInvalid
 
 OLD, NEW = "old secret of thirty-two letters", "new secret of thirty-two letters"
 SIGNER = Signer([NEW])

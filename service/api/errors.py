@@ -1,0 +1,51 @@
+"""Errors that only HTTP knows: of queries, headers, bodies, keys, signatures and rates."""
+
+from service.errors import InvalidRequest, SurfaceError
+
+
+class InvalidQuery(InvalidRequest):
+    """A query parameter is invalid."""
+
+
+class UnknownSuffix(SurfaceError):
+    """No format has this suffix."""
+
+
+class NotAcceptable(SurfaceError):
+    """The service has no format or coding that the client accepts."""
+
+
+class EngineGone(SurfaceError):
+    """The URL names another version of the numbers (`engine`)."""
+
+
+class BodyTooSlow(SurfaceError):
+    """The body did not arrive in time."""
+
+
+class BodyTooLarge(SurfaceError):
+    """The body has more bytes than the service reads."""
+
+
+class UnsupportedMediaType(SurfaceError):
+    """The body has a type that this call does not read."""
+
+
+class KeyNeeded(SurfaceError):
+    """The call needs a key, and the client sent none."""
+
+
+class KeyUnknown(SurfaceError):
+    """The client sent a key that the service does not know."""
+
+
+class SignatureInvalid(SurfaceError):
+    """The signature does not belong to this URL."""
+
+
+class SignatureExpired(SurfaceError):
+    """The signature of this URL has expired."""
+
+
+class RateLimited(SurfaceError):
+    """The client made too many requests in a short time."""

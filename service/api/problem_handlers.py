@@ -1,0 +1,85 @@
+"""Answers every error of the application with its problem document.
+
+The text of an exception that is not a `SurfaceError` never leaves the process.
+"""
+
+from collections.abc import Sequence
+
+from fastapi import FastAPI
+from fastapi.routing import APIRoute
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+
+from service.api.links import route_path
+from service.api.observing.record import record_of
+from service.api.problems import (
+    INTERNAL_ERROR,
+    METHOD_NOT_ALLOWED,
+    NOT_FOUND,
+    Place,
+    problem_of,
+    problem_response,
+)
+from service.cancellation import OutOfTime
+from service.errors import Busy, SurfaceError
+
+
+def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
+    """Turns every error of `app` into a problem; `routes` are all routes of `app`."""
+
+    async def on_http_exception(request: Request, error: Exception) -> Response:
+        """The router's own errors: unknown path, wrong method."""
+        assert isinstance(error, HTTPException)
+        headers = dict(error.headers or {})
+        problem = NOT_FOUND
+        if error.status_code == METHOD_NOT_ALLOWED.status:
+            problem = METHOD_NOT_ALLOWED
+            allowed = allowed_methods(routes, request)
+            if request.method not in allowed:
+                # FastAPI names the methods of the first route of the path only.
+                headers = {"Allow": ", ".join(allowed)}
+        record_of(request.scope).code = problem.code
+        return problem_response(problem, headers=headers)
+
+    app.add_exception_handler(SurfaceError, _on_surface_error)
+    app.add_exception_handler(HTTPException, on_http_exception)
+    app.add_exception_handler(ClientDisconnect, _on_disconnect)
+    app.add_exception_handler(Exception, _on_exception)
+
+
+def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
+    """The methods that the path of a request answers, HEAD included."""
+    path = route_path(request.scope)
+    methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
+    return sorted(methods | ({"HEAD"} if "GET" in methods else set()))
+
+
+async def _on_surface_error(request: Request, error: Exception) -> Response:
+    assert isinstance(error, SurfaceError)
+    problem = problem_of(error)
+    record_of(request.scope).code = problem.code
+    place: Place | None = None
+    if problem.place == "pointer":
+        # Without a body there is nothing to point into: the option is a query parameter.
+        if request.method != "POST":
+            place = "parameter"
+        elif getattr(request.state, "posts_file", False):
+            place = "file"
+    headers = {}
+    if isinstance(error, Busy | OutOfTime):
+        headers["Retry-After"] = str(request.app.state.services.workers.retry_after())
+    return problem_response(problem, error.issues, place, headers)
+
+
+async def _on_disconnect(_: Request, error: Exception) -> Response:
+    """Ends a request whose client has gone away; the response reaches no client."""
+    assert isinstance(error, ClientDisconnect)
+    return Response(status_code=400)
+
+
+async def _on_exception(request: Request, error: Exception) -> Response:
+    """Answers an unforeseen error. Starlette raises it again, and the server logs it."""
+    del error  # its text stays here
+    record_of(request.scope).code = INTERNAL_ERROR.code
+    return problem_response(INTERNAL_ERROR)
