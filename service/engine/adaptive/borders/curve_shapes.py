@@ -88,14 +88,10 @@ def measure_shapes(
         rational = (weights != 1.0).any(axis=1)
         elevated = project(_elevate(nets[rational]), 3)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
-    low = high = points[:, 0]
-    for k in range(1, points.shape[1]):
-        low, high = np.minimum(low, points[:, k]), np.maximum(high, points[:, k])
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
     apart = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
-    return Shapes(
-        net, curve, apart, measure_lengths(chords[:, 1] - chords[:, 0]), cosine, low, high
-    )
+    chord = measure_lengths(chords[:, 1] - chords[:, 0])
+    return Shapes(net, curve, apart, chord, cosine, points.min(axis=1), points.max(axis=1))
 
 
 def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
