@@ -13,7 +13,7 @@ No point of the surface is further from the mesh than the largest bound of its p
 3. **No point of such a mean is further from its host than the farthest point of the net**, for the
    distance to a convex set is a convex function. Heights and places in the host's plane may be
    bounded apart, and the host may be enlarged by what lies beyond its edges (`distance`); heights
-   are bounded by their quadratic part and a remainder (`heights`), rational ones as
+   are bounded by their quadratic part and a remainder, rational ones as
 
        h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk, the numerator so bounded, over the least w_ijk.
 
@@ -32,20 +32,48 @@ of third order, and so is what neighbours add.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
-from service.engine.bounds.clip import clip_parts, find_images
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.bounds.clip import Parts, clip_parts, find_images
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.parts import PartBounds, Parts
 from service.engine.bounds.patch_nets import PatchNets
 from service.engine.bounds.piece_bounds import PieceMeasure, find_covering_hulls
 
 BLOCK = 1 << 16
 """Pieces that are in memory at a time, unless one part alone has more."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PartBounds:
+    """Proved bounds of m parts, in model units; see `Triangulation` for how a mesh keeps them.
+
+    Attributes
+    ----------
+    deviation : ndarray of float64, shape (m,)
+        No point of the part is further than this from the mesh.
+    mesh : ndarray of float64, shape (m,), or None
+        No point of the host is further than this from the surface; 0 where the host is not the
+        part's own.
+    allowed : ndarray of float64, shape (m,)
+        The deviation that the goal allows at the part's distance from the eye.
+    """
+
+    deviation: FloatArray
+    mesh: FloatArray | None
+    allowed: FloatArray
+
+    @property
+    def passed(self) -> Bools:
+        """Which parts meet the goal."""
+        passed: Bools = self.deviation <= self.allowed
+        if self.mesh is not None:
+            passed &= self.mesh <= 2 * self.allowed
+        return passed
 
 
 def certify(

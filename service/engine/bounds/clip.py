@@ -1,4 +1,4 @@
-"""Parts of faces cut at knot lines: pieces, each over one patch, that together cover each part.
+"""Parts of faces, cut at knot lines: pieces, each over one patch, that together cover each part.
 
 Where an edge of a part crosses a knot line it is cut at the nearest whole place. That place is
 computed from the two ends of the edge, in dictionary order, so it is the same for the two parts
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.bounds.faces import SPAN, Faces
 
 ON_EDGE = 2.0**-16
@@ -20,6 +20,39 @@ ON_EDGE = 2.0**-16
 
 THIN = 2.0**17
 """Height of a part, in units of places, from which on `ON_EDGE` is more than rounding does."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Parts:
+    """m triangles of places, and the triangles of the mesh that their surface is measured against.
+
+    Attributes
+    ----------
+    face : ndarray of int, shape (m,)
+    corners : ndarray of int, shape (m, 3, 2)
+        Places of the face. Neighbouring parts share whole edges.
+    host : ndarray of int, shape (m, 3)
+        The vertices of the triangle of the mesh: those at the corners, in their order, if the part
+        is its own.
+    across : ndarray of int, shape (m, 3)
+        The vertex opposite edge (k, k + 1) of the host in the triangle beyond it; -1 if there is
+        none or it is not known.
+    is_own : ndarray of bool, shape (m,), or None
+        Whether the host is the image of the part; None if all are.
+    """
+
+    face: Ints
+    corners: Ints
+    host: Ints
+    across: Ints
+    is_own: Bools | None = None
+
+    def take(self, rows: slice) -> "Parts":
+        """A run of the parts."""
+        is_own = None if self.is_own is None else self.is_own[rows]
+        return Parts(
+            self.face[rows], self.corners[rows], self.host[rows], self.across[rows], is_own
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

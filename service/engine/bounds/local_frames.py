@@ -15,8 +15,7 @@ from service.bases.triangle import degree_of
 from service.engine.bounds.blossoms import build_triangle_nets, list_exponents
 from service.engine.bounds.certificate_rounding import UNIT, bound_storage_error, count_roundings
 from service.engine.bounds.degree_reduction import reduce_boxes
-from service.engine.bounds.distance import bound_distances
-from service.engine.bounds.heights import bound_heights
+from service.engine.bounds.distance import bound_distances, bound_heights
 from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.bounds.reference_triangles import ReferenceTriangles, build_reference_triangles
 

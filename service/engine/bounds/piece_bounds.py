@@ -12,12 +12,11 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.bases.unique_rows import unique_values
-from service.engine.bounds.clip import PatchPieces
+from service.engine.bounds.clip import Parts, PatchPieces
 from service.engine.bounds.degree_reduction import DIRECT, sort_by_box
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.local_frames import LocalFrames, build_local_frames
-from service.engine.bounds.parts import Parts
 from service.engine.bounds.patch_nets import Nets, PatchNets
 
 CHUNK = 1 << 17

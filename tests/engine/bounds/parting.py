@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.bounds.certificate import certify
+from service.engine.bounds.certificate import PartBounds, certify
+from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.parts import PartBounds, Parts
 from service.engine.bounds.patch_nets import PatchNets
 from tests.oracles.distance import to_triangles
 

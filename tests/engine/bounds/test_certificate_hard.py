@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from service.engine.bounds.certificate import certify
+from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.parts import Parts
 from service.engine.bounds.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from tests import strategies

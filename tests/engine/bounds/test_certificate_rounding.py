@@ -16,8 +16,8 @@ from service.engine.bounds.certificate_rounding import (
     count_roundings,
     find_least_tolerance,
 )
+from service.engine.bounds.distance import maximize_quadratics
 from service.engine.bounds.goal import Goal, View
-from service.engine.bounds.heights import maximize_quadratics
 from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches

@@ -1,4 +1,8 @@
-"""The vertices on the sides of faces, placed by the edges, and by normals if angles count."""
+"""The vertices on the sides of faces, placed by the edges, and by normals if angles count.
+
+The division of the sides is a `Border`; `BorderPlaces` are its vertices as places of the faces,
+sorted so that leaves can look up their corners.
+"""
 
 from dataclasses import dataclass
 
@@ -95,3 +99,49 @@ def divide_border(
     at[single + 1] = spans[collapsed] * SPAN
     listed[single] = listed[single + 1] = number[len(met) - len(poles) :]
     return Border(start.astype(np.intp), at, listed, points, collapsed)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BorderPlaces:
+    """The border as places of the faces, which the boundaries of all rounds share.
+
+    Attributes
+    ----------
+    faces : Faces
+    border : Border
+    side, u, v : ndarray of int, shape (M,)
+        Side (4 f + s) and place of each entry of the border.
+    base : ndarray of int, shape (4F,)
+        Offset added to places along each side, so that places of all sides differ.
+    key : ndarray of int, shape (M,)
+        Places of the entries along their sides, plus the offset; rising.
+    low : ndarray of int, shape (2, F)
+        Offsets added to u and to v, so that lines of all faces differ.
+    pole : ndarray of bool, shape (B,)
+        Vertices that are whole sides.
+    """
+
+    faces: Faces
+    border: Border
+    side: Ints
+    u: Ints
+    v: Ints
+    base: Ints
+    key: Ints
+    low: Ints
+    pole: Bools
+
+    @classmethod
+    def of(cls, faces: Faces, border: Border) -> "BorderPlaces":
+        """The places of the border of faces."""
+        size = (faces.spans * SPAN).T
+        side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
+        far, s, at = size[:, side // 4], side % 4, border.at
+        u = np.where(s < 2, np.where(s == 1, far[0], 0), at)
+        v = np.where(s < 2, at, np.where(s == 3, far[1], 0))
+        length = size[[1, 1, 0, 0]].T.ravel() + 1
+        base = length.cumsum() - length
+        pole = np.zeros(len(border.points), dtype=bool)
+        pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
+        low = (size + 1).cumsum(axis=1) - size - 1
+        return cls(faces, border, side, u, v, base, base[side] + at, low, pole)

@@ -9,21 +9,44 @@ first point and in its own direction. Hence a chain has the same places and poin
 every model.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_runs
 from service.engine.adaptive.borders.chains import Chains
-from service.engine.adaptive.borders.curves import Curves, group_curves
-from service.engine.adaptive.borders.edge_halving import halve_edges
+from service.engine.adaptive.borders.curve_shapes import find_tangents, measure_shapes
+from service.engine.adaptive.borders.curves import (
+    AHEAD,
+    Curves,
+    build_halving_tree,
+    group_curves,
+    halve_nets,
+)
+from service.engine.adaptive.borders.flatness import (
+    CORNERS,
+    CutDecision,
+    Place,
+    decide_cuts,
+    refuse_hopeless,
+)
 from service.engine.adaptive.borders.knot_cuts import cut_at_knots
 from service.engine.adaptive.borders.side_normals import SideNormals
+from service.engine.adaptive.cutting.normal_variation import FALLING, find_chord
 from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.chords import project
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
+
+CHUNK = 1 << 18
+"""Coordinates of nets that are computed at a time."""
+
+ROUGH = 5
+"""Number of times that an edge is halved for its normals even if that does not help, so that a
+narrow bend is not taken for a crease."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,3 +129,93 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
     owner = curves.owner[row]
     points = project(nets[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _EdgeParts:
+    """M parts of edges (`row`) that begin at the places `at`, all halved `depth` times; their nets.
+
+    `cuts` (M,) is the number of cuts that led to each part; parts marked in `again` must be cut.
+    """
+
+    row: Ints
+    at: Ints
+    cuts: Ints
+    again: Bools
+    depth: int
+    nets: FloatArray
+
+
+def halve_edges(
+    curves: Curves, single: tuple[Ints, Ints, Bools], goal: Goal, pieces: SidePieces
+) -> list[tuple[Ints, Ints, FloatArray]]:
+    """Halve single edges until their parts may be straight.
+
+    Blocks of parts are halved one after the other, the last ones first, so that few parts wait.
+
+    Parameters
+    ----------
+    single : (row, cuts, again)
+        The edges, the number of cuts that led to each, and whether it must be cut in any case.
+
+    Returns
+    -------
+    list of (row, at, net)
+        Edges, places and first points of the straight parts.
+    """
+    block = max(1, CHUNK // curves.nets[0].size)
+    found: list[tuple[Ints, Ints, FloatArray]] = []
+    waiting: list[_EdgeParts] = []
+    for begin, end in row_runs(len(single[0]), block):
+        row, cuts, again = single[0][begin:end], single[1][begin:end], single[2][begin:end]
+        waiting.append(_EdgeParts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
+    while waiting:
+        parts = waiting.pop()
+        tree = build_halving_tree(len(parts.row), (AHEAD // parts.nets.size + 1).bit_length() - 1)
+        at, nets = halve_nets(tree, parts.at, parts.depth, parts.nets)
+        number = np.arange(len(at)) % len(parts.row)
+        row, cuts = parts.row[number], parts.cuts[number] + tree.depth
+        own = _EdgeParts(row, at, cuts, parts.again, parts.depth, nets)
+        decision, slack = _judge_parts(curves, own, tree.depth, goal)
+        real, cut, _ = tree.walk(decision.cut, decision.closed, parts.again)
+        refuse_hopeless(decision, real, slack, goal)
+        pieces.add(curves.uses[curves.owner[row[cut]]])
+        done = (real & ~cut).nonzero()[0]
+        found.append((row[done], at[done], nets[done, 0]))
+        last = tree.level[-1]
+        left = last.start + cut[last].nonzero()[0]
+        depth = parts.depth + len(tree.level)
+        for begin, end in row_runs(len(left), max(1, block // 2)):
+            some = left[begin:end]
+            at_both, both = halve_nets(
+                build_halving_tree(len(some), 2), at[some], depth - 1, nets[some]
+            )
+            half = slice(len(some), None)
+            twice = (np.tile(column[some], 2) for column in (row, cuts + 1, decision.closed))
+            again_row, again_cuts, again = twice
+            waiting.append(
+                _EdgeParts(again_row, at_both[half], again_cuts, again, depth, both[half])
+            )
+    return found
+
+
+def _judge_parts(
+    curves: Curves, parts: _EdgeParts, further: Ints, goal: Goal
+) -> tuple[CutDecision, FloatArray]:
+    """Whether parts of edges, which were halved `further` times more, may be straight.
+
+    Also returns bounds of the rounding of the nets of each part.
+    """
+    owner, nets, depth = curves.owner[parts.row], parts.nets, parts.depth + further
+    slack = curves.slack[owner]
+    ends = project(nets[:, [0, -1]], 3)
+    tangents = find_tangents(nets, slack) if goal.angle < inf else None
+    found = measure_shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    decision = decide_cuts(found, goal, Place(curves.origin[owner], slack), parts.cuts, depth)
+    begin = parts.at / SPAN
+    turns = curves.measure_turns(parts.row, begin, begin + 0.5**depth)
+    if turns is None:
+        return decision, slack
+    half, whole = turns
+    far = (whole > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * whole))
+    return replace(decision, cut=decision.cut | (far & (depth < CORNERS))), slack

@@ -2,7 +2,7 @@
 
 The estimate need not be exact, for `certify` decides in the end. But it must not miss a bend, so it
 uses the whole net, not only samples of the surface: a cell is a biquadratic surface through nine of
-its points (`planes`) plus a remainder, of which all control points count (`remainder`).
+its points plus a remainder, of which all control points count (`planes`).
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,13 @@ from service.engine.adaptive.cutting.normal_variation import (
     compare_normals,
     find_height_limit,
 )
-from service.engine.adaptive.cutting.planes import NEARLY, find_planes, measure_heights
-from service.engine.adaptive.cutting.remainder import measure_remainder, measure_sag
+from service.engine.adaptive.cutting.planes import (
+    NEARLY,
+    find_planes,
+    measure_heights,
+    measure_remainder,
+    measure_sag,
+)
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.vectors import Vectors, dot, length
 

@@ -18,8 +18,13 @@ from service.engine.adaptive.cutting.normal_variation import (
     find_chord,
     find_height_limit,
 )
-from service.engine.adaptive.cutting.planes import NEARLY, Planes, find_planes
-from service.engine.adaptive.cutting.remainder import measure_remainder, measure_sag
+from service.engine.adaptive.cutting.planes import (
+    NEARLY,
+    Planes,
+    find_planes,
+    measure_remainder,
+    measure_sag,
+)
 from service.engine.adaptive.cutting.span_pieces import (
     NinePoints,
     SpanPieces,

@@ -16,9 +16,9 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.unique_rows import unique_values
+from service.engine.adaptive.borders.border import BorderPlaces
 from service.engine.adaptive.cutting.cells import Cells
 from service.engine.adaptive.limits import build_depth_error
-from service.engine.adaptive.polygons.border_places import BorderPlaces
 from service.engine.bounds.faces import SPAN
 
 LIFT = 4
