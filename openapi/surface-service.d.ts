@@ -13,7 +13,7 @@ export interface paths {
         put?: never;
         /**
          * The mesh of a surface
-         * @description Evaluates the surface and answers its mesh.
+         * @description Evaluates the surface and returns its mesh.
          *
          *     The response is in the format that `format` names or `Accept` prefers; JSON without either. The
          *     body is a JSON document with the options in it, or a file of control points with the options in
@@ -37,7 +37,7 @@ export interface paths {
         put?: never;
         /**
          * The size of a mesh, before it is computed
-         * @description Reads the body of `POST /v1/mesh` and answers how large the mesh would be.
+         * @description Reads the body of `POST /v1/mesh` and returns how large the mesh would be.
          *
          *     The response has the numbers of vertices and faces, the bytes in each format, and whether
          *     `POST /v1/mesh` would refuse the request. It costs a small part of the mesh. An invalid body is
@@ -61,7 +61,7 @@ export interface paths {
         put?: never;
         /**
          * Points of a surface, with derivatives and curvatures
-         * @description Evaluates the surface at the given parameters, in float64, and answers in columns.
+         * @description Evaluates the surface at the given parameters, in float64, and returns columns.
          *
          *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
          *     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have no
@@ -85,7 +85,7 @@ export interface paths {
         put?: never;
         /**
          * A surface in another form, with the same points
-         * @description Applies the operations in their order and answers the converted surface.
+         * @description Applies the operations in their order and returns the converted surface.
          *
          *     The response is a body for the other calls. Corner points keep their digits, and patches that
          *     shared an edge still share it. Colours, texture coordinates and attributes are converted too.
@@ -244,7 +244,7 @@ export interface paths {
         };
         /**
          * The definition of a surface
-         * @description Answers the definition of a built-in or a stored surface: a body for the other calls.
+         * @description Returns the definition of a built-in or a stored surface: a body for the other calls.
          *
          *     If the id is a hash, it never changes; its `ETag` is the hash of the content, in quotes.
          */
@@ -273,10 +273,10 @@ export interface paths {
         };
         /**
          * The mesh of a surface, by URL
-         * @description Answers a mesh by URL, for browsers and for caches between them and this service.
+         * @description Returns a mesh by URL, for browsers and for caches between them and this service.
          *
          *     A URL is a pure function of its parts: every service with the same version of the numbers
-         *     answers the same mesh. Other processors and libraries may round the last digit of a number
+         *     returns the same mesh. Other processors and libraries may round the last digit of a number
          *     differently; then the entity tag differs too. `Link` names the canonical form of the URL:
          *     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
          *     the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
@@ -343,7 +343,7 @@ export interface paths {
         };
         /**
          * 200 while the process runs
-         * @description Answers at once, without any check.
+         * @description Responds at once, without any check.
          */
         get: operations["getLiveness"];
         put?: never;
@@ -366,7 +366,7 @@ export interface paths {
          * @description Whether the service is ready for new requests.
          *
          *     Ready means that a self-test (a tiny mesh, at most once in 5 s) gave the right numbers, that the
-         *     store has answered in the last seconds, and that the service is not about to stop.
+         *     store has responded in the last seconds, and that the service is not about to stop.
          */
         get: operations["getReadiness"];
         put?: never;
@@ -712,7 +712,7 @@ export interface components {
             length: components["schemas"]["Interval"];
             /**
              * Edges
-             * @description How many edges it has.
+             * @description Number of its edges.
              */
             edges: number;
             /**
@@ -1422,24 +1422,25 @@ export interface components {
         EdgePlace: {
             /**
              * Surface
-             * @description Of a group: the number of the member.
+             * @description The index of the group's member. Only for groups.
              */
             surface?: number;
             /**
              * Patch
-             * @description The number of the patch, of a `multipatch` of the surface, in the order of the request. Left
-             *     out of one surface with parameters of its own.
+             * @description The index of the patch, in a `multipatch` that of the surface, in the order of the
+             *     request. Left out for a surface with one domain.
              */
             patch?: number;
             /**
              * Side
-             * @description Which side it is; s, r, t are those of triangles.
+             * @description The side: u or v for rectangular patches, s, r or t for triangles.
              * @enum {string}
              */
             side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
             /**
              * Uv
-             * @description Parameters (u, v) at both ends, of the surface where it has a domain; of triangles (s, t).
+             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in that
+             *     of the patch; (s, t) for triangles.
              */
             uv: [
                 number,
@@ -1503,7 +1504,7 @@ export interface components {
             exact: boolean;
             /**
              * Bytes
-             * @description Bytes of the answer in every format that has a place for the mesh: upper bounds, but for
+             * @description Bytes of the response in every format that has a place for the mesh: upper bounds, but for
              *     `exact_bytes`. Numbers written as text count as long as they can be.
              */
             bytes: {
@@ -1531,9 +1532,8 @@ export interface components {
             exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
             /**
              * Memory
-             * @description Bytes of memory that making the answer takes at most, in the formats in which there would be
-             *     one. What takes more than the service has for one request is refused, `too_much_memory`; what
-             *     takes much may have to wait.
+             * @description Bytes of memory that making the response takes at most, by format. The service refuses
+             *     more than it has for one request (`too_much_memory`); a large request may have to wait.
              */
             memory: {
                 /** @description Bytes of memory for the mesh as glb. */
@@ -1555,7 +1555,7 @@ export interface components {
             };
             /**
              * Accepted
-             * @description Whether `POST /v1/mesh` would answer this body in one of the formats.
+             * @description Whether `POST /v1/mesh` would return a mesh for this body in one of the formats.
              */
             accepted: boolean;
             /**
@@ -1578,24 +1578,25 @@ export interface components {
         FaultyEdge: {
             /**
              * Surface
-             * @description Of a group: the number of the member.
+             * @description The index of the group's member. Only for groups.
              */
             surface?: number;
             /**
              * Patch
-             * @description The number of the patch, of a `multipatch` of the surface, in the order of the request. Left
-             *     out of one surface with parameters of its own.
+             * @description The index of the patch, in a `multipatch` that of the surface, in the order of the
+             *     request. Left out for a surface with one domain.
              */
             patch?: number;
             /**
              * Side
-             * @description Which side it is; s, r, t are those of triangles.
+             * @description The side: u or v for rectangular patches, s, r or t for triangles.
              * @enum {string}
              */
             side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
             /**
              * Uv
-             * @description Parameters (u, v) at both ends, of the surface where it has a domain; of triangles (s, t).
+             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in that
+             *     of the patch; (s, t) for triangles.
              */
             uv: [
                 number,
@@ -1603,9 +1604,8 @@ export interface components {
             ][];
             /**
              * Open
-             * @description Whether the side is alone on its edge. Else the patches that meet there do not pass along the
-             *     edge as often in one direction as in the other: one of them is turned round, or there are too
-             *     many.
+             * @description True if no other side shares the edge. False if the sides on the edge do not cancel in pairs
+             *     of opposite directions: a patch has the wrong orientation, or more than two patches meet.
              */
             open: boolean;
         };
@@ -1808,7 +1808,7 @@ export interface components {
             planes?: components["schemas"]["PlaneSet"];
             /**
              * Hits
-             * @description Whether the first hit of each ray is answered, or all.
+             * @description Which hits of a ray are returned: the first, or all.
              * @default first
              * @enum {string}
              */
@@ -1841,22 +1841,22 @@ export interface components {
         Intersections: components["schemas"]["RayHits"] | components["schemas"]["Sections"];
         /**
          * Interval
-         * @description A number, and an interval that provably holds the truth, rounding included.
+         * @description A number, and an interval that contains the exact value, rounding included. Proved.
          */
         Interval: {
             /**
              * Value
-             * @description About in the middle of the interval.
+             * @description An approximation, near the middle of the interval.
              */
             value: number;
             /**
              * Low
-             * @description The truth is not less.
+             * @description The exact value is not less.
              */
             low: number;
             /**
              * High
-             * @description The truth is not greater.
+             * @description The exact value is not greater.
              */
             high: number;
         };
@@ -2279,7 +2279,7 @@ export interface components {
             max_triangles?: number;
             /**
              * Max Bytes
-             * @description The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles.
+             * @description The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles.
              * @example 100000
              */
             max_bytes?: number;
@@ -2550,7 +2550,7 @@ export interface components {
             area: components["schemas"]["Interval"];
             /**
              * Volume
-             * @description The volume that it encloses by itself, if it does.
+             * @description The volume that it encloses. Left out if the part by itself is open.
              */
             volume?: components["schemas"]["Interval"];
             /**
@@ -3016,7 +3016,7 @@ export interface components {
             patch?: number | number[];
             /**
              * Derivatives
-             * @description Order of the partials. 0 answers `positions` alone; 1 adds `du`, `dv`, `normals` and `degenerate`; 2 adds `duu`, `duv`, `dvv` and the curvatures.
+             * @description Order of the partials. 0 returns `positions` alone; 1 adds `du`, `dv`, `normals` and `degenerate`; 2 adds `duu`, `duv`, `dvv` and the curvatures.
              * @default 1
              * @example 2
              */
@@ -3024,12 +3024,12 @@ export interface components {
         };
         /**
          * ProjectRequest
-         * @description A surface or a curve, and points whose closest points are looked for.
+         * @description A surface or a curve, and the points for which its closest points are searched.
          */
         ProjectRequest: {
-            /** @description The surface, by its control points: all of its patches together, groups too. */
+            /** @description The surface: all of its patches, and all members of a group, are searched together. */
             surface?: components["schemas"]["SurfaceDefinition"];
-            /** @description Instead: a curve, by its control points. */
+            /** @description A curve, in place of the surface. */
             curve?: components["schemas"]["CurveDefinition"];
             /**
              * Points
@@ -3050,14 +3050,14 @@ export interface components {
             points: number[][];
             /**
              * Relative Tolerance
-             * @description How wide `distance_bounds` may be, as a part of the diagonal of the box of the control points.
+             * @description The largest width of an interval in `distance_bounds`, as a share of the diagonal of the bounding box of the control points.
              * @default 1e-9
              * @example 0.000001
              */
             relative_tolerance?: number;
             /**
              * Sign
-             * @description Whether to tell, of a closed surface, which points are inside (`signs`).
+             * @description Whether the response says which points are inside a closed surface (`signs`).
              * @default false
              * @example true
              */
@@ -3507,18 +3507,18 @@ export interface components {
         };
         /**
          * SignRequest
-         * @description An address to be signed: until it expires, any client may read it without a key.
+         * @description A URL to be signed: until it expires, any client may read it without a key.
          */
         SignRequest: {
             /**
              * Url
-             * @description Address of a surface or of a mesh here, without the host: as `links` of a stored surface have it, and with any options of a mesh in its query.
+             * @description URL of a surface or of a mesh here, without the host: as `links` of a stored surface have it, and with any options of a mesh in its query.
              * @example /v1/surfaces/utah-teapot/mesh.glb?resolution=16
              */
             url: string;
             /**
              * Expires
-             * @description Until when, in seconds since 1970 (Unix time); at most seven days from now. The same moment makes the same address each time, which browsers can keep.
+             * @description Until when, in seconds since 1970 (Unix time); at most seven days from now. The same moment makes the same URL each time, which browsers can keep.
              * @example 1800000000
              */
             expires?: number;
@@ -3708,53 +3708,54 @@ export interface components {
             centroid?: components["schemas"]["Interval"][];
             /**
              * Closed
-             * @description Whether every edge is passed as often in one direction as in the other.
+             * @description Whether the surface has no border and a consistent orientation: on every edge, as many sides
+             *     run in one direction as in the other.
              */
             closed: boolean;
             /** @description The length of all open borders. */
             boundary_length: components["schemas"]["Interval"];
             /**
              * Boundary Count
-             * @description How many open borders there are.
+             * @description Number of open borders.
              */
             boundary_count: number;
             /**
              * Boundaries
-             * @description The first 100 of them.
+             * @description The first 100 open borders.
              */
             boundaries: components["schemas"]["Boundary"][];
             /**
              * Open Edges
-             * @description Sides that are alone on their edge.
+             * @description Number of sides that share their edge with no other side.
              */
             open_edges: number;
             /**
              * Inconsistent Edges
-             * @description Sides on other edges that keep the surface from having a volume.
+             * @description Number of sides on other edges whose directions do not cancel.
              */
             inconsistent_edges: number;
             /**
              * Faulty Edges
-             * @description The first 100 of both kinds.
+             * @description The first 100 sides of both kinds.
              */
             faulty_edges: components["schemas"]["FaultyEdge"][];
             /**
              * Parts
-             * @description The parts, in their order, or the members of a group. No interval is wider than those of the
-             *     whole may be.
+             * @description The parts in their order, or the members of a group. Their intervals meet the same tolerance
+             *     as those of the whole surface.
              */
             parts: components["schemas"]["PartMeasures"][];
             /**
              * Reached
-             * @description Whether all intervals of the whole are at most `tolerance` wide. They are wider where
-             *     rounding or the gaps that joining closed (`moved`) require it, and for quantities that reach no
-             *     `tolerance` that a request may have, as a volume of zero.
+             * @description Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
+             *     rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed
+             *     `tolerance` can be reached, such as a volume of zero.
              */
             reached: boolean;
             /**
              * Moved
-             * @description The largest distance by which control points were moved so that borders meet; intervals have
-             *     room for it.
+             * @description The largest distance by which control points were moved so that borders meet; the
+             *     intervals include the effect.
              */
             moved: number;
         };
@@ -4243,7 +4244,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description This URL does not answer this method; `Allow` lists the methods that it answers. */
+        /** @description This URL does not support this method; `Allow` lists the methods that it supports. */
         MethodNotAllowed: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -4571,7 +4572,7 @@ export interface operations {
                 angle_tolerance?: number;
                 /** @description With a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description With a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
+                /** @description With a file: The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
                 max_bytes?: number;
                 /** @description With a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
@@ -4713,7 +4714,7 @@ export interface operations {
                 angle_tolerance?: number;
                 /** @description With a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description With a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
+                /** @description With a file: The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
                 max_bytes?: number;
                 /** @description With a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
@@ -4940,9 +4941,9 @@ export interface operations {
             query?: {
                 /** @description With a file: id of the surface, the name of a built-in one, or that of a stored one. */
                 surface?: string;
-                /** @description With a file: How wide `distance_bounds` may be, as a part of the diagonal of the box of the control points. Default: 1e-09. */
+                /** @description With a file: The largest width of an interval in `distance_bounds`, as a share of the diagonal of the bounding box of the control points. Default: 1e-09. */
                 relative_tolerance?: number;
-                /** @description With a file: Whether to tell, of a closed surface, which points are inside (`signs`). Default: false. */
+                /** @description With a file: Whether the response says which points are inside a closed surface (`signs`). Default: false. */
                 sign?: boolean;
             };
             header?: never;
@@ -4995,7 +4996,7 @@ export interface operations {
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj" | "svg";
                 /** @description With a file: id of the surface, the name of a built-in one, or that of a stored one. */
                 surface?: string;
-                /** @description With a file: Whether the first hit of each ray is answered, or all. Default: "first". */
+                /** @description With a file: Which hits of a ray are returned: the first, or all. Default: "first". */
                 hits?: "first" | "all";
                 /** @description With a file: How near to the surface a ray may be taken to hit it, as a part of the diagonal of the box of the control points: at borders, and where it touches. Default: 1e-09. */
                 relative_thickness?: number;
@@ -5349,7 +5350,7 @@ export interface operations {
                  */
                 max_triangles?: number;
                 /**
-                 * @description The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles.
+                 * @description The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles.
                  * @example 100000
                  */
                 max_bytes?: number;
@@ -5436,7 +5437,7 @@ export interface operations {
                  */
                 compression?: "none" | "meshopt";
                 /**
-                 * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same mesh for ever. A service with another version answers 410.
+                 * @description Version of the numbers. With it the URL of a surface whose id is a hash stands for the same mesh for ever. A service with another version returns 410.
                  * @example 3
                  */
                 engine?: 3;

@@ -75,9 +75,9 @@ def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
 
     Raises as `remote_mesh` does.
     """
-    answer = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
-    links = {"self": answer["links"]["self"], **answer["links"]["mesh"]}
-    return {"id": answer["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
+    response = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
+    links = {"self": response["links"]["self"], **response["links"]["mesh"]}
+    return {"id": response["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
 
 
 def remote_document(
@@ -123,27 +123,27 @@ def _request(url: str, wanted: str, method: str, path: str, **request: Any) -> b
     request["headers"] = {**request.get("headers", {}), **_credentials()}
     try:
         with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
-            answer = client.request(method, path, **request)
+            response = client.request(method, path, **request)
             for _ in range(RETRIES):
-                if answer.status_code not in _LATER or "retry-after" not in answer.headers:
+                if response.status_code not in _LATER or "retry-after" not in response.headers:
                     break
-                time.sleep(_seconds(answer.headers["retry-after"]))
-                answer = client.request(method, path, **request)
+                time.sleep(_seconds(response.headers["retry-after"]))
+                response = client.request(method, path, **request)
     except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
         raise BadAddress(f"--url: {error}") from None
     except httpx.TransportError as error:
         raise ServiceFailed(f"{url} does not answer: {type(error).__name__}") from None
-    media_type = answer.headers.get("content-type", "").partition(";")[0]
-    if answer.is_success and media_type == wanted.partition(";")[0]:
-        return answer.content
-    problem = _problem(answer) if media_type == "application/problem+json" else {}
+    media_type = response.headers.get("content-type", "").partition(";")[0]
+    if response.is_success and media_type == wanted.partition(";")[0]:
+        return response.content
+    problem = _problem(response) if media_type == "application/problem+json" else {}
     if not problem:
-        raise ServiceFailed(f"{url}: not a surface service ({answer.status_code} {answer.url})")
-    if answer.status_code in _LATER:
+        raise ServiceFailed(f"{url}: not a surface service ({response.status_code} {response.url})")
+    if response.status_code in _LATER:
         raise ServiceFailed(f"{url} is busy: {problem['detail']}")
-    if answer.is_server_error:
+    if response.is_server_error:
         raise ServiceFailed(f"{url} failed: {problem['detail']}")
-    if answer.status_code == httpx.codes.UNAUTHORIZED:
+    if response.status_code == httpx.codes.UNAUTHORIZED:
         raise InvalidRequest(Issue(problem["code"], problem["detail"], needed=f"a key in {KEY}"))
     raise InvalidRequest(*_issues(problem))
 
@@ -163,10 +163,10 @@ def _credentials() -> dict[str, str]:
     return {"Authorization": f"Bearer {key}"}
 
 
-def _problem(answer: httpx.Response) -> dict[str, Any]:
+def _problem(response: httpx.Response) -> dict[str, Any]:
     """The problem document (RFC 9457) in a response; empty if it is not from this service."""
     try:
-        problem = answer.json()
+        problem = response.json()
     except ValueError:
         return {}
     known = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()

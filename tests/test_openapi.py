@@ -18,7 +18,7 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from service.api import problems
 from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
-from service.api.models.meshes import Answer
+from service.api.models.meshes import ResponseModel
 from service.api.openapi.document import everything
 from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
@@ -169,7 +169,7 @@ def test_every_model_has_a_route() -> None:
     """A model that no route reads or answers is that of a route that was forgotten."""
     names = {reference.rpartition("/")[2] for reference in references(DOCUMENT)}
     routes = sorted(file.name for file in (SERVICE / "api" / "routes").glob("[a-z]*.py"))
-    for folder, base in (("schemas", RequestModel), ("api.models", Answer)):
+    for folder, base in (("schemas", RequestModel), ("api.models", ResponseModel)):
         for file in (SERVICE / folder.replace(".", "/")).glob("[a-z]*.py"):
             for name, model in vars(import_module(f"service.{folder}.{file.stem}")).items():
                 if isinstance(model, type) and issubclass(model, base) and model is not base:
@@ -266,7 +266,7 @@ def test_examples_are_valid_and_answered(client: Client, path: str) -> None:
         schema_of, (operation["requestBody"], operation["responses"]["200"])
     )
     shown = examples_of(path, "200")
-    assert shown, f"call `show_answers` beside the route of {path} in service/api/routes/"
+    assert shown, f"call `show_responses` beside the route of {path} in service/api/routes/"
     requests = examples_of(path)
     for name, request in requests.items():
         assert errors(request_schema, request) == []

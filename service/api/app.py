@@ -14,7 +14,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
 from service.api import problem_handlers
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.caching.middleware import CacheMiddleware
 from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
@@ -90,15 +90,15 @@ class Application(FastAPI):
 
 
 def _services(app: FastAPI, settings: Settings) -> Services:
-    answers = AnswerCache(settings.cache_bytes)
-    workers = Workers(settings, answers)
+    cache = ResponseCache(settings.cache_bytes)
+    workers = Workers(settings, cache)
     return Services(
         settings=settings,
         documents=document_limits(settings),
         limits=result_limits(settings),
         store=_store(settings),
         workers=workers,
-        answers=answers,
+        cache=cache,
         flights=SingleFlight(workers),
         origins=Origins(settings.cors_origins),
         signer=signer_of(settings),
@@ -136,9 +136,7 @@ def _routers(settings: Settings) -> list[APIRouter]:
 def _add_front(app: "Application", services: Services, log: Write | None) -> None:
     """Puts middleware in front of FastAPI: telemetry, guard, cache, jobs."""
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.workers)
-    guard = build_guard(
-        CacheMiddleware(inner, services.answers, services.origins), services.settings
-    )
+    guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), services.settings)
     app.front = add_telemetry(app, guard, log)
 
 

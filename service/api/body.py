@@ -58,9 +58,9 @@ class BodyRoute(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler: reads and parses the body, then calls the route's function."""
         assert self.body_field is not None
-        return partial(self._answer, cast(type[Any], self.body_field.field_info.annotation))
+        return partial(self._respond, cast(type[Any], self.body_field.field_info.annotation))
 
-    async def _answer(self, model: type[RequestModel], request: Request) -> Response:
+    async def _respond(self, model: type[RequestModel], request: Request) -> Response:
         """The route's response to one request."""
         scope = request.scope
         headers = dict(scope["headers"])

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 from starlette.types import Message, Scope
 
-from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.cached_response import RawHeaders
 from service.api.observing.record import ID_HEADER
+from service.api.responses import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 
 EXPOSED = (
     "Content-Disposition",

@@ -6,24 +6,24 @@ from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
 
 
-def surface_address(root: str, surface: str) -> str:
+def surface_url(root: str, surface: str) -> str:
     """The URL of a surface."""
     return f"{root}/v1/surfaces/{surface}"
 
 
-def mesh_path(root: str, surface: str, suffix: str) -> str:
+def mesh_url_path(root: str, surface: str, suffix: str) -> str:
     """The URL of a surface's meshes in one format, without a query."""
-    return f"{surface_address(root, surface)}/mesh.{suffix}"
+    return f"{surface_url(root, surface)}/mesh.{suffix}"
 
 
-def mesh_address(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
+def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
     """The URL of a mesh; without `query`, the mesh of all defaults in this engine's numbers."""
-    return f"{mesh_path(root, surface, suffix)}?{query}"
+    return f"{mesh_url_path(root, surface, suffix)}?{query}"
 
 
 def mesh_links(root: str, surface: str) -> dict[str, str]:
     """The canonical mesh URLs of a surface by suffix, with all defaults."""
-    return {fmt.suffix: mesh_address(root, surface, fmt.suffix) for fmt in FORMATS}
+    return {fmt.suffix: mesh_url(root, surface, fmt.suffix) for fmt in FORMATS}
 
 
 def route_path(scope: Scope) -> str:

@@ -9,7 +9,6 @@ from typing import Any, Literal, TypeAlias
 
 from starlette.responses import Response
 
-from service.api.answers import HEADERS, json_response
 from service.api.errors import (
     BodyTooLarge,
     BodyTooSlow,
@@ -24,6 +23,7 @@ from service.api.errors import (
     UnknownSuffix,
     UnsupportedMediaType,
 )
+from service.api.responses import HEADERS, json_response
 from service.cancellation import OutOfTime
 from service.errors import (
     Busy,
@@ -153,13 +153,13 @@ NOT_FOUND = Problem(404, "not_found", "The service has nothing at this URL.")
 METHOD_NOT_ALLOWED = Problem(
     405,
     "method_not_allowed",
-    "This URL does not answer this method; `Allow` lists the methods that it answers.",
+    "This URL does not support this method; `Allow` lists the methods that it supports.",
 )
 INTERNAL_ERROR = Problem(
     500, "internal_error", "An error of the service, which it has logged. You may try again."
 )
 
-# The server answers these itself, before the application sees the request.
+# The server responds with these itself, before the application sees the request.
 MALFORMED_REQUEST = Problem(400, "malformed_request", "This is no HTTP request.")
 HEAD_TOO_SLOW = Problem(408, "head_too_slow", "The head of the request did not arrive in time.")
 HEAD_TOO_LARGE = Problem(
@@ -173,7 +173,7 @@ TOO_MANY_CONNECTIONS = Problem(
 DRAINING = Problem(
     503,
     "draining",
-    "The service is about to stop. Try again: another instance will answer.",
+    "The service is about to stop. Try again: another instance takes over.",
 )
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 from fastapi import Depends, Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
 from service.api.guard.signatures import Signer
@@ -28,7 +28,7 @@ class Services:
     limits: Limits
     store: SurfaceStore
     workers: Workers
-    answers: AnswerCache
+    cache: ResponseCache
     flights: SingleFlight
     origins: Origins
     signer: Signer | None

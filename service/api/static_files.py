@@ -10,10 +10,10 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.cached_response import entity_tag, held, is_any
 from service.api.caching.codings import Coding, compressed
 from service.api.negotiation import codings_of, condition_of
+from service.api.responses import HEADERS, ChunkedResponse
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class StaticFiles:
         self._files = files
         self._kept: dict[str, _Kept] = {}
 
-    async def answer(self, request: Request, name: str, status: int = 200) -> Response:
+    async def respond(self, request: Request, name: str, status: int = 200) -> Response:
         """The response to GET or HEAD for the file of this name.
 
         Raises

@@ -57,7 +57,7 @@ async def surface_of(services: Services, job: Job, id: str) -> Stored:
     if not is_id(id):
         raise _unknown()
     # After a deletion, later requests do not share an earlier load.
-    key = ("surface", id, services.answers.generation)
+    key = ("surface", id, services.cache.generation)
     return await services.flights.join(key, partial(_load, services, id), job.until_ready)
 
 

@@ -23,7 +23,7 @@ from anyio import CancelScope, CapacityLimiter, current_time, to_thread
 from starlette.requests import ClientDisconnect
 from starlette.types import Receive
 
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.observing.record import Timing
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by
 from service.errors import Busy, Issue, TooLarge
@@ -74,7 +74,7 @@ class Workers:
     parses long bodies, as parsing keeps Python's lock.
     """
 
-    def __init__(self, settings: Settings, cache: AnswerCache) -> None:
+    def __init__(self, settings: Settings, cache: ResponseCache) -> None:
         self.capacity = settings.memory_bytes
         self.max_body, self.max_memory = self.capacity // 4, self.capacity * 11 // 16
         self.threads = settings.workers

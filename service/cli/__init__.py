@@ -1,4 +1,4 @@
 """The command `surface`, one file a command.
 
-Each command imports its slow modules itself, so that `--help` answers at once.
+Each command imports its slow modules itself, so that `--help` is fast.
 """

@@ -1,4 +1,4 @@
-"""`surface serve`: answers requests over HTTP."""
+"""`surface serve`: serves requests over HTTP."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Adds the command and its flags."""
-    serve = commands.add_parser("serve", help="answer requests over HTTP")
+    serve = commands.add_parser("serve", help="serve requests over HTTP")
     serve.add_argument("--host", help="address to listen at (SURFACE_HOST, 127.0.0.1)")
     serve.add_argument("--port", help="port to listen at (SURFACE_PORT, 8000)")
     serve.set_defaults(run=_run)

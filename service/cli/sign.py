@@ -18,9 +18,9 @@ def add(commands: Commands) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     sign.add_argument(
-        "address",
-        metavar="ADDRESS",
-        help="surface or mesh, without the host: '/v1/surfaces/ID/mesh.glb?resolution=8'",
+        "path",
+        metavar="URL",
+        help="surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=3",
     )
     end = sign.add_mutually_exclusive_group(required=True)
     end.add_argument("--seconds", metavar="N", help="seconds from now until it expires")
@@ -32,7 +32,7 @@ def _run(arguments: argparse.Namespace) -> int:
     import time
 
     from service.api.guard.guard import signer_of
-    from service.api.guard.signatures import signed_address
+    from service.api.guard.signatures import signed_url
     from service.schemas.request import SignRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import from_environment
@@ -40,13 +40,13 @@ def _run(arguments: argparse.Namespace) -> int:
     signer = signer_of(from_environment())
     if signer is None:
         raise UsageError("SURFACE_SIGNING_KEYS: got nothing, needed a secret to sign with")
-    document: dict[str, object] = {"url": arguments.address}
+    document: dict[str, object] = {"url": arguments.path}
     for name in ("seconds", "expires"):
         text = getattr(arguments, name)
         if text is not None:
             if not (text.isascii() and text.isdigit() and len(text) < 20):
                 raise UsageError(f"--{name}: needed a whole number")
             document[name] = int(text)
-    address, _ = signed_address(signer, validate_document(SignRequest, document), "", time.time())
-    print_lines([address])
+    url, _ = signed_url(signer, validate_document(SignRequest, document), "", time.time())
+    print_lines([url])
     return OK

@@ -36,9 +36,9 @@ def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentPa
     return command
 
 
-def add_source(command: argparse.ArgumentParser, beside: str, more: str = "") -> None:
-    """Adds the source of the surface; `beside`: the other part of a request in a file."""
-    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(beside) + more)
+def add_source(command: argparse.ArgumentParser, others: str, more: str = "") -> None:
+    """Adds the source of the surface; `others`: the other fields of a request in a file."""
+    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(others) + more)
 
 
 def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
@@ -54,26 +54,29 @@ def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> Non
 
 def perform(
     arguments: argparse.Namespace,
-    here: Callable[[], bytes],
-    there: Callable[[ModuleType], bytes],
+    compute: Callable[[], bytes],
+    request: Callable[[ModuleType], bytes],
     line: Callable[[Issue], str],
 ) -> int:
     """Computes the result in this process or at `--url`, and writes it.
 
     Parameters
     ----------
-    there : callable
-        Takes the module `service.remote`, which is imported only if it is needed.
+    compute : callable
+        Computes the bytes in this process.
+    request : callable
+        Gets the bytes from the service at `--url`. Takes the module `service.remote`, which is
+        imported only if it is needed.
     line : callable
         Turns an issue into a line.
     """
     try:
         if arguments.url is None:
-            content = here()
+            content = compute()
         else:
             from service import remote
 
-            content = there(remote)
+            content = request(remote)
     except SurfaceError as error:
         raise Refused(*map(line, error.issues)) from None
     write(arguments.output, content)

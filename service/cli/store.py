@@ -23,9 +23,9 @@ def _run(arguments: argparse.Namespace) -> int:
 
     document = surface_document(surface_source(arguments))
     try:
-        addresses = remote_store(arguments.url, document)
+        urls = remote_store(arguments.url, document)
     except SurfaceError as error:
         fields = chosen_fields(arguments)
         raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None
-    print_lines(f"{name:<5} {address}" for name, address in addresses.items())
+    print_lines(f"{name:<5} {url}" for name, url in urls.items())
     return OK

@@ -1,7 +1,7 @@
 """Queried points as one JSON object: a list for every column, with a row for every point."""
 
 from service.encoders.text import FLOAT64_CHARS, json_document
-from service.engine.points.answer import COLUMNS, Columns
+from service.engine.points.evaluate import COLUMNS, Columns
 
 
 def encode(columns: Columns) -> bytes:

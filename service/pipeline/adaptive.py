@@ -162,7 +162,7 @@ def search_budget(
 
 
 def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
-    """Refuses a mesh that came out too large for an answer."""
+    """Refuses a mesh that came out too large for a response."""
     where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
     vertices = sum(len(own.positions) for own in copies)

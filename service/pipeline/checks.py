@@ -140,7 +140,7 @@ def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") ->
 
 def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
     """Refuse a file that may have too many bytes; `where` points to the option."""
-    limits.check_bytes(most, f"The answer as {fmt.name} could become too large.", where)
+    limits.check_bytes(most, f"The response as {fmt.name} could become too large.", where)
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:

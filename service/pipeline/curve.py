@@ -82,7 +82,7 @@ def _check_curve(work: CurveWork, points: int) -> None:
     issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
     check_count(points, work.max_points, "points", issue)
     most = _file(work.curve, work.fmt, points)
-    message = f"The answer as {work.fmt.name} could become too large."
+    message = f"The response as {work.fmt.name} could become too large."
     work.limits.check_bytes(most, message, where)
 
 

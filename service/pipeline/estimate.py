@@ -71,11 +71,11 @@ class Estimate:
     sizes : tuple of (name of a format, bytes, whether they are exact)
         Of the formats that can hold the mesh; else upper bounds.
     memory : tuple of (name of a format, bytes)
-        What the work would take at most, in the formats in which the mesh would be answered.
+        What the work would take at most, in the formats in which the mesh would be returned.
     refusals : tuple of Refusal
         Each thing that is refused once, with the formats for which it is.
     accepted : bool
-        Whether there is a format in which the mesh would be answered.
+        Whether there is a format in which the mesh would be returned.
     certain : bool
         Whether nothing else can be refused once the mesh is made.
     """
@@ -216,7 +216,7 @@ class EstimateWork:
     def _by_tolerance(
         self, model: PatchModel | GroupModel, patches: list[PatchModel], accuracy: Accuracy
     ) -> _Prediction:
-        """Upper bounds of a mesh by tolerance; none is answered that is larger than is allowed."""
+        """Upper bounds of a mesh by tolerance; a mesh larger than the limits is refused."""
         options, limits = self.options, self.limits
         moved = find_grid_error(model, options) if self.encode.quantize else 0.0
         try:

@@ -16,7 +16,7 @@ from service.surface.sizes import SurfaceKind
 MOST_RAYS = 100_000
 
 HITS_PER_RAY, FEWEST_HITS = 8, 10_000
-"""Most hits of an answer with all hits: the first number for each ray, but at least the second
+"""Most hits of a response with all hits: the first number for each ray, but at least the second
 number for all rays together."""
 
 
@@ -30,7 +30,7 @@ class IntersectWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The answer as JSON.
+        """The response as JSON.
 
         Raises
         ------
@@ -63,6 +63,6 @@ def plan_intersect(
     size = surface.stored_size()
     check_surface(size, limits)
     cost = rays_cost(3 * size.patches, size.degree, size.peak, count, hits)
-    limits.check_bytes(cost.bytes, "The answer could become too large.", where)
-    limits.check_memory(cost.memory, "The answer", where, "a smaller surface, fewer rays at once")
+    limits.check_bytes(cost.bytes, "The response could become too large.", where)
+    limits.check_memory(cost.memory, "The response", where, "a smaller surface, fewer rays at once")
     return IntersectWork(surface, query, hits, cost)

@@ -8,10 +8,10 @@ from service.errors import Issue, TooLarge
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest result that is computed: vertices, bytes of one answer, points of a query.
+    """The largest result that is computed: vertices, bytes of one response, points of a query.
 
     `max_patches` are those that a surface may become; `max_memory` are the bytes that one piece of
-    work may take, its answer included. `max_multiplications` is the most that the method
+    work may take, its response included. `max_multiplications` is the most that the method
     `de_casteljau`, a query, a curve, or a sweep along curves may take: some seconds; a mesh by
     tolerance may take twice as many.
     """
@@ -24,7 +24,7 @@ class Limits:
     max_memory: int = sys.maxsize
 
     def check_bytes(self, most: int, message: str, where: str) -> None:
-        """Refuses an answer that may have more bytes than are allowed; `where` asked for it."""
+        """Refuses a response of more bytes than are allowed; `where`: the pointer of the cause."""
         if most > self.max_bytes:
             needed = f"at most {self.max_bytes}"
             raise TooLarge(Issue("too_many_bytes", message, where, f"up to {most} bytes", needed))

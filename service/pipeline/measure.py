@@ -25,7 +25,7 @@ from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 
 PART, SIDE = 800, 600
-"""The most bytes of an answer for a part, without its name, and for a side or a border."""
+"""The most bytes of a response for a part, without its name, and for a side or a border."""
 
 POINT = 5000
 """Multiplications for each control point of a cell, approximately."""
@@ -41,7 +41,7 @@ class MeasureWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The answer as JSON.
+        """The response as JSON.
 
         Raises
         ------
@@ -77,10 +77,10 @@ def plan_measure(
     check_surface(size, limits)
     _check_effort(size.patches, size.degree, limits)
     file = 1000 + PART * size.parts + LONGEST_ESCAPE * size.name_bytes + 2 * SIDE * MOST_LISTED
-    limits.check_bytes(file, "The answer could become too large.", "/surface")
+    limits.check_bytes(file, "The response could become too large.", "/surface")
     query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT))
     cost = measure_cost(size, query.budget, file)
-    limits.check_memory(cost.memory, "The answer", "/surface", "a smaller surface")
+    limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")
     return MeasureWork(surface, query, limits, cost)
 
 

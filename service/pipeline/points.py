@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from service.encoders import json_points
-from service.engine.points.answer import estimate_effort, evaluate_points
+from service.engine.points.evaluate import estimate_effort, evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import Issue
 from service.measuring import Measured
@@ -16,7 +16,7 @@ from service.surface.sizes import SurfaceKind
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointsWork:
-    """A query that may be answered, as far as the shapes of the surface tell."""
+    """A query that is within the limits, as far as the shapes of its arrays say."""
 
     surface: SurfaceKind
     query: PointsQuery
@@ -24,7 +24,7 @@ class PointsWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The answer as JSON.
+        """The response as JSON.
 
         Raises
         ------
@@ -59,9 +59,9 @@ def plan_points(
     message = "The query has more points than this service computes at once."
     check_count(count, limits.max_points, "points", Issue("too_many_points", message, where))
     most = json_points.byte_bound(count, query.order)
-    limits.check_bytes(most, "The answer could become too large.", where)
+    limits.check_bytes(most, "The response could become too large.", where)
     size = surface.stored_size()
     check_surface(size, limits)
     cost = points_cost(size, count, query.order)
-    limits.check_memory(cost.memory, "The answer", where, "fewer points at once")
+    limits.check_memory(cost.memory, "The response", where, "fewer points at once")
     return PointsWork(surface, query, limits, cost)

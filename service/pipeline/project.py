@@ -21,7 +21,7 @@ from service.surface.sizes import SurfaceKind
 MOST_POINTS = 100_000
 
 COLUMNS = 16
-"""Numbers of a point in an answer, at most."""
+"""The most numbers of a point in a response."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,7 +33,7 @@ class ProjectWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The answer as JSON.
+        """The response as JSON.
 
         Raises
         ------
@@ -92,7 +92,7 @@ def plan_project(
     most = min(MOST_POINTS, limits.max_points)
     check_count(count, most, "points", Issue("too_many_points", message, where))
     file = 1000 + count * COLUMNS * (FLOAT64_CHARS + 2)
-    limits.check_bytes(file, "The answer could become too large.", where)
+    limits.check_bytes(file, "The response could become too large.", where)
     if isinstance(shape, BezierCurve | BsplineCurve):
         pieces = shape.lower()  # which was done when it was born
         patches, degree, own = pieces.count, (pieces.degree, 0), pieces.points.nbytes
@@ -101,5 +101,7 @@ def plan_project(
         check_surface(size, limits)
         patches, degree, own = 3 * size.patches, size.degree, size.peak
     cost = project_cost(patches, degree, own, count, file, sign=query.sign)
-    limits.check_memory(cost.memory, "The answer", where, "a smaller surface, fewer points at once")
+    limits.check_memory(
+        cost.memory, "The response", where, "a smaller surface, fewer points at once"
+    )
     return ProjectWork(shape, query, cost)

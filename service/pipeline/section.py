@@ -56,7 +56,7 @@ class SectionWork:
         model = query_patches(self.surface)
         with Measured("intersect"):
             sections = self.cut(model)
-        message = f"The answer as {self.fmt.name} could become too large."
+        message = f"The response as {self.fmt.name} could become too large."
         most = self.fmt.byte_bound(SectionSize.of(sections))
         self.limits.check_bytes(most, message, "/tolerance")
         checkpoint()

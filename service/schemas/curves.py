@@ -152,7 +152,7 @@ class CurveRequest(RequestModel, CurveOptionFields):
     curve: CurveDefinition = Field(description="The curve, by its control points.")
 
     def build(self) -> None:
-        """Builds the curve, which `to_curve` answers from then on."""
+        """Builds the curve, which `to_curve` returns from then on."""
         self.to_curve()
 
     def to_curve(self) -> Curve:

@@ -47,7 +47,7 @@ class IntersectRequest(SurfaceRequest):
     rays: Annotated[Rays | None, Omittable()] = optional("The rays.")
     planes: Annotated[PlaneSet | None, Omittable()] = optional("Instead of rays: planes.")
     hits: Literal["first", "all"] = Field(
-        default="first", description="Whether the first hit of each ray is answered, or all."
+        default="first", description="Which hits of a ray are returned: the first, or all."
     )
     relative_thickness: Annotated[float, Field(ge=LEAST_THICKNESS, le=1e-3)] = Field(
         default=RELATIVE_THICKNESS,

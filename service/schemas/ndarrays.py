@@ -31,7 +31,7 @@ _SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
 
 
 def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
-    """`values` as `grid.array` answers them; not copied if they have this form already.
+    """`values` as `grid.array` returns them; not copied if they have this form already.
 
     Parameters
     ----------

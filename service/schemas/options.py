@@ -75,7 +75,7 @@ class MeshOptionFields(StrictModel):
         2000,
     )
     max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The most bytes of the answer in its format; alone and beside a tolerance as "
+        "The most bytes of the response in its format; alone and beside a tolerance as "
         "`max_triangles` is for triangles.",
         100_000,
     )

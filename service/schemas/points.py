@@ -66,7 +66,7 @@ class PointsRequest(SurfaceRequest):
     )
     derivatives: Annotated[int, Field(ge=0, le=2)] = Field(
         default=1,
-        description="Order of the partials. 0 answers `positions` alone; 1 adds `du`, `dv`, "
+        description="Order of the partials. 0 returns `positions` alone; 1 adds `du`, `dv`, "
         "`normals` and `degenerate`; 2 adds `duu`, `duv`, `dvv` and the curvatures.",
         examples=[2],
     )

@@ -19,17 +19,17 @@ from service.surface.curve import BezierCurve, BsplineCurve, Curve
 POINTS = NumberGrid(("points", "coordinates"))
 
 LEAST_TOLERANCE = 1e-12
-"""Rounding alone makes intervals as wide as this."""
+"""Rounding alone makes intervals this wide."""
 
 
 class ProjectRequest(RequestModel):
-    """A surface or a curve, and points whose closest points are looked for."""
+    """A surface or a curve, and the points for which its closest points are searched."""
 
     surface: Annotated[SurfaceDefinition | None, Omittable()] = optional(
-        "The surface, by its control points: all of its patches together, groups too."
+        "The surface: all of its patches, and all members of a group, are searched together."
     )
     curve: Annotated[CurveDefinition | None, Omittable()] = optional(
-        "Instead: a curve, by its control points."
+        "A curve, in place of the surface."
     )
     points: Annotated[FloatArray, POINTS] = Field(
         description="Points [x, y, z]; [x, y] beside a curve in the plane. At most 100,000.",
@@ -37,29 +37,29 @@ class ProjectRequest(RequestModel):
     )
     relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
         default=RELATIVE_TOLERANCE,
-        description="How wide `distance_bounds` may be, as a part of the diagonal of the box of "
-        "the control points.",
+        description="The largest width of an interval in `distance_bounds`, as a share of the "
+        "diagonal of the bounding box of the control points.",
         examples=[1e-6],
     )
     sign: bool = Field(
         default=False,
-        description="Whether to tell, of a closed surface, which points are inside (`signs`).",
+        description="Whether the response says which points are inside a closed surface (`signs`).",
         examples=[True],
     )
 
     @model_validator(mode="after")
-    def _of_one(self) -> Self:
+    def _check_shape(self) -> Self:
         if (self.surface is None) == (self.curve is None):
-            message = "There must be one shape to look at: a surface, or a curve."
+            message = "A request has either a surface or a curve."
             is_neither = self.surface is None
             raise to_invalid(conflict_error("surface", "curve", message, is_neither=is_neither))
         if self.curve is not None and self.sign:
-            message = "A curve has no inside: only surfaces have signs."
+            message = "A curve has no inside: `sign` is for surfaces."
             raise to_invalid(conflict_error("curve", "sign", message, is_neither=False))
         return self
 
     def build(self) -> None:
-        """Builds the surface or the curve, which `to_shape` answers from then on."""
+        """Builds the surface or the curve, which `to_shape` returns from then on."""
         self.to_shape()
 
     def to_shape(self) -> Surface | Curve:
@@ -90,7 +90,7 @@ class ProjectRequest(RequestModel):
 
 
 def check_dimension(points: FloatArray, dimension: int) -> None:
-    """Refuses points of other coordinates than the surface or the curve has."""
+    """Refuses points that have more or fewer coordinates than the control points."""
     if points.shape[1] != dimension:
         message = "A point has as many coordinates as the control points have."
         got, needed = f"{points.shape[1]} numbers", f"{dimension} numbers"

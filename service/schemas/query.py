@@ -2,7 +2,7 @@
 
 What is not of the right form stays a string, and the model refuses it like any other.
 
-Caches compare addresses letter by letter, so every query of a mesh that means the same is also
+Caches compare URLs letter by letter, so every query of a mesh that means the same is also
 written as one text: the options in the order of their model, defaults left out, each number in its
 fewest digits, `engine` at the end. Reading that text gives the options back.
 """
@@ -35,8 +35,8 @@ class MeshQuery(MeshOptionFields):
 
     engine: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
         default=None,
-        description="Version of the numbers. With it the address of a surface whose id is a hash "
-        "stands for the same mesh for ever. A service with another version answers 410.",
+        description="Version of the numbers. With it the URL of a surface whose id is a hash "
+        "stands for the same mesh for ever. A service with another version returns 410.",
         examples=[ENGINE],
         json_schema_extra={"enum": [ENGINE]},
     )
@@ -148,7 +148,7 @@ def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) 
     """The one spelling of these options, those of `ignored` names left out.
 
     What stands in it needs no escape in a URL. A default may be left out because it is part of the
-    numbers: changing one raises `ENGINE`, as it changes what the address stands for.
+    numbers: changing one raises `ENGINE`, as it changes what the URL stands for.
     """
     parts = []
     for name, field in MeshOptionFields.model_fields.items():

@@ -1,4 +1,4 @@
-"""Requests for one surface: to store it, to mesh it with options, to sign its address."""
+"""Requests for one surface: to store it, to mesh it with options, to sign its URL."""
 
 from typing import Annotated, Self
 
@@ -13,7 +13,7 @@ from service.schemas.validation import to_invalid
 from service.surface import Surface
 
 MAX_SECONDS = 7 * 24 * 3600
-"""For so long an address is signed at most: who leaves with one, does not stay in for ever."""
+"""The longest time for which a URL is signed: a person whose key is revoked must lose access."""
 
 MAX_MOMENT = 10**12 - 1
 
@@ -26,7 +26,7 @@ class SurfaceRequest(RequestModel):
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
 
     def build(self) -> None:
-        """Builds the surface, which `to_surface` answers from then on."""
+        """Builds the surface, which `to_surface` returns from then on."""
         self.to_surface()
 
     def to_surface(self) -> Surface:
@@ -57,16 +57,16 @@ class MeshRequest(SurfaceRequest, MeshOptionFields):
 
 
 class SignRequest(RequestModel):
-    """An address to be signed: until it expires, any client may read it without a key."""
+    """A URL to be signed: until it expires, any client may read it without a key."""
 
     url: Annotated[str, Field(max_length=MAX_URL)] = Field(
-        description="Address of a surface or of a mesh here, without the host: as `links` of a "
+        description="URL of a surface or of a mesh here, without the host: as `links` of a "
         "stored surface have it, and with any options of a mesh in its query.",
         examples=["/v1/surfaces/utah-teapot/mesh.glb?resolution=16"],
     )
     expires: Annotated[int | None, Omittable(), Field(ge=0, le=MAX_MOMENT)] = optional(
         "Until when, in seconds since 1970 (Unix time); at most seven days from now. "
-        "The same moment makes the same address each time, which browsers can keep.",
+        "The same moment makes the same URL each time, which browsers can keep.",
         1800000000,
     )
     seconds: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_SECONDS)] = optional(

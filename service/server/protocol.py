@@ -36,10 +36,10 @@ def refusal(problem: Problem, settings: Settings) -> Response:
     return Response(content, problem.status, headers, problems.MEDIA_TYPE)
 
 
-def with_last_answer(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
-    """Answers in place of an application that fails, or that uvicorn cancels at shutdown."""
+def with_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
+    """The application; where it fails, or uvicorn cancels it at shutdown, a problem responds."""
 
-    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+    async def respond(scope: Scope, receive: Receive, send: Send) -> None:
         try:
             await app(scope, receive, send)
         except (asyncio.CancelledError, Exception) as error:
@@ -51,7 +51,7 @@ def with_last_answer(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
             if problem is problems.INTERNAL_ERROR:
                 raise  # for uvicorn's log
 
-    return answer
+    return respond
 
 
 class Refused(Exception):
@@ -68,7 +68,7 @@ class BoundedProtocol(HttpToolsProtocol):
         super().__init__(**uvicorn)
         self._settings, self._state = settings, state
         self._running: RequestResponseCycle | None = None
-        self._head_due = self._answer_due = inf  # on the clock of the event loop
+        self._head_due = self._response_due = inf  # on the clock of the event loop
         self._unread = 0  # bytes since a head, a piece of a body or a message ended
         self._in_body = self._ignores_input = False
 
@@ -132,15 +132,15 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def pause_writing(self) -> None:
         super().pause_writing()
-        self._answer_due = self._time_to_take()
+        self._response_due = self._time_to_take()
 
     def resume_writing(self) -> None:
         super().resume_writing()
-        self._answer_due = inf
+        self._response_due = inf
 
     def end_if_late(self, now: float) -> None:
         """Ends the connection after a deadline; the server calls this 10 times a second."""
-        if now > self._answer_due:
+        if now > self._response_due:
             self.transport.abort()
         elif now > self._head_due:
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
@@ -155,10 +155,10 @@ class BoundedProtocol(HttpToolsProtocol):
         else:
             self.flow.resume_reading()
             self.transport.write_eof()
-            self._answer_due = self._time_to_take()
+            self._response_due = self._time_to_take()
 
     def _refuse(self, problem: Problem) -> None:
-        """Answers with a problem, after the responses to earlier requests, and closes."""
+        """Responds with a problem, after the responses to earlier requests, and closes."""
         self._state.refused(problem.code)
         if self._in_body and self.pipeline:
             self.pipeline.popleft()

@@ -1,6 +1,6 @@
 """Runs uvicorn, and ends it without losing a request.
 
-SIGTERM makes readiness fail; the service goes on answering for `SURFACE_DRAIN_DELAY`, so that a
+SIGTERM makes readiness fail; the service goes on serving for `SURFACE_DRAIN_DELAY`, so that a
 proxy can find another instance. Then it accepts no more connections and waits for the running
 requests, for `SURFACE_DRAIN_TIMEOUT`. SIGINT (Ctrl-C) has no such delay. Either way the exit code
 is 0. A second signal ends the process at once, with 128 and the signal's number.
@@ -24,7 +24,7 @@ from typing import Any, NoReturn
 import uvicorn
 from starlette.types import ASGIApp
 
-from service.server.protocol import BoundedProtocol, with_last_answer
+from service.server.protocol import BoundedProtocol, with_failure_response
 from service.settings.values import Settings
 
 if sys.platform != "win32":  # which has no such limit of open files
@@ -49,7 +49,7 @@ class Server(uvicorn.Server):
         self._ends_at = time.monotonic() + delay
         self._state.ready = False
         self.should_exit = True
-        text = f"Told to stop by {signal.Signals(sig).name}; answers for another {delay:g} s"
+        text = f"Stops because of {signal.Signals(sig).name}; serves requests for {delay:g} s more"
         Context().run(_log.info, text)  # in a new context: without a request's id
         notify("STOPPING=1")
 
@@ -67,7 +67,7 @@ class Server(uvicorn.Server):
         return await super().on_tick(counter) and time.monotonic() >= self._ends_at
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Waits for the running requests; those that uvicorn cancels can still be answered."""
+        """Waits for the running requests; those that uvicorn cancels still get a response."""
         self._state.ready = False
         await super().shutdown(sockets)
         if self.server_state.tasks:
@@ -101,14 +101,14 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
         "server_header": False,
         "proxy_headers": False,
     }
-    app = with_last_answer(app, settings, state)
+    app = with_failure_response(app, settings, state)
     server = Server(uvicorn.Config(app, **options | other), settings, state)
     state.connections = server.server_state.connections
     return server
 
 
 def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
-    """Answers requests until a signal, then ends the process with exit code 0.
+    """Serves requests until a signal, then ends the process with exit code 0.
 
     (A return would make Python wait for threads that still compute.)
 

@@ -172,7 +172,7 @@ class Settings(BaseModel):
         default=0,
         ge=0,
         le=600,
-        description="Time after SIGTERM during which the service still answers all requests but "
+        description="Time after SIGTERM during which the service still serves all requests but "
         "`/health/ready`: as long as the load balancer needs to notice.",
     )
     drain_timeout: float = Field(

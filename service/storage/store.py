@@ -25,7 +25,7 @@ INLINE = 1 << 18
 """Bytes of a content that the event loop hashes itself; larger ones are hashed in a thread."""
 
 DEADLINE = 1.0
-"""Seconds in which a working store answers a readiness check."""
+"""The longest time in seconds that a readiness check of a working store takes."""
 
 REMEMBERED = 5.0
 """Seconds for which the result of a readiness check is kept."""
@@ -192,7 +192,7 @@ class SurfaceStore:
 
     async def _check_backend(self) -> bool:
         try:
-            with self.operations.count("ask"), translate_errors("asking whether the store answers"):
+            with self.operations.count("ask"), translate_errors("checking that the store is ready"):
                 await asyncio.wait_for(self._backend.touch(), DEADLINE)
         except StoreFailed:
             return False

@@ -186,7 +186,7 @@ def test_what_the_client_has_is_not_sent_again(coding: str, known: bool) -> None
             assert answer.headers["server-timing"] == "cache;desc=hit"
             assert answer.headers["access-control-allow-origin"] == "*"
             assert "content-length" not in answer.headers
-        assert len(app.state.services.answers) == known, "answered without computing"
+        assert len(app.state.services.cache) == known, "answered without computing"
         changed = client.raw(address, {**headers, "If-None-Match": '"other"'})
         assert changed.status_code == 200
         other = client.raw(f"{address}&uvs=true", {**headers, "If-None-Match": tag})
@@ -225,8 +225,8 @@ def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
         one, two = client.get(SADDLE), client.get(SADDLE)
     assert one.content == two.content
     assert two.headers["server-timing"].startswith("cache;desc=miss")
-    assert (len(app.state.services.answers), app.state.services.answers.bytes) == (0, 0)
-    assert app.state.services.answers.counts.misses == 2
+    assert (len(app.state.services.cache), app.state.services.cache.bytes) == (0, 0)
+    assert app.state.services.cache.counts.misses == 2
 
 
 def test_long_answers_are_sent_whole_from_the_cache(client: Client) -> None:

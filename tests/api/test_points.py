@@ -8,7 +8,7 @@ import pytest
 
 from service.api.app import create_app
 from service.encoders import json_points
-from service.engine.points.answer import COLUMNS
+from service.engine.points.evaluate import COLUMNS
 from service.settings.values import Settings
 from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES, find

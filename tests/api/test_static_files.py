@@ -42,7 +42,7 @@ class Folder:
         )
 
         async def route(request: Request) -> Response:
-            return await static_files.answer(request, request.path_params["name"])
+            return await static_files.respond(request, request.path_params["name"])
 
         app.add_route("/files/{name}", route)
         return app

@@ -82,8 +82,8 @@ def test_304_without_computing_but_only_where_the_surface_is(client: Client, app
         answer = other.get(address, condition)
     assert answer.status_code == 304
     assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
-    assert len(fresh.state.services.answers) == 0
-    assert len(app.state.services.answers) == 1
+    assert len(fresh.state.services.cache) == 0
+    assert len(app.state.services.cache) == 1
 
 
 def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
@@ -93,7 +93,7 @@ def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
     assert client.request("DELETE", address.rpartition("/")[0]).status_code == 204
     assert client.get(address).status_code == 404
     assert client.get(address, {"If-None-Match": first.headers["etag"]}).status_code == 404
-    assert len(app.state.services.answers) == 1
+    assert len(app.state.services.cache) == 1
     assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == kept
     assert stored(client)["glb"] == address
     assert client.get(address).content == first.content
@@ -119,7 +119,7 @@ def test_what_is_deleted_while_it_is_computed_is_not_kept(
     gate.set()
     asking.join()
     assert statuses == [200]
-    assert len(app.state.services.answers) == 0
+    assert len(app.state.services.cache) == 0
     assert client.get(address).status_code == 404
 
 

@@ -6,8 +6,8 @@ import httpx
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.api.answers import BOUND_HEADER
 from service.api.app import create_app
+from service.api.responses import BOUND_HEADER
 from service.schemas.accuracy import NAMES
 from service.settings.values import Settings
 from tests.api.client import Client, client_of

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from starlette.requests import ClientDisconnect
 
 from service.api import workers as module
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.workers import (
     ALONE_SECONDS,
@@ -40,7 +40,7 @@ LARGEST = CAPACITY * 11 // 16
 
 def workers_of(cache_bytes: int = 0, **chosen: Any) -> Workers:
     defaults = {"threads": 1, "memory_bytes": CAPACITY}
-    return Workers(Settings(**(defaults | chosen)), AnswerCache(cache_bytes))
+    return Workers(Settings(**(defaults | chosen)), ResponseCache(cache_bytes))
 
 
 class Work:
@@ -220,24 +220,24 @@ def entry(name: str, size: int) -> CachedResponse:
 
 async def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
     async with lent(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
-        answers: AnswerCache = workers._cache
+        cache: ResponseCache = workers._cache
         read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
         for each in (read, *unread):
-            assert answers.put(each, answers.generation)
-        answers.begin(read)
+            assert cache.put(each, cache.generation)
+        cache.begin(read)
         first = asyncio.create_task(workers.acquire(workers.max_memory))
         second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
         await rest()
         assert first.done()
         assert not second.done()
-        assert answers.holds(read)
-        assert not all(answers.holds(each) for each in unread)
+        assert cache.holds(read)
+        assert not all(cache.holds(each) for each in unread)
         workers.release_thread(first.result())
         await rest()
         assert not second.done(), "a thread is free, memory is not"
-        answers.end(read)
+        cache.end(read)
         await second
-        assert not answers.holds(read)
+        assert not cache.holds(read)
         workers.release_thread(second.result())
         workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
 

@@ -8,7 +8,7 @@ import pytest
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.build import build
 from service.engine.options import MeshOptions
-from service.engine.points.answer import evaluate_points
+from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface

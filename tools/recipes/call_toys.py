@@ -63,10 +63,10 @@ def plan_crate(
             "service/api/models/crate.py",
             '''"""Answers about crates as JSON."""
 
-from service.api.models.meshes import Answer, Vector
+from service.api.models.meshes import ResponseModel, Vector
 
 
-class Crate(Answer):
+class Crate(ResponseModel):
     """A box that holds the surface."""
 
     low: Vector
@@ -94,7 +94,7 @@ _CRATES: Json = {
         "value": {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
     }
 }
-show_answers(
+show_responses(
     "packSurface",
     _CRATES,
     CrateRequest,

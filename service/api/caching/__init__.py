@@ -1,1 +1,1 @@
-"""Answers that may be kept: their names, their codings, and the memory that holds them."""
+"""Responses that the service keeps in memory: their names, their codings, and how they are sent."""

@@ -29,7 +29,7 @@ class Counts:
     evictions: int = 0
 
 
-class AnswerCache:
+class ResponseCache:
     """Entries by their canonical URLs, and by other spellings of these.
 
     Everything counts against the bound: bytes, heads, and the spellings. What is being sent to a
@@ -63,31 +63,31 @@ class AnswerCache:
         """The entry of a URL as written, and whether that URL names the engine."""
         found = self._known.get((path, query))
         if found is not None:
-            self._entries.move_to_end(found[0].subject.address)
+            self._entries.move_to_end(found[0].subject.url)
         return found
 
-    def get(self, address: str) -> CachedResponse | None:
+    def get(self, url: str) -> CachedResponse | None:
         """The entry of a canonical URL."""
-        entry = self._entries.get(address)
+        entry = self._entries.get(url)
         if entry is not None:
-            self._entries.move_to_end(address)
+            self._entries.move_to_end(url)
         return entry
 
     def holds(self, entry: CachedResponse) -> bool:
         """Whether the cache keeps this entry (not another with the same URL)."""
-        return self._entries.get(entry.subject.address) is entry
+        return self._entries.get(entry.subject.url) is entry
 
     def put(self, entry: CachedResponse, generation: int) -> bool:
         """Keeps an entry if there is room for it and nothing was forgotten since `generation`."""
         if generation != self.generation or entry.largest > self.max_bytes // SHARE:
             return False
         subject = entry.subject
-        if subject.address in self._entries:
-            self._drop(subject.address)
+        if subject.url in self._entries:
+            self._drop(subject.url)
         if not self._has_room(entry.size):
             return False
-        self._entries[subject.address] = entry
-        self._of_surface.setdefault(subject.surface, set()).add(subject.address)
+        self._entries[subject.url] = entry
+        self._of_surface.setdefault(subject.surface, set()).add(subject.url)
         self.bytes += entry.size
         return True
 
@@ -120,8 +120,8 @@ class AnswerCache:
     def forget(self, surface: str) -> None:
         """Drops all responses made from a surface; those being made now will not be kept."""
         self.generation += 1
-        for address in self._of_surface.get(surface, set()).copy():
-            self._drop(address)
+        for url in self._of_surface.get(surface, set()).copy():
+            self._drop(url)
 
     @property
     def bytes_being_sent(self) -> int:
@@ -161,17 +161,17 @@ class AnswerCache:
             if first is None:
                 return False
             self.counts.evictions += 1
-            self._drop(first.subject.address)
+            self._drop(first.subject.url)
         return True
 
-    def _drop(self, address: str) -> None:
-        entry = self._entries.pop(address)
+    def _drop(self, url: str) -> None:
+        entry = self._entries.pop(url)
         while entry.aliases:
             self._drop_alias(entry, -1)
         self.bytes -= entry.size
-        addresses = self._of_surface[entry.subject.surface]
-        addresses.remove(address)
-        if not addresses:
+        urls = self._of_surface[entry.subject.surface]
+        urls.remove(url)
+        if not urls:
             del self._of_surface[entry.subject.surface]
 
     def _drop_alias(self, entry: CachedResponse, index: int) -> None:

@@ -79,7 +79,7 @@ class Subject:
 
     Attributes
     ----------
-    address : str
+    url : str
         The canonical URL's path and query, with the path that the service is mounted at.
     surface : str
         The id in the URL.
@@ -89,7 +89,7 @@ class Subject:
         Whether the id is a hash, so that the canonical URL always stands for the same bytes.
     """
 
-    address: str
+    url: str
     surface: str
     content: str
     for_ever: bool
@@ -140,7 +140,7 @@ class CachedResponse:
     def __init__(self, subject: Subject, plain: bytes, described: RawHeaders) -> None:
         self.subject = subject
         self.plain = plain
-        self._described = (*described, (b"link", f'<{subject.address}>; rel="canonical"'.encode()))
+        self._described = (*described, (b"link", f'<{subject.url}>; rel="canonical"'.encode()))
         self.variants: dict[Coding, Variant] = {}
         self.aliases: list[tuple[str, bytes]] = []
         self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)

@@ -1,4 +1,4 @@
-"""Middleware that answers from the cache, and answers preflight requests."""
+"""Middleware that sends cached responses, and answers preflight requests."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -6,33 +6,33 @@ from operator import attrgetter
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.answers import CHUNK, UNTRACKED, send_pieces
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, held, is_any
 from service.api.caching.codings import AcceptedCodings, accepted_codings
 from service.api.cors import Origins
 from service.api.observing.record import record_of
+from service.api.responses import CHUNK, UNTRACKED, send_pieces
 
 _END: Message = {"type": "http.response.body", "body": b""}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CacheMiddleware:
-    """Answers requests whose responses are cached, and preflight requests; passes on all others.
+    """Sends cached responses and answers preflight requests; passes on all other requests.
 
     It looks a URL up as the client wrote it, without parsing, and the heads are ready: a hit takes
     a few microseconds, most of them in the server.
     """
 
     app: ASGIApp
-    answers: AnswerCache
+    cache: ResponseCache
     origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
         method = scope["method"] if scope["type"] == "http" else ""
         if method in _METHODS:
-            found = self.answers.find(scope["path"], scope["query_string"])
+            found = self.cache.find(scope["path"], scope["query_string"])
             if found is not None:
                 entry, pinned = found
                 coding = condition = None
@@ -43,7 +43,7 @@ class CacheMiddleware:
                         condition = value if condition is None else condition + b"," + value
                 chosen = _choose(entry, accepted_codings(coding), condition)
                 if chosen is not None:
-                    self.answers.counts.hits += 1
+                    self.cache.counts.hits += 1
                     record_of(scope).cache = "hit"
                     variant, unchanged = chosen
                     await send((variant.unchanged if unchanged else variant.full)[pinned])
@@ -62,7 +62,7 @@ class CacheMiddleware:
 
     async def _send_tracked(self, entry: CachedResponse, variant: Variant, send: Send) -> None:
         """Sends a long body; the entry stays in memory while a slow client receives it."""
-        self.answers.begin(entry)
+        self.cache.begin(entry)
         try:
             if len(variant.body) <= CHUNK:
                 await send(variant.piece)
@@ -70,7 +70,7 @@ class CacheMiddleware:
             else:
                 await send_pieces(variant.body, send)
         finally:
-            self.answers.end(entry)
+            self.cache.end(entry)
 
 
 _METHODS = frozenset({"GET", "HEAD"})

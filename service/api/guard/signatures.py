@@ -141,7 +141,7 @@ def _expired() -> SignatureExpired:
     return SignatureExpired(Issue("signature_expired", message, f"/{EXPIRES}", got, needed))
 
 
-def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:
+def signed_url(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:
     """The URL with its signature, and its end in Unix time.
 
     Does not look the surface up: a client learns whether it exists when it reads the URL.

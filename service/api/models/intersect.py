@@ -1,12 +1,12 @@
-"""Answers about rays that hit surfaces as JSON."""
+"""Responses about rays that hit surfaces, as JSON."""
 
 from typing import Literal
 
-from service.api.models.meshes import Answer, Count, Length, Missing, Pair, Vector
+from service.api.models.meshes import Count, Length, Missing, Pair, ResponseModel, Vector
 from service.api.models.points import Point
 
 
-class RayHits(Answer):
+class RayHits(ResponseModel):
     """Hits in columns, float64: rows of the first two belong to rays, of the others to hits.
 
     Hits are in the order of rays, and along each ray.

@@ -1,60 +1,60 @@
-"""Answers about areas, volumes, centroids and borders as JSON."""
+"""Responses about areas, volumes, centroids and borders, as JSON."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from service.api.models.meshes import Answer, Count, Length, Missing, Pair
+from service.api.models.meshes import Count, Length, Missing, Pair, ResponseModel
 
 
-class Interval(Answer):
-    """A number, and an interval that provably holds the truth, rounding included."""
+class Interval(ResponseModel):
+    """A number, and an interval that contains the exact value, rounding included. Proved."""
 
     value: float
-    """About in the middle of the interval."""
+    """An approximation, near the middle of the interval."""
     low: float
-    """The truth is not less."""
+    """The exact value is not less."""
     high: float
-    """The truth is not greater."""
+    """The exact value is not greater."""
 
 
-class EdgePlace(Answer):
+class EdgePlace(ResponseModel):
     """A side of a patch."""
 
     surface: Count | Missing = None
-    """Of a group: the number of the member."""
+    """The index of the group's member. Only for groups."""
     patch: Count | Missing = None
-    """The number of the patch, of a `multipatch` of the surface, in the order of the request. Left
-    out of one surface with parameters of its own."""
+    """The index of the patch, in a `multipatch` that of the surface, in the order of the
+    request. Left out for a surface with one domain."""
     side: Literal["u=0", "u=1", "v=0", "v=1", "s=0", "r=0", "t=0"]
-    """Which side it is; s, r, t are those of triangles."""
+    """The side: u or v for rectangular patches, s, r or t for triangles."""
     uv: Annotated[list[Pair], Field(min_length=2, max_length=2)]
-    """Parameters (u, v) at both ends, of the surface where it has a domain; of triangles (s, t)."""
+    """Parameters at both ends: (u, v) in the domain of the surface if it has one, else in that
+    of the patch; (s, t) for triangles."""
 
 
 class FaultyEdge(EdgePlace):
     """A side on an edge that keeps the surface from having a volume."""
 
     open: bool
-    """Whether the side is alone on its edge. Else the patches that meet there do not pass along the
-    edge as often in one direction as in the other: one of them is turned round, or there are too
-    many."""
+    """True if no other side shares the edge. False if the sides on the edge do not cancel in pairs
+    of opposite directions: a patch has the wrong orientation, or more than two patches meet."""
 
 
-class Boundary(Answer):
+class Boundary(ResponseModel):
     """An open border: edges one after another, with the surface on their left."""
 
     length: Interval
     """Its length."""
     edges: Annotated[int, Field(ge=1)]
-    """How many edges it has."""
+    """Number of its edges."""
     closed: bool
     """Whether it returns to where it begins."""
     first_edge: EdgePlace
     """Its first edge."""
 
 
-class PartMeasures(Answer):
+class PartMeasures(ResponseModel):
     """A named part, or a member of a group."""
 
     name: str
@@ -62,12 +62,12 @@ class PartMeasures(Answer):
     area: Interval
     """Its area."""
     volume: Interval | Missing = None
-    """The volume that it encloses by itself, if it does."""
+    """The volume that it encloses. Left out if the part by itself is open."""
     centroid: Annotated[list[Interval], Field(min_length=3, max_length=3)] | Missing = None
     """The centroid of that volume, x, y, z."""
 
 
-class SurfaceMeasures(Answer):
+class SurfaceMeasures(ResponseModel):
     """Measures of a surface, in the units of its control points."""
 
     area: Interval
@@ -78,26 +78,27 @@ class SurfaceMeasures(Answer):
     centroid: Annotated[list[Interval], Field(min_length=3, max_length=3)] | Missing = None
     """The centroid of that volume, x, y, z."""
     closed: bool
-    """Whether every edge is passed as often in one direction as in the other."""
+    """Whether the surface has no border and a consistent orientation: on every edge, as many sides
+    run in one direction as in the other."""
     boundary_length: Interval
     """The length of all open borders."""
     boundary_count: Count
-    """How many open borders there are."""
+    """Number of open borders."""
     boundaries: list[Boundary]
-    """The first 100 of them."""
+    """The first 100 open borders."""
     open_edges: Count
-    """Sides that are alone on their edge."""
+    """Number of sides that share their edge with no other side."""
     inconsistent_edges: Count
-    """Sides on other edges that keep the surface from having a volume."""
+    """Number of sides on other edges whose directions do not cancel."""
     faulty_edges: list[FaultyEdge]
-    """The first 100 of both kinds."""
+    """The first 100 sides of both kinds."""
     parts: list[PartMeasures]
-    """The parts, in their order, or the members of a group. No interval is wider than those of the
-    whole may be."""
+    """The parts in their order, or the members of a group. Their intervals meet the same tolerance
+    as those of the whole surface."""
     reached: bool
-    """Whether all intervals of the whole are at most `tolerance` wide. They are wider where
-    rounding or the gaps that joining closed (`moved`) require it, and for quantities that reach no
-    `tolerance` that a request may have, as a volume of zero."""
+    """Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
+    rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed
+    `tolerance` can be reached, such as a volume of zero."""
     moved: Length
-    """The largest distance by which control points were moved so that borders meet; intervals have
-    room for it."""
+    """The largest distance by which control points were moved so that borders meet; the
+    intervals include the effect."""

@@ -1,7 +1,7 @@
-"""Answers about meshes as JSON, and what the models of all answers share.
+"""Responses about meshes, as JSON, and the base of all models of responses.
 
-The models are behind the schemas of the OpenAPI document. Routes write long answers from arrays,
-without them; tests validate the answers against them.
+The models are behind the schemas of the OpenAPI document. Routes write long responses from arrays,
+without the models; tests validate the responses against them.
 """
 
 from typing import Annotated, Any, Literal, TypeAlias
@@ -34,7 +34,7 @@ def _sizes(what: str) -> WithJsonSchema:
     return WithJsonSchema({"type": "object", "properties": each, "additionalProperties": False})
 
 
-class Answer(BaseModel):
+class ResponseModel(BaseModel):
     """A response, or a part of one."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
@@ -55,7 +55,7 @@ Continuity: TypeAlias = Literal["C0", "G1", "C1"]
 FormatName: TypeAlias = Annotated[str, schema_of_names([f.name for f in FORMATS])]
 
 
-class Bounds(Answer):
+class Bounds(ResponseModel):
     """Bounding box of the stored vertices."""
 
     min: Vector
@@ -64,7 +64,7 @@ class Bounds(Answer):
     """Greatest x, y and z."""
 
 
-class CurvatureRange(Answer):
+class CurvatureRange(ResponseModel):
     """Least and greatest curvature at the vertices."""
 
     gaussian: Pair
@@ -73,7 +73,7 @@ class CurvatureRange(Answer):
     """Per model unit."""
 
 
-class PartReport(Answer):
+class PartReport(ResponseModel):
     """Facts about a part."""
 
     name: str
@@ -82,7 +82,7 @@ class PartReport(Answer):
     """As in the whole report; left out if the part has no parameters."""
 
 
-class MeshReport(Answer):
+class MeshReport(ResponseModel):
     """Facts about a mesh."""
 
     vertices: Count
@@ -135,7 +135,7 @@ class MeshReport(Answer):
     """Version of the numbers."""
 
 
-class MeshPart(Answer):
+class MeshPart(ResponseModel):
     """A named run of faces."""
 
     name: str
@@ -146,7 +146,7 @@ class MeshPart(Answer):
     """Base colour [r, g, b, a], sRGB, if the part has one."""
 
 
-class MeshLines(Answer):
+class MeshLines(ResponseModel):
     """An overlay."""
 
     name: str
@@ -157,7 +157,7 @@ class MeshLines(Answer):
     """Pairs of rows of its `vertices`."""
 
 
-class Mesh(Answer):
+class Mesh(ResponseModel):
     """A mesh as JSON."""
 
     vertices: list[Vector]
@@ -190,7 +190,7 @@ class Mesh(Answer):
     report: MeshReport
 
 
-class Refusal(Answer):
+class Refusal(ResponseModel):
     """A reason for which `POST /v1/mesh` would refuse the request."""
 
     formats: Annotated[list[FormatName], Field(min_length=1)]
@@ -207,7 +207,7 @@ class Refusal(Answer):
     """A valid input, described."""
 
 
-class Estimate(Answer):
+class Estimate(ResponseModel):
     """The size of a mesh before it is computed."""
 
     vertices: Count
@@ -221,16 +221,15 @@ class Estimate(Answer):
     (usually 10 times the result) or a budget, for tubes and ribbons, for wires with faces, and for
     a mesh with too many vertices."""
     bytes: Annotated[dict[str, int], _sizes("Bytes as")]
-    """Bytes of the answer in every format that has a place for the mesh: upper bounds, but for
+    """Bytes of the response in every format that has a place for the mesh: upper bounds, but for
     `exact_bytes`. Numbers written as text count as long as they can be."""
     exact_bytes: list[FormatName]
     """The formats whose number of bytes is exact."""
     memory: Annotated[dict[str, int], _sizes("Bytes of memory for the mesh as")]
-    """Bytes of memory that making the answer takes at most, in the formats in which there would be
-    one. What takes more than the service has for one request is refused, `too_much_memory`; what
-    takes much may have to wait."""
+    """Bytes of memory that making the response takes at most, by format. The service refuses
+    more than it has for one request (`too_much_memory`); a large request may have to wait."""
     accepted: bool
-    """Whether `POST /v1/mesh` would answer this body in one of the formats."""
+    """Whether `POST /v1/mesh` would return a mesh for this body in one of the formats."""
     certain: bool
     """Whether nothing else can be refused. Under a tolerance it is so if the bounds above are
     within all limits; else, and under a budget, a mesh may turn out to be too large, or the

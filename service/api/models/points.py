@@ -4,7 +4,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import Field
 
-from service.api.models.meshes import Answer, Length, Missing, Vector, schema_of_row
+from service.api.models.meshes import Length, Missing, ResponseModel, Vector, schema_of_row
 
 _OR_NULL: dict[str, Any] = {"type": ["number", "null"]}
 
@@ -15,7 +15,7 @@ VectorOrNull: TypeAlias = Annotated[
 Point: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=3)]
 
 
-class Points(Answer):
+class Points(ResponseModel):
     """Points of a surface in columns, float64, one row for each requested place."""
 
     positions: list[Vector]
@@ -47,7 +47,7 @@ class Points(Answer):
     of a cone, or has no limit."""
 
 
-class CurveBounds(Answer):
+class CurveBounds(ResponseModel):
     """Bounding box of the stored points."""
 
     min: Point
@@ -56,7 +56,7 @@ class CurveBounds(Answer):
     """Greatest x, y and, in space, z."""
 
 
-class CurveReport(Answer):
+class CurveReport(ResponseModel):
     """Facts about a curve."""
 
     points: Annotated[int, Field(ge=2)]
@@ -74,7 +74,7 @@ class CurveReport(Answer):
     """Version of the numbers."""
 
 
-class Curve(Answer):
+class Curve(ResponseModel):
     """A sampled curve as JSON: columns of float64, row k of each for point k."""
 
     points: list[Point]

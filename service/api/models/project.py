@@ -1,10 +1,10 @@
-"""Answers about the closest points of surfaces and curves as JSON."""
+"""Responses about the closest points of surfaces and curves, as JSON."""
 
-from service.api.models.meshes import Answer, Count, Length, Missing, Pair, Vector
+from service.api.models.meshes import Count, Length, Missing, Pair, ResponseModel, Vector
 from service.api.models.points import Point
 
 
-class ClosestPoints(Answer):
+class ClosestPoints(ResponseModel):
     """Closest points in columns, float64, a row for every point asked for."""
 
     positions: list[Point]

@@ -1,12 +1,12 @@
-"""Answers about sections of surfaces as JSON."""
+"""Responses about sections of surfaces, as JSON."""
 
 from pydantic import RootModel
 
 from service.api.models.intersect import RayHits
-from service.api.models.meshes import Answer, Count, Length, Vector
+from service.api.models.meshes import Count, Length, ResponseModel, Vector
 
 
-class SectionLine(Answer):
+class SectionLine(ResponseModel):
     """A polyline of a section."""
 
     closed: bool
@@ -16,7 +16,7 @@ class SectionLine(Answer):
     normal, the side to which the normals of the surface point is to the right."""
 
 
-class Section(Answer):
+class Section(ResponseModel):
     """The section of a surface by one plane."""
 
     normal: Vector
@@ -36,7 +36,7 @@ class Section(Answer):
     their border."""
 
 
-class SectionReport(Answer):
+class SectionReport(ResponseModel):
     """Facts about all sections."""
 
     planes: Count
@@ -51,7 +51,7 @@ class SectionReport(Answer):
     """Version of the numbers."""
 
 
-class Sections(Answer):
+class Sections(ResponseModel):
     """Sections of a surface by planes, in their order."""
 
     sections: list[Section]

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import Field, WithJsonSchema
 
-from service.api.models.meshes import Answer, Count, Missing, Run, schema_of_names
+from service.api.models.meshes import Count, Missing, ResponseModel, Run, schema_of_names
 from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
 from service.encoders.format import Compression as AnyCompression
 from service.encoders.registry import FORMATS
@@ -20,15 +20,15 @@ ProblemCode: TypeAlias = Annotated[
     str, schema_of_names(sorted({problem.code for problem in _PROBLEMS}))
 ]
 
-_ADDRESSES: dict[str, Any] = {
+_URLS_BY_SUFFIX: dict[str, Any] = {
     "type": "object",
     "properties": {f.suffix: {"type": "string", "description": f"{f.title}."} for f in FORMATS},
     "required": [f.suffix for f in FORMATS],
 }
-Addresses: TypeAlias = Annotated[dict[str, str], WithJsonSchema(_ADDRESSES)]
+UrlsBySuffix: TypeAlias = Annotated[dict[str, str], WithJsonSchema(_URLS_BY_SUFFIX)]
 
 
-class Issue(Answer):
+class Issue(ResponseModel):
     """One error, and where it is: a pointer, a parameter or a header."""
 
     code: Annotated[str, Field(examples=["ragged"])]
@@ -48,7 +48,7 @@ class Issue(Answer):
     """A valid input, described."""
 
 
-class Problem(Answer):
+class Problem(ResponseModel):
     """An error response (RFC 9457)."""
 
     type: Literal["about:blank"]
@@ -67,16 +67,16 @@ class Problem(Answer):
     )
 
 
-class SurfaceLinks(Answer):
+class SurfaceLinks(ResponseModel):
     """URLs, without the host."""
 
     self: str
     """URL of the definition."""
-    mesh: Addresses
+    mesh: UrlsBySuffix
     """URL of the mesh by suffix; add options as a query."""
 
 
-class SurfaceSummary(Answer):
+class SurfaceSummary(ResponseModel):
     """A built-in surface."""
 
     id: str
@@ -95,14 +95,14 @@ class SurfaceSummary(Answer):
     links: SurfaceLinks
 
 
-class SurfaceList(Answer):
+class SurfaceList(ResponseModel):
     """The built-in surfaces."""
 
     surfaces: list[SurfaceSummary]
     """The built-in surfaces, one entry each."""
 
 
-class SurfaceDocument(Answer):
+class SurfaceDocument(ResponseModel):
     """A surface alone: a body for the other calls; options may be added."""
 
     surface: SurfaceDefinition
@@ -112,12 +112,12 @@ class SurfaceDocument(Answer):
 class StoredLinks(SurfaceLinks):
     """URLs, without the host."""
 
-    mesh: Addresses
+    mesh: UrlsBySuffix
     """URL of the mesh by suffix, in this version of the numbers: clients may cache it for ever. Add
     options in front of `engine`."""
 
 
-class StoredSurface(Answer):
+class StoredSurface(ResponseModel):
     """A stored surface."""
 
     id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
@@ -125,7 +125,7 @@ class StoredSurface(Answer):
     links: StoredLinks
 
 
-class SignedAddress(Answer):
+class SignedAddress(ResponseModel):
     """A URL that any client may read without a key."""
 
     url: str
@@ -134,7 +134,7 @@ class SignedAddress(Answer):
     """When it expires, in Unix time."""
 
 
-class Format(Answer):
+class Format(ResponseModel):
     """A format of meshes."""
 
     name: str
@@ -163,14 +163,14 @@ class Format(Answer):
     """The kinds of `compression` that it takes here, beside `none`."""
 
 
-class FormatList(Answer):
+class FormatList(ResponseModel):
     """The formats of meshes."""
 
     formats: list[Format]
     """One entry a format."""
 
 
-class Health(Answer):
+class Health(ResponseModel):
     """How the service is."""
 
     status: Literal["live", "ready", "unready", "draining"]

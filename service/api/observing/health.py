@@ -25,7 +25,7 @@ INTERVAL = 5.0
 """Seconds for which the result of a self-test is used."""
 
 PATIENCE = 5.0
-"""Seconds for which a store may fail: two checks must fail, so one slow answer does not count."""
+"""Seconds for which a store may fail: two checks must fail, so one slow check does not count."""
 
 DEADLINE = 2.0
 """Seconds that a caller waits for a self-test."""

@@ -30,10 +30,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service import __version__
-from service.api.answers import HEADERS, ChunkedResponse
 from service.api.negotiation import refuse_parameters
 from service.api.observing.health import is_ready
 from service.api.observing.record import RequestRecord
+from service.api.responses import HEADERS, ChunkedResponse
 from service.api.workers import Workers
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.report import ENGINE, MeshReport
@@ -140,8 +140,8 @@ class StateCollector(Collector):
 
     def collect(self) -> Iterator[Metric]:
         """All metric families."""
-        state, answers = self._state, self._state.services.answers
-        counts = answers.counts
+        state, cache = self._state, self._state.services.cache
+        counts = cache.counts
         ready, limit = is_ready(state), state.settings.max_connections
         seen: RequestCounters = state.observed
         yield _gauge("ready", "Whether the service was ready at the last check.", ready)
@@ -155,9 +155,9 @@ class StateCollector(Collector):
         yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
         yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
         yield _counter("cache_evictions", "Responses dropped to make room.", counts.evictions)
-        yield _gauge("cache_bytes", "Memory of cached responses.", answers.bytes)
-        yield _gauge("cache_limit_bytes", "Most memory of cached responses.", answers.max_bytes)
-        yield _gauge("cache_entries", "Number of cached responses.", len(answers))
+        yield _gauge("cache_bytes", "Memory of cached responses.", cache.bytes)
+        yield _gauge("cache_limit_bytes", "Most memory of cached responses.", cache.max_bytes)
+        yield _gauge("cache_entries", "Number of cached responses.", len(cache))
         yield _counter("plan_hits", "Mesh plans used again.", MESH_PLANS.hits)
         yield _counter("plan_misses", "Mesh plans made.", MESH_PLANS.misses)
         yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)

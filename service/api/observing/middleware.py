@@ -182,7 +182,7 @@ class RequestMiddleware:
         try:
             await self.app(scope, receive, recorded)
         except Exception as error:
-            await answer_failure(error, scope, receive, recorded)
+            await respond_to_failure(error, scope, receive, recorded)
         finally:
             counters.in_flight -= 1
             client = scope.get("client")  # the guard may have set it to a proxy's client
@@ -192,8 +192,8 @@ class RequestMiddleware:
             self.log.add(record, time.time(), seconds)
 
 
-async def answer_failure(error: Exception, scope: Scope, receive: Receive, send: Send) -> None:
-    """Logs an error of the service, and answers 500 unless a response has begun.
+async def respond_to_failure(error: Exception, scope: Scope, receive: Receive, send: Send) -> None:
+    """Logs an error of the service, and responds with 500 unless a response has begun.
 
     A response that has begun stays incomplete: the server closes the connection.
     """

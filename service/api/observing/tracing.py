@@ -29,7 +29,7 @@ from opentelemetry.trace import (
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import __version__
-from service.api.observing.middleware import answer_failure
+from service.api.observing.middleware import respond_to_failure
 from service.api.observing.record import UNMATCHED, RequestRecord, record_of
 
 SHUTDOWN_TIMEOUT = 3.0
@@ -96,7 +96,7 @@ class Tracing:
         try:
             await self.app(scope, receive, send)
         except Exception as error:
-            await answer_failure(error, scope, receive, send)
+            await respond_to_failure(error, scope, receive, send)
         if span.is_recording():  # the response is not complete
             _describe(span, scope)
         self._add_steps(span, record)
@@ -110,7 +110,7 @@ class Tracing:
             self._tracer.start_span(name, parent, start_time=at).end(at + int(seconds * 1e9))
 
     async def close(self) -> None:
-        """Sends the last spans; gives up after 3 s without an answer of the collector."""
+        """Sends the last spans; gives up after 3 s without a response of the collector."""
         # Not a thread of the pool: the process would wait for it.
         thread = Thread(target=self._provider.shutdown, name="last spans", daemon=True)
         thread.start()

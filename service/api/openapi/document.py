@@ -16,9 +16,9 @@ from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models.surfaces import Problem
 from service.api.observing.record import ID_HEADER
-from service.api.openapi.examples import ANSWERS
+from service.api.openapi.examples import EXAMPLE_RESPONSES
 from service.api.openapi.parameters import SIGNED, Json
-from service.api.openapi.problems import error_answers
+from service.api.openapi.problems import error_responses
 from service.api.openapi.responses import error, header
 from service.settings.values import Settings
 
@@ -28,7 +28,7 @@ DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf
 _TAGS = {
     "meshes": "Surfaces to meshes.",
     "points": "Points of surfaces, one by one.",
-    "queries": "Queries to surfaces and curves, with proved answers.",
+    "queries": "Queries to surfaces and curves, with proved results.",
     "surfaces": "Stored and built-in surfaces, and conversions.",
     "curves": "Curves to points and lines.",
     "catalogue": "Formats and built-in surfaces.",
@@ -104,12 +104,12 @@ def describe(app: FastAPI, settings: Settings) -> Json:
     operations = [each for item in document["paths"].values() for each in item.values()]
     ids = {operation["operationId"] for operation in operations}
     for operation in operations:
-        for status, answer in operation["responses"].items():
-            operation["responses"][status] = _finished(answer, operation["operationId"], ids)
+        for status, response in operation["responses"].items():
+            operation["responses"][status] = _finished(response, operation["operationId"], ids)
     components = document["components"]
     components["schemas"] |= _problem_schemas()
     components["headers"] = _ID | (_RATES if settings.rate_limit else {})
-    components["responses"] = _error_answers(operations, settings)
+    components["responses"] = _error_components(operations, settings)
     if Policy(settings).has_keys:
         components["securitySchemes"] = {"key": _SECURITY_SCHEME}
     return document
@@ -130,30 +130,30 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
         operation["parameters"] = operation["parameters"] + SIGNED
     if settings.rate_limit and (need != "nothing" or path not in EXEMPT):
         responses.setdefault("429", error("TooManyRequests"))
-        for answer in responses.values():
-            answer["headers"] = answer.get("headers", {}) | _RATE_REFERENCES
+        for response in responses.values():
+            response["headers"] = response.get("headers", {}) | _RATE_REFERENCES
     operation["responses"] = dict(sorted(responses.items()))
 
 
-def _finished(answer: Json, operation: str, operations: Set[str]) -> Json:
+def _finished(response: Json, operation: str, operations: Set[str]) -> Json:
     """A response with examples, the id header, and only links to operations that exist."""
-    if "$ref" in answer:
+    if "$ref" in response:
         # FastAPI adds a description, which would hide that of the component.
-        return {"$ref": answer["$ref"]}
-    content = answer.get("content", {})
-    if operation in ANSWERS and "application/json" in content:
-        content["application/json"]["examples"] = ANSWERS[operation]()
-    links = answer.get("links", {})
+        return {"$ref": response["$ref"]}
+    content = response.get("content", {})
+    if operation in EXAMPLE_RESPONSES and "application/json" in content:
+        content["application/json"]["examples"] = EXAMPLE_RESPONSES[operation]()
+    links = response.get("links", {})
     for name in [name for name in links if links[name]["operationId"] not in operations]:
         del links[name]
-    return answer | {"headers": answer.get("headers", {}) | _ID_REFERENCE}
+    return response | {"headers": response.get("headers", {}) | _ID_REFERENCE}
 
 
-def _error_answers(operations: Sequence[Json], settings: Settings) -> Json:
+def _error_components(operations: Sequence[Json], settings: Settings) -> Json:
     """The error responses that operations refer to, with the headers of all responses."""
-    answers = [each for operation in operations for each in operation["responses"].values()]
-    names = {each["$ref"].rpartition("/")[2] for each in answers if "$ref" in each}
-    errors = {name: each for name, each in error_answers(settings).items() if name in names}
+    described = [each for operation in operations for each in operation["responses"].values()]
+    names = {each["$ref"].rpartition("/")[2] for each in described if "$ref" in each}
+    errors = {name: each for name, each in error_responses(settings).items() if name in names}
     for name, each in errors.items():
         rates = _RATE_REFERENCES if settings.rate_limit and name in _LIMITED else {}
         each["headers"] = each.get("headers", {}) | rates | _ID_REFERENCE

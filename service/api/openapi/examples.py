@@ -1,7 +1,7 @@
 """Examples of JSON responses, computed from the examples of requests.
 
-A route's module calls `show_answers` beside the route. Nothing is computed until a document is
-asked for.
+A route's module calls `show_responses` beside the route. Nothing is computed until the
+document is made.
 """
 
 from collections.abc import Callable
@@ -16,12 +16,12 @@ from service.schemas.validation import validate_document
 
 Model = TypeVar("Model", bound=BaseModel)
 
-ANSWERS: dict[str, Callable[[], Json]] = {}
+EXAMPLE_RESPONSES: dict[str, Callable[[], Json]] = {}
 """Functions that compute the examples of JSON responses, by the id of the operation."""
 
 
-def show_answers(
-    operation: str, examples: Json, model: type[Model], answer: Callable[[Model], bytes]
+def show_responses(
+    operation: str, examples: Json, model: type[Model], respond: Callable[[Model], bytes]
 ) -> None:
     """Shows the responses to these examples of requests in the OpenAPI document.
 
@@ -33,7 +33,7 @@ def show_answers(
         By name: a summary and the value of a request's body.
     model : type
         The model of the body.
-    answer : callable
+    respond : callable
         Computes the JSON response to a body.
     """
 
@@ -41,9 +41,9 @@ def show_answers(
         return {
             name: {
                 "summary": example["summary"],
-                "value": orjson.loads(answer(validate_document(model, example["value"]))),
+                "value": orjson.loads(respond(validate_document(model, example["value"]))),
             }
             for name, example in examples.items()
         }
 
-    ANSWERS[operation] = cache(compute)
+    EXAMPLE_RESPONSES[operation] = cache(compute)

@@ -65,12 +65,14 @@ _FEW = Limits(max_multiplications=100_000_000)
 _MESH, _UNTIL = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
-def error_answers(settings: Settings) -> dict[str, Json]:
+def error_responses(settings: Settings) -> dict[str, Json]:
     """The error responses of a service with these settings, by name."""
-    answers = {name: _answer(name, examples) for name, examples in _examples(settings).items()}
+    responses = {
+        name: _error_response(name, examples) for name, examples in _examples(settings).items()
+    }
     for name, headers in _HEADERS.items():
-        answers[name]["headers"] = headers
-    return answers
+        responses[name]["headers"] = headers
+    return responses
 
 
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
@@ -150,7 +152,7 @@ def _problem(example: Example, place: Place | None) -> Json:
     return problem_document(problem_of(example), example.issues, place)
 
 
-def _answer(name: str, examples: Mapping[str, Example]) -> Json:
+def _error_response(name: str, examples: Mapping[str, Example]) -> Json:
     place: Place | None = "parameter" if name == "InvalidQuery" else None
     values = {key: _problem(example, place) for key, example in examples.items()}
     content = {

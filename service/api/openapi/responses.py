@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
-from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER
-from service.api.links import mesh_address, surface_address
+from service.api.links import mesh_url, surface_url
 from service.api.openapi.parameters import Json
+from service.api.responses import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.stored import content_id
 from service.encoders.format import FileFormat
 
@@ -26,7 +26,7 @@ POST_ERRORS: dict[int | str, Json] = {
     500: error("InternalError"),
     503: error("OutOfTime"),
 }
-"""Errors that every POST may answer."""
+"""Errors that every POST may return."""
 
 
 def header(description: str, example: Any, *, always: bool = True, **schema: Any) -> Json:
@@ -92,7 +92,7 @@ URL_HEADERS: Json = (
             "A name to save the file under.", 'inline; filename="sail.glb"'
         ),
         "Link": header(
-            "The canonical URL.", f'<{mesh_address("", "utah-teapot", "glb")}>; rel="canonical"'
+            "The canonical URL.", f'<{mesh_url("", "utah-teapot", "glb")}>; rel="canonical"'
         ),
     }
 )
@@ -106,7 +106,7 @@ UNCHANGED_DEFINITION: Json = {
 }
 LOCATION: Json = {
     "Location": header(
-        "URL of the definition, without the host.", surface_address("", content_id("saddle"))
+        "URL of the definition, without the host.", surface_url("", content_id("saddle"))
     )
 }
 
@@ -126,8 +126,8 @@ def links(where: str, *names: str) -> Json:
     }
 
 
-def answer(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **more: Any) -> Json:
-    """A response with these headers; `formats`: formats other than JSON that it may have."""
+def success(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **more: Any) -> Json:
+    """The 200 response with these headers; `formats`: formats other than JSON that it may have."""
     content = {f.media_type: {"schema": _file_schema(f)} for f in formats if f.name != "json"}
     return {"headers": headers, "content": content} | more
 

@@ -2,13 +2,13 @@
 
 from fastapi import APIRouter, Response
 
-from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
 from service.api.models.points import Curve, Points
 from service.api.models.surfaces import SurfaceDocument
-from service.api.openapi.examples import show_answers
+from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import REQUESTS, Json, format_parameter, json_body
-from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
+from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, success
+from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import plan_curve
@@ -21,7 +21,7 @@ from service.surface.convert.nets import SizeLimits
 
 
 class CurveRoute(BodyRoute):
-    """A route that answers in a format for curves."""
+    """A route whose response is in a format for curves."""
 
     formats = CURVE_FORMATS
 
@@ -35,19 +35,19 @@ def _only(examples: Json, name: str) -> Json:
     return {name: examples[name]}
 
 
-show_answers(
+show_responses(
     "queryPoints",
     _only(_POINTS, "patch"),
     PointsRequest,
     lambda wanted: plan_points(wanted.to_surface(), wanted.to_query()).run(),
 )
-show_answers(
+show_responses(
     "convertSurface",
     _CONVERSIONS,
     ConvertRequest,
     lambda wanted: plan_conversion(wanted.to_surface(), wanted.to_operations(), SizeLimits()).run(),
 )
-show_answers(
+show_responses(
     "createCurve",
     _only(_CURVES, "quarter"),
     CurveRequest,
@@ -68,11 +68,11 @@ curves = APIRouter(route_class=CurveRoute)
     summary="Points of a surface, with derivatives and curvatures",
     response_model=Points,
     response_description="The points.",
-    responses={200: answer(), **POST_ERRORS},
+    responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_POINTS),
 )
 async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
-    """Evaluates the surface at the given parameters, in float64, and answers in columns.
+    """Evaluates the surface at the given parameters, in float64, and returns columns.
 
     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have no
@@ -90,11 +90,11 @@ async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     summary="A surface in another form, with the same points",
     response_model=SurfaceDocument,
     response_description="The surface.",
-    responses={200: answer(), **POST_ERRORS},
+    responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_CONVERSIONS),
 )
 async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Response:
-    """Applies the operations in their order and answers the converted surface.
+    """Applies the operations in their order and returns the converted surface.
 
     The response is a body for the other calls. Corner points keep their digits, and patches that
     shared an edge still share it. Colours, texture coordinates and attributes are converted too.
@@ -115,7 +115,7 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
     response_model=Curve,
     response_description="The curve.",
     responses={
-        200: answer(FILE_HEADERS, CURVE_FORMATS),
+        200: success(FILE_HEADERS, CURVE_FORMATS),
         406: error("NotAcceptable"),
         **POST_ERRORS,
     },

@@ -4,14 +4,13 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from service.api.answers import bytes_response, file_response
 from service.api.array_route import ArrayRoute
 from service.api.errors import InvalidQuery
 from service.api.models.sections import Intersections
 from service.api.negotiation import format_by_accept
-from service.api.openapi.examples import show_answers
+from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import Json, array_body, format_parameter
-from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
+from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, success
 from service.api.services import ContextDep
 from service.decoders.npy import read_array
 from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
@@ -22,7 +21,7 @@ from service.schemas.intersect import IntersectRequest
 
 
 class IntersectRoute(ArrayRoute):
-    """A route that answers in a format for sections; hits of rays are JSON.
+    """A route whose response is in a format for sections; hits of rays are JSON.
 
     A file holds rays, x, y, z, dx, dy, dz in each row.
     """
@@ -86,7 +85,7 @@ def _intersected(wanted: IntersectRequest) -> bytes:
     return plan_sections(wanted.to_surface(), wanted.to_sections(), fmt).run()
 
 
-show_answers("intersectSurface", _HITS, IntersectRequest, _intersected)
+show_responses("intersectSurface", _HITS, IntersectRequest, _intersected)
 
 
 @intersections.post(
@@ -97,7 +96,7 @@ show_answers("intersectSurface", _HITS, IntersectRequest, _intersected)
     response_model=Intersections,
     response_description="The hits, or the sections.",
     responses={
-        200: answer(FILE_HEADERS, SECTION_FORMATS),
+        200: success(FILE_HEADERS, SECTION_FORMATS),
         404: error("UnknownSurface"),
         406: error("NotAcceptable"),
         **POST_ERRORS,

@@ -2,12 +2,12 @@
 
 from fastapi import APIRouter, Response
 
-from service.api.answers import bytes_response
 from service.api.body import BodyRoute
 from service.api.models.measure import SurfaceMeasures
-from service.api.openapi.examples import show_answers
+from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import Json, json_body
-from service.api.openapi.responses import POST_ERRORS, answer
+from service.api.openapi.responses import POST_ERRORS, success
+from service.api.responses import bytes_response
 from service.api.services import ContextDep
 from service.pipeline.measure import plan_measure
 from service.schemas.measure import MeasureRequest
@@ -39,7 +39,7 @@ _MEASURED: Json = {
         },
     },
 }  # fmt: skip
-show_answers(
+show_responses(
     "measureSurface",
     _MEASURED,
     MeasureRequest,
@@ -54,7 +54,7 @@ show_answers(
     summary="Area, volume, centroid and lengths of borders, each with a proved interval",
     response_model=SurfaceMeasures,
     response_description="The measures.",
-    responses={200: answer(), **POST_ERRORS},
+    responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_MEASURED),
 )
 async def measure_surface(wanted: MeasureRequest, context: ContextDep) -> Response:

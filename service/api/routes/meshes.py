@@ -5,12 +5,12 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
 from service.api.models.meshes import Estimate, Mesh
-from service.api.openapi.examples import show_answers
+from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import REQUESTS, Json, format_parameter, surface_body
-from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, answer, error
+from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, error, success
+from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.decoders.registry import DECODERS
 from service.encoders.format import Format
@@ -59,17 +59,17 @@ def _estimate(wanted: MeshRequest) -> bytes:
 
 
 for operation in ("createMesh", "getSurfaceMesh"):
-    show_answers(
+    show_responses(
         operation,
         _SMALL_MESHES,
         MeshRequest,
         lambda wanted: render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"]),
     )
-show_answers("estimateMesh", _ESTIMATES, MeshRequest, _estimate)
+show_responses("estimateMesh", _ESTIMATES, MeshRequest, _estimate)
 
 
 class MeshRoute(BodyRoute):
-    """A route that reads a surface as JSON or as a file, and answers in a mesh format."""
+    """A route that reads a surface as JSON or as a file, and whose response is in a mesh format."""
 
     formats = FORMATS
     decoders = DECODERS
@@ -92,11 +92,11 @@ estimates = APIRouter(route_class=EstimateRoute)
     summary="The mesh of a surface",
     response_model=Mesh,
     response_description="The mesh.",
-    responses={200: answer(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
+    responses={200: success(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
     openapi_extra=surface_body(_MESHES, format_parameter(FORMATS)),
 )
 async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
-    """Evaluates the surface and answers its mesh.
+    """Evaluates the surface and returns its mesh.
 
     The response is in the format that `format` names or `Accept` prefers; JSON without either. The
     body is a JSON document with the options in it, or a file of control points with the options in
@@ -105,9 +105,9 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     services, job, request, fmt = context
     options, encode = wanted.mesh_options(), encode_options(wanted)
     work = plan_mesh(wanted.to_surface(), options, fmt, encode, services.limits)
-    answer = await job.run(work, "mesh")
-    request.app.state.observed.count_mesh(answer.report)
-    return file_response(answer.content, fmt, answer.name, job, answer.report)
+    mesh_file = await job.run(work, "mesh")
+    request.app.state.observed.count_mesh(mesh_file.report)
+    return file_response(mesh_file.content, fmt, mesh_file.name, job, mesh_file.report)
 
 
 @estimates.post(
@@ -117,14 +117,14 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     summary="The size of a mesh, before it is computed",
     response_model=Estimate,
     response_description="The estimate.",
-    responses={200: answer(), **POST_ERRORS},
+    responses={200: success(), **POST_ERRORS},
     openapi_extra=surface_body(
         _ESTIMATES,
         format_parameter(FORMATS, "The format to estimate for; without it, all formats."),
     ),
 )
 async def estimate_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
-    """Reads the body of `POST /v1/mesh` and answers how large the mesh would be.
+    """Reads the body of `POST /v1/mesh` and returns how large the mesh would be.
 
     The response has the numbers of vertices and faces, the bytes in each format, and whether
     `POST /v1/mesh` would refuse the request. It costs a small part of the mesh. An invalid body is

@@ -6,11 +6,10 @@ from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Request, Response
 
-from service.api.answers import FileResponse, disposition, report_headers
 from service.api.caching.cached_response import CachedResponse, Subject, Variant, held, is_any
 from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compressed
 from service.api.errors import EngineGone
-from service.api.links import mesh_address
+from service.api.links import mesh_url
 from service.api.models.meshes import Mesh
 from service.api.negotiation import codings_of, condition_of, format_by_suffix
 from service.api.observing.metrics import RequestCounters
@@ -22,7 +21,7 @@ from service.api.openapi.parameters import (
     SurfaceId,
     option_parameters,
 )
-from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, answer, error
+from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, error, success
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, surface_of
 from service.api.workers import Job
@@ -80,7 +79,7 @@ class Compression(NamedTuple):
     response_model=Mesh,
     response_description="The mesh.",
     responses={
-        200: answer(URL_HEADERS, FORMATS),
+        200: success(URL_HEADERS, FORMATS),
         304: UNCHANGED_MESH,
         404: error("UnknownSurface"),
         406: error("CodingNotAcceptable"),
@@ -95,10 +94,10 @@ class Compression(NamedTuple):
 async def get_surface_mesh(
     id: SurfaceId, suffix: Suffix, request: Request, context: ContextDep
 ) -> Response:
-    """Answers a mesh by URL, for browsers and for caches between them and this service.
+    """Returns a mesh by URL, for browsers and for caches between them and this service.
 
     A URL is a pure function of its parts: every service with the same version of the numbers
-    answers the same mesh. Other processors and libraries may round the last digit of a number
+    returns the same mesh. Other processors and libraries may round the last digit of a number
     differently; then the entity tag differs too. `Link` names the canonical form of the URL:
     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
     the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
@@ -116,35 +115,33 @@ async def get_surface_mesh(
     query = canonical_query(asked, fmt.ignored)
     content = content_id(id)
     subject = Subject(
-        address=mesh_address(request.scope.get("root_path", ""), id, fmt.suffix, query),
+        url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
         # All that the bytes depend on: the surface, the options, and the encoder's version.
         content=f"{content} {fmt.suffix} {query} {written_by(asked.compression)}",
         for_ever=id == content,
     )
-    answers, record = services.answers, record_of(request.scope)
-    entry = answers.get(subject.address)
+    cache, record = services.cache, record_of(request.scope)
+    entry = cache.get(subject.url)
     known = held(condition, wanted.order, subject.tag)
     async with job.until_deadline():
         if known is not None and (entry is not None or await exists(services.store, id)):
             return FileResponse(b"", subject.unchanged(known, pinned=pinned), 304)
         if entry is not None:
-            answers.counts.hits += 1
+            cache.counts.hits += 1
             record.cache = "hit"
             timing = Timing("cache;desc=hit")
-            answers.begin(entry)
-            job.until_end.append(partial(answers.end, entry))
+            cache.begin(entry)
+            job.until_end.append(partial(cache.end, entry))
         else:
-            answers.counts.misses += 1
+            cache.counts.misses += 1
             record.cache = "miss"
             counters: RequestCounters = request.app.state.observed
             make = partial(_make, services, counters, MeshTarget(subject, fmt, query))
-            made = await services.flights.join(
-                (subject.address, answers.generation), make, job.until_end
-            )
+            made = await services.flights.join((subject.url, cache.generation), make, job.until_end)
             entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
         variant = await _coded(services, job, entry, wanted, timing)
-    answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
+    cache.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
     if condition is not None and is_any(condition):
         return FileResponse(b"", subject.unchanged(variant.coding, pinned=pinned), 304)
     headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
@@ -170,24 +167,24 @@ async def _make(
 ) -> ComputedResponse:
     """Computes the response from the canonical query, and puts it into the cache if it fits."""
     subject, fmt, query = asked
-    answers = services.answers
-    generation = answers.generation
+    cache = services.cache
+    generation = cache.generation
     with job.timing.step("surface"):
         stored = await surface_of(services, job, subject.surface)
     options = parse_mesh_query(parse_qsl(query))
     encode = encode_options(options)
     work = plan_mesh(stored.surface, options.mesh_options(), fmt, encode, services.limits)
-    answer = await job.run(work, "mesh")
-    job.finish_work(len(answer.content))
-    counters.count_mesh(answer.report)
-    saved = disposition("inline", answer.name if stored.is_hash else stored.id, fmt)
+    mesh_file = await job.run(work, "mesh")
+    job.finish_work(len(mesh_file.content))
+    counters.count_mesh(mesh_file.report)
+    saved = disposition("inline", mesh_file.name if stored.is_hash else stored.id, fmt)
     described = (
         (b"content-type", fmt.media_type.encode()),
         (b"content-disposition", saved.encode()),
-        *report_headers(answer.report),
+        *report_headers(mesh_file.report),
     )
-    entry = CachedResponse(subject, bytes(answer.content), described)
-    answers.put(entry, generation)
+    entry = CachedResponse(subject, bytes(mesh_file.content), described)
+    cache.put(entry, generation)
     return ComputedResponse(entry, job.timing)
 
 
@@ -199,21 +196,21 @@ async def _coded(
     A response is sent uncompressed if it is not in the cache, or if compressing would have to wait
     for memory: the request holds memory that others wait for.
     """
-    answers, workers = services.answers, services.workers
+    cache, workers = services.cache, services.workers
     coding = wanted.order[0]
     variant = entry.variants.get(coding)
     if variant is not None and (wanted.plain or variant.coding == coding):
         return variant
     work = Compression(entry.plain, coding, forced=not wanted.plain)
-    has_room = answers.holds(entry) and not workers.waiting and workers.has(work.cost.memory)
+    has_room = cache.holds(entry) and not workers.waiting and workers.has(work.cost.memory)
     if wanted.plain and not has_room:
         return entry.variants["identity"]
 
     async def compress(job: Job) -> Variant:
         body = await job.run(work, "compress")
         job.finish_work(0 if body is None else len(body))
-        return answers.add(entry, coding, body)
+        return cache.add(entry, coding, body)
 
-    key = (entry.subject.address, answers.generation, coding, wanted.plain)
+    key = (entry.subject.url, cache.generation, coding, wanted.plain)
     with timing.step("compress"):
         return await services.flights.join(key, compress, job.until_end)

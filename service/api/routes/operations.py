@@ -7,13 +7,13 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import PlainTextResponse
 
 from service import __version__
-from service.api.answers import HEADERS, json_response
 from service.api.models.surfaces import FormatList, Health
 from service.api.negotiation import refuse_parameters
 from service.api.observing import metrics as service_metrics
 from service.api.observing.health import is_ready
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import error
+from service.api.responses import HEADERS, json_response
 from service.encoders.compression import compressions
 from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
@@ -106,7 +106,7 @@ async def get_health(request: Request) -> Response:
     responses={500: error("InternalError")},
 )
 async def get_liveness() -> Response:
-    """Answers at once, without any check."""
+    """Responds at once, without any check."""
     return json_response({"status": "live"}, headers=_HEADERS)
 
 
@@ -123,19 +123,19 @@ async def get_readiness(request: Request) -> Response:
     """Whether the service is ready for new requests.
 
     Ready means that a self-test (a tiny mesh, at most once in 5 s) gave the right numbers, that the
-    store has answered in the last seconds, and that the service is not about to stop.
+    store has responded in the last seconds, and that the service is not about to stop.
     """
     state = request.app.state
     if not state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
-    computes, answers = await asyncio.gather(state.self_test.passes(), state.store.is_ready())
-    well = is_ready(state)
+    computes, has_store = await asyncio.gather(state.self_test.passes(), state.store.is_ready())
+    ready = is_ready(state)
     content = {
-        "status": "ready" if well else "unready",
+        "status": "ready" if ready else "unready",
         "computing": "ready" if computes else "unavailable",
-        "store": "ready" if answers else "unavailable",
+        "store": "ready" if has_store else "unavailable",
     }
-    return json_response(content, 200 if well else 503, _HEADERS)
+    return json_response(content, 200 if ready else 503, _HEADERS)
 
 
 _COUNTER = """\

@@ -15,7 +15,7 @@ import orjson
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
-from service.api.answers import HEADERS, PAGE_HEADERS
+from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.services import ContextDep
 from service.api.static_files import StaticFile
 from service.decoders.registry import BY_NAME, BY_SUFFIX
@@ -61,13 +61,13 @@ async def editor(request: Request, context: ContextDep) -> Response:
             'Everything else works; see <a href="docs">the interface</a>.',
             _EDITOR_HEADERS,
         )
-    return await context.services.static_files.answer(request, "page")
+    return await context.services.static_files.respond(request, "page")
 
 
 @pages.get("/page/{file}")
 async def editor_file(file: str, request: Request, context: ContextDep) -> Response:
     """A module of the editor, its style, a picture or three.js."""
-    return await context.services.static_files.answer(request, f"page/{file}")
+    return await context.services.static_files.respond(request, f"page/{file}")
 
 
 @pages.get("/docs")
@@ -80,19 +80,19 @@ async def documentation(request: Request, context: ContextDep) -> Response:
             '<a href="openapi.json">openapi.json</a>.',
             _DOCS_HEADERS,
         )
-    return await context.services.static_files.answer(request, "docs")
+    return await context.services.static_files.respond(request, "docs")
 
 
 @pages.get("/docs/{asset}")
 async def documentation_file(asset: str, request: Request, context: ContextDep) -> Response:
     """A script or the style of the documentation."""
-    return await context.services.static_files.answer(request, f"docs/{asset}")
+    return await context.services.static_files.respond(request, f"docs/{asset}")
 
 
 @pages.get("/openapi.json")
 async def openapi(request: Request, context: ContextDep) -> Response:
     """The OpenAPI document."""
-    return await context.services.static_files.answer(request, "openapi.json")
+    return await context.services.static_files.respond(request, "openapi.json")
 
 
 def _missing(what: str, rest: str, headers: Mapping[str, str]) -> Response:

@@ -2,12 +2,12 @@
 
 from fastapi import APIRouter, Response
 
-from service.api.answers import bytes_response
 from service.api.array_route import ArrayRoute
 from service.api.models.project import ClosestPoints
-from service.api.openapi.examples import show_answers
+from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import Json, array_body
-from service.api.openapi.responses import POST_ERRORS, answer, error
+from service.api.openapi.responses import POST_ERRORS, error, success
+from service.api.responses import bytes_response
 from service.api.services import ContextDep
 from service.pipeline.project import plan_project
 from service.schemas.project import ProjectRequest
@@ -50,7 +50,7 @@ _CLOSEST: Json = {
         },
     },
 }
-show_answers(
+show_responses(
     "projectPoints",
     _CLOSEST,
     ProjectRequest,
@@ -65,7 +65,7 @@ show_answers(
     summary="The closest points of a surface or a curve, with proved distances",
     response_model=ClosestPoints,
     response_description="The closest points.",
-    responses={200: answer(), 404: error("UnknownSurface"), **POST_ERRORS},
+    responses={200: success(), 404: error("UnknownSurface"), **POST_ERRORS},
     openapi_extra=array_body(_CLOSEST, ProjectRequest, "points", "(m, 3)"),
 )
 async def project_points(wanted: ProjectRequest, context: ContextDep) -> Response:

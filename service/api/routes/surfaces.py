@@ -7,14 +7,13 @@ from typing import Any
 import orjson
 from fastapi import APIRouter, HTTPException, Request, Response
 
-from service.api.answers import HEADERS, bytes_response, json_response
 from service.api.body import BodyRoute
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, listed
-from service.api.guard.signatures import MIN_SECRET, Signer, signed_address
-from service.api.links import mesh_links, mesh_path, surface_address
+from service.api.guard.signatures import MIN_SECRET, Signer, signed_url
+from service.api.links import mesh_links, mesh_url_path, surface_url
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, refuse_parameters
-from service.api.openapi.examples import show_answers
+from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import (
     IF_NONE_MATCH,
     REQUESTS,
@@ -30,10 +29,11 @@ from service.api.openapi.responses import (
     POST_ERRORS,
     TIMED,
     UNCHANGED_DEFINITION,
-    answer,
     error,
     links,
+    success,
 )
+from service.api.responses import HEADERS, bytes_response, json_response
 from service.api.services import ContextDep
 from service.api.stored import content_id, exists, surface_of
 from service.decoders.registry import DECODERS
@@ -70,20 +70,20 @@ _NOW = 1_799_996_400
 
 def _store_example(wanted: SurfaceRequest) -> bytes:
     id, _ = plan_content(wanted.to_surface()).run()
-    links = {"self": surface_address("", id), "mesh": mesh_links("", id)}
+    links = {"self": surface_url("", id), "mesh": mesh_links("", id)}
     return orjson.dumps({"id": id, "links": links})
 
 
 def _sign_example(wanted: SignRequest) -> bytes:
     """A URL signed with a fixed public secret, so that the example never changes."""
-    url, expires = signed_address(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
+    url, expires = signed_url(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
     return orjson.dumps({"url": url, "expires": expires})
 
 
-show_answers("storeSurface", _SURFACES, SurfaceRequest, _store_example)
-show_answers("signAddress", REQUESTS["signAddress"], SignRequest, _sign_example)
+show_responses("storeSurface", _SURFACES, SurfaceRequest, _store_example)
+show_responses("signAddress", REQUESTS["signAddress"], SignRequest, _sign_example)
 
-_STORED = answer(
+_STORED = success(
     TIMED | LOCATION, links=links("$response.body#/id", "Definition", "Mesh", "Removal")
 )
 
@@ -119,9 +119,9 @@ async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response
         with job.timing.step("store"):
             is_new = await services.store.put(id, content)
     root = request.scope.get("root_path", "")
-    address = surface_address(root, id)
-    links = {"self": address, "mesh": mesh_links(root, id)}
-    headers = HEADERS | {"Location": address, "Server-Timing": str(job.timing)}
+    url = surface_url(root, id)
+    links = {"self": url, "mesh": mesh_links(root, id)}
+    headers = HEADERS | {"Location": url, "Server-Timing": str(job.timing)}
     return json_response({"id": id, "links": links}, 201 if is_new else 200, headers)
 
 
@@ -133,7 +133,7 @@ async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response
     response_model=SurfaceList,
     response_description="The built-in surfaces.",
     responses={
-        200: answer({}, links=links("$response.body#/surfaces/0/id", "Definition", "Mesh")),
+        200: success({}, links=links("$response.body#/surfaces/0/id", "Definition", "Mesh")),
         422: error("InvalidQuery"),
         500: error("InternalError"),
     },
@@ -153,7 +153,7 @@ async def list_surfaces(request: Request) -> Response:
     response_model=SurfaceDocument,
     response_description="The definition of a surface.",
     responses={
-        200: answer(TIMED | DEFINITION_HEADERS, links=links("$request.path.id", "Mesh")),
+        200: success(TIMED | DEFINITION_HEADERS, links=links("$request.path.id", "Mesh")),
         304: UNCHANGED_DEFINITION,
         404: error("UnknownSurface"),
         422: error("InvalidQuery"),
@@ -164,7 +164,7 @@ async def list_surfaces(request: Request) -> Response:
     openapi_extra={"parameters": [IF_NONE_MATCH]},
 )
 async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> Response:
-    """Answers the definition of a built-in or a stored surface: a body for the other calls.
+    """Returns the definition of a built-in or a stored surface: a body for the other calls.
 
     If the id is a hash, it never changes; its `ETag` is the hash of the content, in quotes.
     """
@@ -210,7 +210,7 @@ async def delete_surface(id: StoredId, request: Request, context: ContextDep) ->
     if not await context.services.store.delete(content_id(id)):
         issue = Issue("unknown_surface", "No surface is stored under this id.", "/id")
         raise UnknownSurface(issue)
-    context.services.answers.forget(id)
+    context.services.cache.forget(id)
     return Response(status_code=204, headers=HEADERS)
 
 
@@ -218,8 +218,8 @@ def _summary(example: Example, root: str) -> dict[str, Any]:
     return {
         **_facts(example),
         "links": {
-            "self": surface_address(root, example.id),
-            "mesh": {f.suffix: mesh_path(root, example.id, f.suffix) for f in FORMATS},
+            "self": surface_url(root, example.id),
+            "mesh": {f.suffix: mesh_url_path(root, example.id, f.suffix) for f in FORMATS},
         },
     }
 
@@ -258,7 +258,7 @@ def _degree(model: Model) -> list[int]:
     summary="Signs a URL of a private surface",
     response_model=SignedAddress,
     response_description="The URL.",
-    responses={200: answer({}), **POST_ERRORS},
+    responses={200: success({}), **POST_ERRORS},
     openapi_extra=json_body(REQUESTS["signAddress"]),
 )
 async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
@@ -271,6 +271,6 @@ async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
     """
     assert context.services.signer is not None
     root = context.request.scope.get("root_path", "")
-    address, expires = signed_address(context.services.signer, wanted, root, time.time())
+    url, expires = signed_url(context.services.signer, wanted, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
-    return json_response({"url": address, "expires": expires}, headers=headers)
+    return json_response({"url": url, "expires": expires}, headers=headers)

@@ -7,8 +7,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_runs
-from service.engine.points.answer import SERIES, find_near_poles
 from service.engine.points.differential import evaluate_jets
+from service.engine.points.evaluate import SERIES, find_near_poles
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.errors import Issue, TooLarge
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

@@ -19,7 +19,7 @@ from service.engine.curvatures.ranges import NAMES
 from service.engine.mesh.channels import ChannelRows
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.runs import Block
-from service.engine.points.answer import find_near_poles
+from service.engine.points.evaluate import find_near_poles
 from service.engine.scenes.scene import place_points
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

@@ -86,7 +86,7 @@ def evaluate(
     method : "matrix", "de_casteljau" or "forward_difference"
         How samples are computed; what is doubtful about normals is computed anew in any case.
     formulation : str, optional
-        Overrules the choice among those of `matrix`; the answer is the same up to rounding.
+        Overrules the choice among those of `matrix`; the result is the same up to rounding.
     out : Samples, optional
         An earlier result of the same shapes and precision to overwrite. Large fresh arrays cost
         as much as the arithmetic, because the system zeroes every page of them.

@@ -2,7 +2,7 @@
 
 Cells are halved before anything is summed (`integrals.refine`): a refusal costs the bounds alone.
 It names the tolerance that can be reached for each quantity. If a quantity reaches no tolerance
-that a query may have, as a volume of zero, the query is answered, and its interval is wider.
+that a query may have, as a volume of zero, the result has a wider interval.
 """
 
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Queries of measures, and their answers, as values."""
+"""Queries of measures, and their results, as values."""
 
 import sys
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ LEAST_NORMAL = sys.float_info.min
 """Below it products with powers of two are rounded."""
 
 MOST_LISTED = 100
-"""Edges and borders that an answer lists."""
+"""The most edges and borders that a response lists."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -191,9 +191,9 @@ def find_first_equals(points: FloatArray) -> tuple[int, ...]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EqualPoints:
-    """An answer of `find_equal_points`, to be compared with other points.
+    """A result of `find_equal_points`, to be compared with other points.
 
-    `number` (N,) is the answer, `leaders` (L,) the points that are equal to none before them.
+    `number` (N,) is the result, `leaders` (L,) the points that are equal to none before them.
     """
 
     number: Ints
@@ -201,11 +201,11 @@ class EqualPoints:
 
     @staticmethod
     def from_number(number: Ints) -> "EqualPoints":
-        """The answer with its leaders."""
+        """The result with its leaders."""
         return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
 
     def is_right_for(self, points: FloatArray, reach: float) -> bool:
-        """Whether this is the answer for `points` (N, 3), too, and others are further apart.
+        """Whether this is the result for `points` (N, 3), too, and others are further apart.
 
         False where that is not certain. All leaders are further apart than `reach` if their
         projections on one direction are: equal points have equal ones.

@@ -1,1 +1,1 @@
-"""Questions to a surface whose answers are proved: closest points, rays."""
+"""Queries of a surface with proved results: closest points, hits of rays."""

@@ -7,7 +7,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from service.api.caching.cache import ALIASES, SHARE, AnswerCache
+from service.api.caching.cache import ALIASES, SHARE, ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.codings import Coding
 
@@ -23,26 +23,26 @@ def entry(
 
 
 def test_what_was_put_is_found_and_counted() -> None:
-    cache = AnswerCache(ROOM)
+    cache = ResponseCache(ROOM)
     made = entry("a")
-    assert cache.get(made.subject.address) is None
+    assert cache.get(made.subject.url) is None
     assert cache.put(made, cache.generation)
-    assert cache.get(made.subject.address) is made
+    assert cache.get(made.subject.url) is made
     assert (len(cache), cache.bytes) == (1, made.size)
     assert made.size > len(made.plain)
 
 
 def test_the_least_recently_used_goes_first() -> None:
-    cache = AnswerCache(SHARE * entry("0", 1000).largest)
+    cache = ResponseCache(SHARE * entry("0", 1000).largest)
     entries = [entry(str(number), 1000) for number in range(100)]
     for each in entries[:3]:
         assert cache.put(each, cache.generation)
-    cache.get(entries[0].subject.address)
+    cache.get(entries[0].subject.url)
     cache.alias(entries[1], "/1", b"", pinned=False)
     last = 3
     while not cache.counts.evictions:
         assert cache.find("/1", b"") == (entries[1], False)
-        cache.get(entries[0].subject.address)
+        cache.get(entries[0].subject.url)
         cache.put(entries[last], cache.generation)
         last += 1
     gone = [each for each in entries[:last] if not cache.holds(each)]
@@ -51,17 +51,17 @@ def test_the_least_recently_used_goes_first() -> None:
 
 
 def test_what_takes_too_large_a_part_is_not_kept() -> None:
-    cache = AnswerCache(ROOM)
+    cache = ResponseCache(ROOM)
     small = entry("a", 30)
     assert cache.put(small, cache.generation)
     # In all three codings it may become three times as large.
     assert not cache.put(entry("b", ROOM // SHARE // 2), cache.generation)
     assert cache.holds(small)
-    assert not AnswerCache(0).put(entry("c", 0), 0)
+    assert not ResponseCache(0).put(entry("c", 0), 0)
 
 
 def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
-    cache = AnswerCache(ROOM)
+    cache = ResponseCache(ROOM)
     one, other = entry("a", 50), entry("a", 60)
     cache.put(one, cache.generation)
     cache.alias(one, "/a", b"", pinned=True)
@@ -71,7 +71,7 @@ def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
 
 
 def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
-    cache = AnswerCache(ROOM)
+    cache = ResponseCache(ROOM)
     made = entry("a", 5000)
     cache.put(made, cache.generation)
     before = cache.bytes
@@ -86,7 +86,7 @@ def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
 
 
 def test_a_few_spellings_of_an_address_are_known() -> None:
-    cache = AnswerCache(ROOM)
+    cache = ResponseCache(ROOM)
     made = entry("a")
     cache.put(made, cache.generation)
     for number in range(3 * ALIASES):
@@ -102,7 +102,7 @@ def test_a_few_spellings_of_an_address_are_known() -> None:
 
 
 def test_a_surface_is_forgotten_with_all_that_was_made_of_it() -> None:
-    cache = AnswerCache(ROOM)
+    cache = ResponseCache(ROOM)
     made = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
     generation = cache.generation
     for each in made:
@@ -129,7 +129,7 @@ def test_for_how_long_an_answer_may_be_kept() -> None:
 
 @pytest.mark.parametrize("size", [10, 5000])
 def test_what_is_counted_is_at_least_what_it_takes(size: int) -> None:
-    cache = AnswerCache(1 << 30)
+    cache = ResponseCache(1 << 30)
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
@@ -152,7 +152,7 @@ class Memory(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.cache = AnswerCache(60_000)
+        self.cache = ResponseCache(60_000)
         self.made: list[CachedResponse] = []
 
     @rule(

@@ -1,4 +1,4 @@
-"""The front door by itself: what it answers, message by message, and what it hands on."""
+"""The front door by itself: what it cache, message by message, and what it hands on."""
 
 import asyncio
 from collections.abc import Mapping
@@ -6,12 +6,12 @@ from collections.abc import Mapping
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from service.api.answers import CHUNK, UNTRACKED
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.middleware import CacheMiddleware
 from service.api.cors import Origins
 from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
+from service.api.responses import CHUNK, UNTRACKED
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
 
@@ -23,11 +23,11 @@ def asked(
     scope: Mapping[str, object] | None = None,
 ) -> tuple[list[Message], int]:
     """The messages of an answer, and how many requests were handed on."""
-    answers, behind, messages = AnswerCache(1 << 30), list[Scope](), list[Message]()
+    cache, behind, messages = ResponseCache(1 << 30), list[Scope](), list[Message]()
     entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
-    assert answers.put(entry, answers.generation)
-    answers.add(entry, "gzip", b"packed")
-    answers.alias(entry, PATH, QUERY, pinned=True)
+    assert cache.put(entry, cache.generation)
+    cache.add(entry, "gzip", b"packed")
+    cache.alias(entry, PATH, QUERY, pinned=True)
     record = RequestRecord(method, NO_ROUTE, "1", "1", "1")
     request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
 
@@ -41,11 +41,11 @@ def asked(
         raise AssertionError("a body was read")
 
     async def ask() -> None:
-        door = CacheMiddleware(inner, answers, Origins(["*"]))
+        door = CacheMiddleware(inner, cache, Origins(["*"]))
         await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(ask())
-    assert answers.counts.hits == bool(messages) == (record.cache == "hit")
+    assert cache.counts.hits == bool(messages) == (record.cache == "hit")
     return messages, len(behind)
 
 

@@ -10,7 +10,7 @@ from contextlib import closing
 
 import pytest
 
-from service.api.caching.cache import AnswerCache
+from service.api.caching.cache import ResponseCache
 from service.api.caching.single_flight import SingleFlight
 from service.api.workers import Job, Workers
 from service.cancellation import Cancelled, checkpoint
@@ -24,7 +24,7 @@ class Airport(SingleFlight):
     """SingleFlight that requests join, each for as long as it takes."""
 
     def __init__(self) -> None:
-        self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), AnswerCache(0))
+        self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), ResponseCache(0))
         super().__init__(self.workers)
 
     async def asked(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:

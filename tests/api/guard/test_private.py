@@ -106,8 +106,8 @@ def test_signed_and_unsigned_addresses_are_one_kept_answer() -> None:
             assert answer.headers["server-timing"] == "cache;desc=hit"
             assert "signature" not in answer.headers["link"]
             assert client.get(url).headers["server-timing"] == "cache;desc=hit"
-    assert len(app.state.services.answers) == 1
-    assert app.state.services.answers.counts.misses == 1
+    assert len(app.state.services.cache) == 1
+    assert app.state.services.cache.counts.misses == 1
 
 
 def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:

@@ -12,8 +12,8 @@ from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.points.answer import evaluate_points
 from service.engine.points.differential import evaluate_jets
+from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.errors import TooLarge

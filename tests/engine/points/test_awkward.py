@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.encoders import json_points
-from service.engine.points.answer import evaluate_points
+from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, Part, PatchModel

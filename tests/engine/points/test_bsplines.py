@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
 from service.bases import knots as knot
-from service.engine.points.answer import Columns, evaluate_points
+from service.engine.points.evaluate import Columns, evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.surface.bspline import BsplineSurface
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for

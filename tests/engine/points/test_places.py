@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.engine.points.answer import evaluate_points
+from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches
