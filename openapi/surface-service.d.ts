@@ -1167,7 +1167,7 @@ export interface components {
         };
         /**
          * ClosestPoints
-         * @description Closest points in columns, float64, a row for every point asked for.
+         * @description Closest points in columns, float64: row k belongs to point k of the request.
          */
         ClosestPoints: {
             /**
@@ -1177,13 +1177,13 @@ export interface components {
             positions: number[][];
             /**
              * Distances
-             * @description How far they are.
+             * @description Distances from the points of the request.
              */
             distances: number[];
             /**
              * Distance Bounds
-             * @description Intervals [low, high] that hold the least distance of the whole surface or curve: this is
-             *     proved, rounding included.
+             * @description Intervals [low, high] that contain the exact least distance to the surface or curve. Proved,
+             *     rounding included.
              */
             distance_bounds: [
                 number,
@@ -1191,27 +1191,27 @@ export interface components {
             ][];
             /**
              * Reached
-             * @description Whether the interval is as narrow as asked. It is wider where too many places are almost as
-             *     near, as they are seen from the centre of a sphere.
+             * @description Whether the interval meets `relative_tolerance`. It is wider if too many places are almost
+             *     equally near, as for the centre of a sphere.
              */
             reached: boolean[];
             /**
              * Tied
-             * @description Whether another place, farther than about 1/1000 of the diagonal from this one, may be as
-             *     near: within 1/16 of the tolerance, or as far as the interval tells.
+             * @description Whether another place, more than about 1/1000 of the diagonal away from this one, may be
+             *     equally near: within 1/16 of the tolerance, or within the interval if that is wider.
              */
             tied: boolean[];
             /**
              * Patch
-             * @description Of a surface: the number of the patch, in the order of the request, of several that meet
-             *     there the first; of a group, Bézier patches of one member follow those of the other. Left out
-             *     where there is but one surface with parameters of its own.
+             * @description For a surface: the index of the patch, in the order of the request; where several patches
+             *     meet, the first of them. In a group, the Bézier patches of each member follow those of the
+             *     member before. Left out for a surface with one domain.
              */
             patch?: number[];
             /**
              * Uv
-             * @description Of a surface: parameters (u, v) there, of the surface where it has a domain, else of the
-             *     patch; on triangles the last two barycentric coordinates, (s, t).
+             * @description For a surface: parameters (u, v), in the domain of the surface if it has one, else in that of
+             *     the patch; for triangles the last two barycentric coordinates, (s, t).
              */
             uv?: [
                 number,
@@ -1219,7 +1219,7 @@ export interface components {
             ][];
             /**
              * Normals
-             * @description Of a surface: unit normals along du × dv, or their limits.
+             * @description For a surface: unit normals in the direction of du × dv, or their limits at poles.
              */
             normals?: [
                 number,
@@ -1228,26 +1228,26 @@ export interface components {
             ][];
             /**
              * On Boundary
-             * @description Of a surface: whether the place is on an edge that belongs to one patch alone.
+             * @description For a surface: whether the closest point is on an edge of only one patch.
              */
             on_boundary?: boolean[];
             /**
              * Signs
-             * @description Of a surface, where `sign` asks: -1 inside, 1 outside, so that sign times distance is the
-             *     signed distance. A point is inside where the surface winds round it, whichever way the normals
-             *     point; this is proved, by winding numbers. Null where it is not known: on the surface or almost,
-             *     where the work of a request is used up, as it may be by some 10,000 points close to the surface,
-             *     and everywhere if the surface is open, or its patches do not agree about what is outside.
+             * @description For a surface, with `sign`: -1 inside, 1 outside, so that sign times distance is the signed
+             *     distance. A point is inside if the winding number of the surface about it is not 0, in whatever
+             *     direction the normals point; proved. Null if it is not known: on the surface or very close to
+             *     it; after the limit of work, which some 10,000 points close to the surface may reach; and for
+             *     all points if the surface is open or inconsistently oriented.
              */
             signs?: (number | null)[];
             /**
              * Parameters
-             * @description Of a curve: parameters in its domain.
+             * @description For a curve: parameters in its domain.
              */
             parameters?: number[];
             /**
              * Tangents
-             * @description Of a curve: unit tangents.
+             * @description For a curve: unit tangents.
              */
             tangents?: number[][];
         };
@@ -1797,14 +1797,14 @@ export interface components {
         };
         /**
          * IntersectRequest
-         * @description A surface, and rays to find the hits of, or planes to find the sections of.
+         * @description A surface, and rays that hit it or planes that cut it.
          */
         IntersectRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
-            /** @description The rays. */
+            /** @description The rays that may hit the surface. */
             rays?: components["schemas"]["Rays"];
-            /** @description Instead of rays: planes. */
+            /** @description The planes that may cut the surface, in place of rays. */
             planes?: components["schemas"]["PlaneSet"];
             /**
              * Hits
@@ -1815,20 +1815,20 @@ export interface components {
             hits?: "first" | "all";
             /**
              * Relative Thickness
-             * @description How near to the surface a ray may be taken to hit it, as a part of the diagonal of the box of the control points: at borders, and where it touches.
+             * @description The distance within which a ray counts as a hit at borders and where it only touches the surface, as a share of the diagonal of the bounding box of the control points.
              * @default 1e-9
              * @example 0.000001
              */
             relative_thickness?: number;
             /**
              * Tolerance
-             * @description Of planes: the distance, in model units, within which sections stay from the straight lines between the points of their polylines.
+             * @description For planes: the largest distance, in model units, of a section from its polyline.
              * @example 0.001
              */
             tolerance?: number;
             /**
              * Relative Tolerance
-             * @description Instead of a tolerance: as a part of the diagonal of the box of the control points.
+             * @description The tolerance as a share of the diagonal of the bounding box of the control points, in place of `tolerance`.
              * @default 0.001
              * @example 0.0001
              */
@@ -1869,14 +1869,14 @@ export interface components {
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * Tolerance
-             * @description The largest width of intervals: relative to the area, to the length of all borders, and to the volume of the whole; for the centroid relative to the diagonal of the box of the control points. What takes too much work is refused (`too_costly`), with the tolerance that can be reached.
+             * @description The largest width of intervals: relative to the area, to the length of all borders and to the volume of the whole surface; for the centroid relative to the diagonal of the bounding box of the control points. A request for too much work is refused (`too_costly`); the error names a tolerance that can be reached.
              * @default 0.000001
              * @example 1e-9
              */
             tolerance?: number;
             /**
              * Weld Tolerance
-             * @description The part of the diagonal within which control points on borders of patches count as one, as in a mesh. The intervals of volumes hold every solid whose border lies in the gaps that this closes.
+             * @description The share of the diagonal within which control points on borders of patches count as one, as in a mesh. The intervals of volumes include every way to close these gaps.
              * @default 1e-12
              * @example 0.000001
              */
@@ -3152,7 +3152,7 @@ export interface components {
         Rays: {
             /**
              * Origins
-             * @description Where the rays begin, [x, y, z], at most 100,000; or one point of all.
+             * @description Starting points of the rays, [x, y, z], at most 100,000; or one for all.
              * @example [
              *       [
              *         0,
@@ -3173,7 +3173,7 @@ export interface components {
             ][];
             /**
              * Directions
-             * @description Where they go, [x, y, z], of any length but 0; or one direction of all.
+             * @description Directions of the rays, [x, y, z], of any length but 0; or one for all.
              * @example [
              *       [
              *         0,
@@ -4334,7 +4334,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The stored surface is damaged and was not sent. To repair it, store the surface again. An error of the service, which it has logged. You may try again. */
+        /** @description The stored surface is damaged and was not sent. To repair it, store the surface again. The service has made an error and has logged it. You may try again. */
         DamagedObject: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -4411,7 +4411,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description An error of the service, which it has logged. You may try again. */
+        /** @description The service has made an error and has logged it. You may try again. */
         InternalError: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
@@ -4998,11 +4998,11 @@ export interface operations {
                 surface?: string;
                 /** @description With a file: Which hits of a ray are returned: the first, or all. Default: "first". */
                 hits?: "first" | "all";
-                /** @description With a file: How near to the surface a ray may be taken to hit it, as a part of the diagonal of the box of the control points: at borders, and where it touches. Default: 1e-09. */
+                /** @description With a file: The distance within which a ray counts as a hit at borders and where it only touches the surface, as a share of the diagonal of the bounding box of the control points. Default: 1e-09. */
                 relative_thickness?: number;
-                /** @description With a file: Of planes: the distance, in model units, within which sections stay from the straight lines between the points of their polylines. */
+                /** @description With a file: For planes: the largest distance, in model units, of a section from its polyline. */
                 tolerance?: number;
-                /** @description With a file: Instead of a tolerance: as a part of the diagonal of the box of the control points. Default: 0.001. */
+                /** @description With a file: The tolerance as a share of the diagonal of the bounding box of the control points, in place of `tolerance`. Default: 0.001. */
                 relative_tolerance?: number;
             };
             header?: never;

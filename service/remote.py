@@ -15,14 +15,14 @@ from service.encoders.text import json_text
 from service.errors import BadAddress, InvalidRequest, Issue, ServiceFailed, pointer
 from service.schemas.query import values_from_text
 
-PATIENCE = 600.0
+TIMEOUT = 600.0
 """Seconds to wait for a response."""
 
-RETRIES, LONGEST_WAIT = 3, 30.0
-"""How often a busy service is asked again, and the most seconds to wait before each try."""
+RETRIES, MAX_WAIT = 3, 30.0
+"""The number of retries while a service is busy, and the most seconds to wait before each."""
 
-_LATER = frozenset({httpx.codes.TOO_MANY_REQUESTS, httpx.codes.SERVICE_UNAVAILABLE})
-"""Statuses of a busy service: the request was not worked on and may be sent again."""
+_BUSY = frozenset({httpx.codes.TOO_MANY_REQUESTS, httpx.codes.SERVICE_UNAVAILABLE})
+"""Statuses of a busy service: it has not started the request, which may be sent again."""
 
 KEY = "SURFACE_KEY"
 """The environment variable with the caller's API key, for services that need one."""
@@ -56,12 +56,18 @@ def remote_mesh(
 def remote_mesh_of_file(
     url: str, content: bytes, media_type: str, query: Mapping[str, str], fmt: Format
 ) -> bytes:
-    """The mesh file of a file of control points, which is sent unchanged; raises as `remote_mesh`.
+    """The mesh file of a file of control points, which is sent unchanged.
 
     Parameters
     ----------
     query : Mapping
         Fields of the surface and options by name, as text.
+
+    Raises
+    ------
+    InvalidRequest
+        An error that the service reports, in the form of a local one.
+    BadAddress, ServiceFailed
     """
     params = {**query, "format": fmt.name}
     headers = {"Content-Type": media_type}
@@ -71,9 +77,13 @@ def remote_mesh_of_file(
 
 
 def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
-    """Stores a surface at the service at `url`: its `id`, and full URLs of `self` and meshes.
+    """Stores a surface at the service at `url`; returns its `id`, and URLs of it and its meshes.
 
-    Raises as `remote_mesh` does.
+    Raises
+    ------
+    InvalidRequest
+        An error that the service reports, in the form of a local one.
+    BadAddress, ServiceFailed
     """
     response = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
     links = {"self": response["links"]["self"], **response["links"]["mesh"]}
@@ -92,7 +102,7 @@ def remote_document(
     Parameters
     ----------
     fmt : FileFormat, optional
-        Of the response; default: JSON.
+        The format of the response; default: JSON.
     query : Mapping
         Further parameters of the URL.
 
@@ -118,14 +128,14 @@ def _post(
     )
 
 
-def _request(url: str, wanted: str, method: str, path: str, **request: Any) -> bytes:
-    """The body of a response of the wanted media type; retries while the service is busy."""
+def _request(url: str, expected: str, method: str, path: str, **request: Any) -> bytes:
+    """The body of a response of the expected media type; retries while the service is busy."""
     request["headers"] = {**request.get("headers", {}), **_credentials()}
     try:
-        with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
+        with httpx.Client(base_url=url, timeout=httpx.Timeout(TIMEOUT, connect=10)) as client:
             response = client.request(method, path, **request)
             for _ in range(RETRIES):
-                if response.status_code not in _LATER or "retry-after" not in response.headers:
+                if response.status_code not in _BUSY or "retry-after" not in response.headers:
                     break
                 time.sleep(_seconds(response.headers["retry-after"]))
                 response = client.request(method, path, **request)
@@ -134,12 +144,12 @@ def _request(url: str, wanted: str, method: str, path: str, **request: Any) -> b
     except httpx.TransportError as error:
         raise ServiceFailed(f"{url} does not answer: {type(error).__name__}") from None
     media_type = response.headers.get("content-type", "").partition(";")[0]
-    if response.is_success and media_type == wanted.partition(";")[0]:
+    if response.is_success and media_type == expected.partition(";")[0]:
         return response.content
     problem = _problem(response) if media_type == "application/problem+json" else {}
     if not problem:
         raise ServiceFailed(f"{url}: not a surface service ({response.status_code} {response.url})")
-    if response.status_code in _LATER:
+    if response.status_code in _BUSY:
         raise ServiceFailed(f"{url} is busy: {problem['detail']}")
     if response.is_server_error:
         raise ServiceFailed(f"{url} failed: {problem['detail']}")
@@ -150,7 +160,7 @@ def _request(url: str, wanted: str, method: str, path: str, **request: Any) -> b
 
 def _seconds(header: str) -> float:
     """Seconds to wait, from Retry-After; a date counts as the longest time."""
-    return min(float(header), LONGEST_WAIT) if header.isdecimal() else LONGEST_WAIT
+    return min(float(header), MAX_WAIT) if header.isdecimal() else MAX_WAIT
 
 
 def _credentials() -> dict[str, str]:
@@ -164,14 +174,14 @@ def _credentials() -> dict[str, str]:
 
 
 def _problem(response: httpx.Response) -> dict[str, Any]:
-    """The problem document (RFC 9457) in a response; empty if it is not from this service."""
+    """The problem document (RFC 9457) in a response; empty if no surface service wrote it."""
     try:
         problem = response.json()
     except ValueError:
         return {}
-    known = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
-    # Every such service has the URLs and methods that this module uses.
-    if not known or problem["code"] in ("not_found", "method_not_allowed"):
+    is_problem = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
+    # This service has all URLs and methods that this module uses.
+    if not is_problem or problem["code"] in ("not_found", "method_not_allowed"):
         return {}
     return dict(problem)
 

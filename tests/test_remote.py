@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from service.errors import ServiceFailed
-from service.remote import LONGEST_WAIT, RETRIES, remote_document
+from service.remote import MAX_WAIT, RETRIES, remote_document
 
 BUSY = {"status": 429, "code": "busy", "detail": "It has much to do.", "errors": []}
 
@@ -70,7 +70,7 @@ def asked(server: Served, *refusals: tuple[int, dict[str, str]]) -> bytes:
 def test_busy_service_is_asked_again_when_it_says(server: Served, waits: list[float]) -> None:
     later = [(429, {"Retry-After": "2"}), (503, {"Retry-After": "900"})]
     assert asked(server, *later, (429, {"Retry-After": "Sat, 21 Nov 2026 16:00:00 GMT"})) == b"{}"
-    assert waits == [2.0, LONGEST_WAIT, LONGEST_WAIT]
+    assert waits == [2.0, MAX_WAIT, MAX_WAIT]
 
 
 def test_service_that_stays_busy_is_left(server: Served, waits: list[float]) -> None:

@@ -28,11 +28,11 @@ def first_column(title: str) -> list[str]:
 
 
 def test_every_option_is_named() -> None:
-    assert sorted(first_column("What can be stated")) == sorted(NAMES)
+    assert sorted(first_column("Options")) == sorted(NAMES)
 
 
 def test_codes_are_those_of_the_service() -> None:
-    codes = first_column("When it is refused")
+    codes = first_column("Refusals")
     assert len(codes) > 4
     assert all(f"- `{code}`: " in DESCRIPTION for code in codes)
 

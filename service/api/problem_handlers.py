@@ -1,4 +1,4 @@
-"""Answers every error of the application with its problem document.
+"""Responds to every error of the application with its problem document.
 
 The text of an exception that is not a `SurfaceError` never leaves the process.
 """
@@ -29,7 +29,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
     """Turns every error of `app` into a problem; `routes` are all routes of `app`."""
 
     async def on_http_exception(request: Request, error: Exception) -> Response:
-        """The router's own errors: unknown path, wrong method."""
+        """Handles errors of the router: unknown path, wrong method."""
         assert isinstance(error, HTTPException)
         headers = dict(error.headers or {})
         problem = NOT_FOUND
@@ -49,7 +49,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
 
 
 def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
-    """The methods that the path of a request answers, HEAD included."""
+    """The methods that the path of a request supports, HEAD included."""
     path = route_path(request.scope)
     methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
     return sorted(methods | ({"HEAD"} if "GET" in methods else set()))
@@ -61,7 +61,7 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
     record_of(request.scope).code = problem.code
     place: Place | None = None
     if problem.place == "pointer":
-        # Without a body there is nothing to point into: the option is a query parameter.
+        # Without a body there is no JSON pointer: the option is a query parameter.
         if request.method != "POST":
             place = "parameter"
         elif getattr(request.state, "posts_file", False):
@@ -79,7 +79,7 @@ async def _on_disconnect(_: Request, error: Exception) -> Response:
 
 
 async def _on_exception(request: Request, error: Exception) -> Response:
-    """Answers an unforeseen error. Starlette raises it again, and the server logs it."""
+    """The response to an unforeseen error. Starlette raises it again, and the server logs it."""
     del error  # its text stays here
     record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

@@ -1,6 +1,6 @@
 """Every error as `application/problem+json` (RFC 9457), from one table of classes.
 
-`service.api.problem_handlers` answers with these documents.
+`service.api.problem_handlers` responds with these documents.
 """
 
 from dataclasses import dataclass
@@ -59,13 +59,14 @@ _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
 class Problem:
     """How a class of errors appears over HTTP.
 
-    `code` is stable, for programs. `place` says where the issues lie: in the body (a JSON pointer),
-    in the path or query (a parameter), in a header, or in a posted file and the query beside it.
+    `code` is stable, for programs; `detail` is for people. `place` says where the issues lie: in
+    the body (a JSON pointer), in the path or query (a parameter), in a header, or in a posted file
+    and the query beside it.
     """
 
     status: int
     code: str
-    about: str
+    detail: str
     place: Place = "pointer"
 
     @property
@@ -156,11 +157,11 @@ METHOD_NOT_ALLOWED = Problem(
     "This URL does not support this method; `Allow` lists the methods that it supports.",
 )
 INTERNAL_ERROR = Problem(
-    500, "internal_error", "An error of the service, which it has logged. You may try again."
+    500, "internal_error", "The service has made an error and has logged it. You may try again."
 )
 
 # The server responds with these itself, before the application sees the request.
-MALFORMED_REQUEST = Problem(400, "malformed_request", "This is no HTTP request.")
+MALFORMED_REQUEST = Problem(400, "malformed_request", "The request is not valid HTTP/1.1.")
 HEAD_TOO_SLOW = Problem(408, "head_too_slow", "The head of the request did not arrive in time.")
 HEAD_TOO_LARGE = Problem(
     431, "head_too_large", "The URL and the headers together have too many bytes."
@@ -173,20 +174,20 @@ TOO_MANY_CONNECTIONS = Problem(
 DRAINING = Problem(
     503,
     "draining",
-    "The service is about to stop. Try again: another instance takes over.",
+    "The service is about to stop and takes no more requests. Try again later.",
 )
 
 
 def problem_document(
     problem: Problem, issues: tuple[Issue, ...] = (), place: Place | None = None
 ) -> dict[str, Any]:
-    """The body of an error response; `place` overrides where the issues are said to lie."""
+    """The body of an error response; `place` replaces the place of the problem."""
     return {
         "type": "about:blank",
         "title": problem.title,
         "status": problem.status,
         "code": problem.code,
-        "detail": problem.about,
+        "detail": problem.detail,
         "errors": [_error(issue, place or problem.place) for issue in issues],
     }
 
@@ -196,7 +197,7 @@ def _error(issue: Issue, place: Place) -> dict[str, str]:
     if place == "file":
         place, where = _in_file_or_query(where)
     if place != "pointer":
-        # A parameter or a header has a name and no parts: the rest of a pointer is of no use.
+        # A parameter or a header has a name and no parts: the rest of a pointer does not apply.
         where = first_part(where)
     texts = {"got": issue.got, "needed": issue.needed}
     return {

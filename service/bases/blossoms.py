@@ -2,9 +2,9 @@
 
 On one span a B-spline of degree p is a polynomial, hence a Bézier curve. Its points are values of
 the blossom f, the symmetric function of p arguments that is affine in each and has f(t, …, t) =
-C(t): control point i is f(U_{i+1}, …, U_{i+p}), and Bézier point j of the span [a, b] is
-f(a, …, a, b, …, b) with b taken j times. Replacing arguments one by one leads from these to those
-by convex combinations only.
+C(t): control point i is f(U_{i+1}, …, U_{i+p}), and Bézier point j of the span [a, b] is f(a, …, a,
+b, …, b) with b taken j times. Replacing arguments one by one leads from control points to Bézier
+points by convex combinations only.
 
 Borden, Scott, Evans and Hughes, Isogeometric finite element data structures based on Bézier
 extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989).
@@ -53,26 +53,26 @@ def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
     a, b = left[:, -1:], right[:, :1]
     rows = np.broadcast_to(np.eye(degree + 1), (count, degree + 1, degree + 1))
     # Row i is f(a (p − i times), right_1 … right_i).
-    half = np.empty((count, degree + 1, degree + 1))
-    half[:, degree] = rows[:, degree]
+    start = np.empty((count, degree + 1, degree + 1))
+    start[:, degree] = rows[:, degree]
     for r in range(1, degree + 1):
         far, near = right[:, : degree - r + 1], left[:, r - 1 :]
         rows = _combine_neighbours(rows, far - a, a - near, far - near)
-        half[:, degree - r] = rows[:, -1]
-    whole = np.empty_like(half)
-    whole[:, 0] = half[:, 0]
-    rows = half
+        start[:, degree - r] = rows[:, -1]
+    operators = np.empty_like(start)
+    operators[:, 0] = start[:, 0]
+    rows = start
     for r in range(1, degree + 1):
         far = right[:, : degree - r + 1]
         rows = _combine_neighbours(rows, far - b, b - a, far - a)
-        whole[:, r] = rows[:, 0]
-    return whole
+        operators[:, r] = rows[:, 0]
+    return operators
 
 
 def _combine_neighbours(
-    rows: FloatArray, first: FloatArray, second: FloatArray, whole: FloatArray
+    rows: FloatArray, first: FloatArray, second: FloatArray, total: FloatArray
 ) -> FloatArray:
-    """Each row with the next: (first row_i + second row_{i+1}) / whole."""
-    mixed: FloatArray = rows[:, :-1] * (first / whole)[..., np.newaxis]
-    mixed += rows[:, 1:] * (second / whole)[..., np.newaxis]
+    """Each row with the next: (first row_i + second row_{i+1}) / total."""
+    mixed: FloatArray = rows[:, :-1] * (first / total)[..., np.newaxis]
+    mixed += rows[:, 1:] * (second / total)[..., np.newaxis]
     return mixed

@@ -13,7 +13,7 @@ from service.bases.bernstein import (
 from service.bases.cache import PLANS
 from service.bases.triangle import barycentric, count_points, degree_of, row_starts
 
-MAX_KEPT_VALUES = 1 << 20
+MAX_CACHED_VALUES = 1 << 20
 """Largest basis that is cached, in values: 8 MiB, the most that the cache accepts."""
 
 
@@ -54,17 +54,17 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
     row[0] = 1.0
     for d in range(degree + 1):
         if d:
-            carried = row[:d] * far
+            shifted = row[:d] * far
             row[:d] *= near
-            row[1 : d + 1] += carried
+            row[1 : d + 1] += shifted
         k = degree - d
         np.multiply(row[: d + 1], across[k], out=basis[starts[k] : starts[k + 1]])
     return basis
 
 
 def is_small(degree: int, divisions: int) -> bool:
-    """Whether the basis of degree n at R divisions is small enough to be kept."""
-    return count_points(degree) * count_points(divisions) <= MAX_KEPT_VALUES
+    """Whether the basis of degree n at R divisions is small enough to be cached."""
+    return count_points(degree) * count_points(divisions) <= MAX_CACHED_VALUES
 
 
 def sample_triangle_basis(
@@ -125,11 +125,11 @@ def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArr
     powers = np.ones((degree + 1, divisions + 1))
     if degree and divisions:
         powers[1] = np.arange(divisions + 1) / divisions
-        known = 2
-        while known <= degree:
-            more = min(known, degree + 1 - known)
-            np.multiply(powers[known // 2] ** 2, powers[:more], out=powers[known : known + more])
-            known += more
+        filled = 2
+        while filled <= degree:
+            more = min(filled, degree + 1 - filled)
+            np.multiply(powers[filled // 2] ** 2, powers[:more], out=powers[filled : filled + more])
+            filled += more
     elif degree:
         # A single sample, at s = 0.
         powers[1:] = 0.0

@@ -20,24 +20,24 @@ def write(output: str, content: bytes) -> None:
         print_bytes(content)
         return
     try:
-        _whole(Path(os.path.realpath(output)), content)
+        _replace(Path(os.path.realpath(output)), content)
     except OSError as error:
         raise OSError(error.errno, error.strerror, output) from None
 
 
-def _whole(place: Path, content: bytes) -> None:
+def _replace(target: Path, content: bytes) -> None:
     """Writes a whole file or none: to a temporary file beside it, which is then renamed."""
-    if place.exists() and not place.is_file():
+    if target.exists() and not target.is_file():
         # A device or a pipe cannot be replaced.
-        place.write_bytes(content)
+        target.write_bytes(content)
         return
-    beside = place.with_name(f".{place.name}.{os.getpid()}.part")
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with beside.open("xb") as file:
+        with temporary.open("xb") as file:
             file.write(content)
-        beside.replace(place)
+        temporary.replace(target)
     finally:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def print_bytes(content: bytes) -> None:

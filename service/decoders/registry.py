@@ -65,7 +65,7 @@ DECODERS: tuple[Decoder, ...] = (
         ),
     ),
 )
-"""In the order of lists."""
+"""All decoders, in the order in which lists name them."""
 
 BY_NAME: Mapping[str, Decoder] = MappingProxyType({d.name: d for d in DECODERS})
 BY_SUFFIX: Mapping[str, Decoder] = MappingProxyType(

@@ -62,9 +62,9 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
     """The number of patches, and the number of vertices of each.
 
-    After the indices stands the number V of vertices, and after it 3 V numbers. Of all squares
-    that fit in this way the smallest is right: with too small a square, an index stands where V is
-    expected, and it is too small for the numbers that follow.
+    The number V of vertices follows the indices, and 3 V numbers follow it. The smallest square
+    that fits is right: for a smaller one, an index would be taken for V, and an index is too small
+    for the numbers that follow.
     """
     patches = int(numbers[0]) if len(numbers) else 0
     if patches > 0 and numbers[0] == patches:
@@ -98,8 +98,10 @@ def _refuse_lines(content: bytes) -> NoReturn:
     line, count, patches = next(lines, (1, 0, 0.0))
     if count != 1 or patches < 1 or patches % 1:
         needed = "one whole number above zero"
-        raise _at_line("The first number is that of patches", line, f"{count} numbers", needed)
-    width = listed = vertices = 0
+        raise _at_line(
+            "The first line has one number, the number of patches", line, f"{count} numbers", needed
+        )
+    width = index_lines = vertices = 0
     for line, count, _ in lines:
         if count == 1:
             break
@@ -107,22 +109,22 @@ def _refuse_lines(content: bytes) -> NoReturn:
         if count != width:
             message = "Lines of indices must be equally long"
             raise _at_line(message, line, f"{count} numbers", f"{width} numbers")
-        listed += 1
+        index_lines += 1
     else:
-        message, needed = "After the indices stands the number of vertices", "one number"
+        message, needed = "The number of vertices follows the indices", "one number"
         raise _at_line(message, line, "the end of the text", needed)
-    if listed not in (patches, patches * width) or (
-        listed == patches and isqrt(width) ** 2 < width
+    if index_lines not in (patches, patches * width) or (
+        index_lines == patches and isqrt(width) ** 2 < width
     ):
         message = "A patch of degree p has (p+1)² indices, in one line or in p + 1 lines"
-        got = f"{listed} lines of {width} numbers above this line"
+        got = f"{index_lines} lines of {width} numbers above this line"
         raise _at_line(message, line, got, "lines for all patches")
     for line, count, _ in lines:
         if count != 3:
             message = "A vertex has three coordinates"
             raise _at_line(message, line, f"{count} numbers", "3 numbers")
         vertices += 1
-    message, needed = "The number of vertices must be the announced one", "that number of vertices"
+    message, needed = "The text says another number of vertices", "that number of vertices"
     raise _at_line(message, line, f"{vertices} vertices", needed)
 
 
@@ -131,11 +133,11 @@ def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
     line, place = 1, 0
     while place < len(content):
         # In steps, so that other threads can run: blank lines may be many.
-        found = _PRINTED.search(content, place, place + PIECE)
-        start = found.start() if found else min(place + PIECE, len(content))
+        match = _PRINTED.search(content, place, place + PIECE)
+        start = match.start() if match else min(place + PIECE, len(content))
         line += content.count(b"\n", place, start)
         place = start
-        if found:
+        if match:
             end = content.find(b"\n", start)
             place = end if end >= 0 else len(content)
             words = content[start:place].replace(b",", b" ").split()

@@ -6,18 +6,18 @@ from numpy.typing import NDArray
 from service.bases.arrays import RealArray
 
 
-def in_bytes(colors: RealArray) -> NDArray[np.uint8]:
+def to_bytes(colors: RealArray) -> NDArray[np.uint8]:
     """Colours, and opacity if there is one, from 0 to 255; halves are rounded to even."""
     return np.rint(colors.astype(np.float64) * 255).astype(np.uint8)
 
 
-def with_opacity(colors: RealArray) -> NDArray[np.float32]:
+def add_opacity(colors: RealArray) -> NDArray[np.float32]:
     """Colours with opacity, as OOGL and OFF need them; without an opacity, opaque."""
     four = np.ones((len(colors), 4), dtype=np.float32)
     four[:, : colors.shape[1]] = colors
     return four
 
 
-def translucent(colors: RealArray) -> bool:
+def is_translucent(colors: RealArray) -> bool:
     """Whether any vertex is not opaque."""
     return colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())

@@ -7,7 +7,7 @@ it a COFF: red, green, blue and opacity, from 0 to 1, behind every position. The
 quads, then the triangles.
 """
 
-from service.encoders.colors import with_opacity
+from service.encoders.colors import add_opacity
 from service.encoders.content import colored_positions, counted_faces
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, joined_rows, rows
@@ -22,7 +22,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         (
             b"OFF\n" if colors is None else b"COFF\n",
             counts,
-            rows(positions) if colors is None else joined_rows(positions, with_opacity(colors)),
+            rows(positions) if colors is None else joined_rows(positions, add_opacity(colors)),
             counted_faces(mesh, row),
         )
     )

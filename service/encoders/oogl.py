@@ -31,7 +31,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
 from service.bases.row_batches import row_slices
-from service.encoders.colors import with_opacity
+from service.encoders.colors import add_opacity
 from service.encoders.content import absolute, counted_faces, find_nonempty
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
@@ -139,7 +139,7 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
     """One CQUAD with the quads of all grids, in blocks of rows, to bound the memory."""
     vertices, end = absolute(mesh.positions, mesh), b" 1 1 1 1\n"
     if mesh.colors is not None:
-        vertices, end = np.hstack((vertices, with_opacity(mesh.colors))), b"\n"
+        vertices, end = np.hstack((vertices, add_opacity(mesh.colors))), b"\n"
     lines = np.array(general_lines(vertices), dtype=object)
     yield b"{ = CQUAD\n"
     for grids in mesh.grids:
@@ -199,7 +199,7 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
         columns.append(mesh.normals[chosen])
     if mesh.colors is not None:
         prefix = "C" + prefix
-        columns.append(with_opacity(mesh.colors[chosen]))
+        columns.append(add_opacity(mesh.colors[chosen]))
     if mesh.uvs is not None:
         prefix = texture + prefix
         uvs = mesh.uvs[chosen]

@@ -13,7 +13,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from service.bases.arrays import IndexArray
 from service.bases.cache import derive_once
-from service.encoders.colors import in_bytes
+from service.encoders.colors import to_bytes
 from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh_value import Mesh
@@ -37,7 +37,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     if mesh.uvs is not None:
         fields += _columns(("s", "t"), mesh.uvs)
     if mesh.colors is not None:
-        columns = in_bytes(mesh.colors).T
+        columns = to_bytes(mesh.colors).T
         fields += [(n, "u1", c) for n, c in zip(COLORS[: len(columns)], columns, strict=True)]
     for name, values in mesh.attributes:
         fields += _columns(_properties(name, values.shape[1]), values)

@@ -10,7 +10,7 @@ from service.pipeline.checks import check_surface
 from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.pipeline.project import query_patches
-from service.pipeline.query_costs import HIT_CHARS, rays_cost
+from service.pipeline.query_costs import HIT_JSON_BYTES, rays_cost
 from service.surface.sizes import SurfaceKind
 
 MOST_RAYS = 100_000
@@ -59,7 +59,7 @@ def plan_intersect(
     check_count(count, most, "rays", Issue("too_many_rays", message, where))
     hits = count
     if not query.only_first:
-        hits = min(max(HITS_PER_RAY * count, FEWEST_HITS), limits.max_bytes // HIT_CHARS)
+        hits = min(max(HITS_PER_RAY * count, FEWEST_HITS), limits.max_bytes // HIT_JSON_BYTES)
     size = surface.stored_size()
     check_surface(size, limits)
     cost = rays_cost(3 * size.patches, size.degree, size.peak, count, hits)

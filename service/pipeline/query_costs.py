@@ -1,4 +1,4 @@
-"""The cost of queries: of points, closest points, hits of rays, sections and measures.
+"""The cost of queries: points, closest points, hits of rays, sections and measures.
 
 As in `service.pipeline.cost`, bounds are coarse and safe.
 """
@@ -10,23 +10,23 @@ from service.engine.measures.integrals import NODES
 from service.pipeline.cost import LEAST, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
 
-PLACE = 400
+PLACE_BYTES = 400
 """Bytes for each place of a query."""
 
-SIGNS = 64 << 20
+SIGN_BYTES = 64 << 20
 """Bytes of the pairs of a point and a cell while signs are computed."""
 
-MEASURED, CELLS_OF_MEASURES = 128, 64 << 20
+MEASURE_POINT_BYTES, MEASURE_BATCH_BYTES = 128, 64 << 20
 """Bytes for each control point of the cells of a measure, and of the work arrays of a batch."""
 
-CELL, CELLS_OF_QUERIES = 1000, 384 << 20
-"""Bytes for each patch of a query, beside its net; and at most, of all cells and all pairs of a
-query and a cell."""
+CELL_BYTES, MAX_CELL_BYTES = 1000, 384 << 20
+"""Bytes for each patch of a query, beside its net; and the most bytes of all cells together with
+all pairs of a query and a cell."""
 
-HIT, HIT_CHARS = 1000, 360
+HIT_BYTES, HIT_JSON_BYTES = 1000, 360
 """The most bytes of a hit of a ray: in memory, and in JSON."""
 
-PIECE, PIECE_POINT, CELLS_OF_SECTIONS = 700, 40, 64 << 20
+PIECE_BYTES, PIECE_POINT_BYTES, SECTION_BATCH_BYTES = 700, 40, 64 << 20
 """Bytes for each piece of a section and for each control point of its patch; and of the work arrays
 that compare planes with patches."""
 
@@ -34,7 +34,7 @@ that compare planes with patches."""
 def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     """The cost of a query of `count` places and partials up to `order`."""
     file = json_points.byte_bound(count, order)
-    memory = with_scratch(lowering_memory(size) + PLACE * count + 2 * file)
+    memory = with_scratch(lowering_memory(size) + PLACE_BYTES * count + 2 * file)
     degree = max(size.degree)
     work = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
     work += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
@@ -42,39 +42,41 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
 
 
 def project_cost(
-    patches: int, degree: tuple[int, int], own: int, count: int, file: int, *, sign: bool
+    patches: int, degree: tuple[int, int], surface_memory: int, count: int, file: int, *, sign: bool
 ) -> Cost:
     """The cost of the closest points to `count` points, on `patches` nets of this degree.
 
-    `own` is the memory of the surface, `file` that of the response, in bytes. Signs need the seams
-    of the surface, and the cells twice.
+    `surface_memory` and `file` are the bytes of the surface and of the response. Signs need the
+    seams of the surface, and the cells twice.
     """
     p, q = degree
-    net = CELL + 2 * 32 * (p + 1) * (q + 1)
-    memory = LEAST + own + patches * net + min(CELLS_OF_QUERIES, count * net * 64)
+    net = CELL_BYTES + 2 * 32 * (p + 1) * (q + 1)
+    memory = LEAST + surface_memory + patches * net + min(MAX_CELL_BYTES, count * net * 64)
     work = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
     if sign:
-        memory += 4 * own + SIGNS
+        memory += 4 * surface_memory + SIGN_BYTES
         work = 1e-2 + 4 * work
-    return Cost(count, 0, file, memory + PLACE * count + 2 * file, work)
+    return Cost(count, 0, file, memory + PLACE_BYTES * count + 2 * file, work)
 
 
-def rays_cost(patches: int, degree: tuple[int, int], own: int, count: int, hits: int) -> Cost:
+def rays_cost(
+    patches: int, degree: tuple[int, int], surface_memory: int, count: int, hits: int
+) -> Cost:
     """The cost of at most `hits` hits of `count` rays, on `patches` nets of this degree."""
-    file = 1000 + count * 16 + hits * HIT_CHARS
-    base = project_cost(patches, degree, own, count, file, sign=False)
-    return replace(base, memory=base.memory + HIT * hits)
+    file = 1000 + count * 16 + hits * HIT_JSON_BYTES
+    base = project_cost(patches, degree, surface_memory, count, file, sign=False)
+    return replace(base, memory=base.memory + HIT_BYTES * hits)
 
 
 def piece_memory(net: int, file: int) -> int:
     """Bytes for each piece of a section: of its cell of `net` control points, and of its file."""
-    return PIECE + PIECE_POINT * net + 2 * file // 1000
+    return PIECE_BYTES + PIECE_POINT_BYTES * net + 2 * file // 1000
 
 
 def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cost:
     """The cost of sections by `planes` planes: at most `pieces` pieces of `each` bytes each."""
-    net = CELL + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
-    memory = CELLS_OF_SECTIONS + lowering_memory(size) + 3 * size.patches * net
+    net = CELL_BYTES + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
+    memory = SECTION_BATCH_BYTES + lowering_memory(size) + 3 * size.patches * net
     work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
     return Cost(pieces, 0, pieces * each, memory + pieces * each, work)
 
@@ -90,6 +92,8 @@ def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
     """The cost of measures whose cells have `budget` control points more than the patches."""
     (p, q), nets = size.degree, size.grids + 3 * size.triangles
     points = nets * (p + 1) * (q + 1)
-    memory = 2 * lowering_memory(size) + MEASURED * (points + budget) + CELLS_OF_MEASURES
+    memory = (
+        2 * lowering_memory(size) + MEASURE_POINT_BYTES * (points + budget) + MEASURE_BATCH_BYTES
+    )
     work = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
     return Cost(0, 0, file, memory + 2 * file, work)

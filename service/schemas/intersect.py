@@ -21,76 +21,78 @@ from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import validate_points
 
 LEAST_THICKNESS = 1e-12
-"""Thinner rays would hit nothing but rounding."""
+"""Below it, rounding decides whether a ray hits."""
 
 
 class Rays(RequestModel):
     """Half-lines origin + t · direction, t ≥ 0; row k of both belongs to ray k."""
 
     origins: Annotated[FloatArray, VECTORS] = Field(
-        description="Where the rays begin, [x, y, z], at most 100,000; or one point of all.",
+        description="Starting points of the rays, [x, y, z], at most 100,000; or one for all.",
         examples=[[[0, 0, 9], [1, 0, 9]]],
     )
     directions: Annotated[FloatArray, VECTORS] = Field(
-        description="Where they go, [x, y, z], of any length but 0; or one direction of all.",
+        description="Directions of the rays, [x, y, z], of any length but 0; or one for all.",
         examples=[[[0, 0, -1]]],
     )
 
 
 OF_RAYS, OF_PLANES = ("hits", "relative_thickness"), ("tolerance", "relative_tolerance")
-"""Fields that belong to rays alone, and to planes alone."""
+"""Fields for rays only, and for planes only."""
 
 
 class IntersectRequest(SurfaceRequest):
-    """A surface, and rays to find the hits of, or planes to find the sections of."""
+    """A surface, and rays that hit it or planes that cut it."""
 
-    rays: Annotated[Rays | None, Omittable()] = optional("The rays.")
-    planes: Annotated[PlaneSet | None, Omittable()] = optional("Instead of rays: planes.")
+    rays: Annotated[Rays | None, Omittable()] = optional("The rays that may hit the surface.")
+    planes: Annotated[PlaneSet | None, Omittable()] = optional(
+        "The planes that may cut the surface, in place of rays."
+    )
     hits: Literal["first", "all"] = Field(
         default="first", description="Which hits of a ray are returned: the first, or all."
     )
     relative_thickness: Annotated[float, Field(ge=LEAST_THICKNESS, le=1e-3)] = Field(
         default=RELATIVE_THICKNESS,
-        description="How near to the surface a ray may be taken to hit it, as a part of the "
-        "diagonal of the box of the control points: at borders, and where it touches.",
+        description="The distance within which a ray counts as a hit at borders and where it only "
+        "touches the surface, as a share of the diagonal of the bounding box of the control "
+        "points.",
         examples=[1e-6],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0)] = optional(
-        "Of planes: the distance, in model units, within which sections stay from the straight "
-        "lines between the points of their polylines.",
+        "For planes: the largest distance, in model units, of a section from its polyline.",
         0.001,
     )
     relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
         default=RELATIVE_TOLERANCE,
-        description="Instead of a tolerance: as a part of the diagonal of the box of the control "
-        "points.",
+        description="The tolerance as a share of the diagonal of the bounding box of the control "
+        "points, in place of `tolerance`.",
         examples=[1e-4],
     )
 
     @model_validator(mode="after")
-    def _of_one(self) -> Self:
+    def _check_fields(self) -> Self:
         if (self.rays is None) == (self.planes is None):
-            message = "There must be rays that may hit the surface, or planes that may cut it."
+            message = "A request has either rays or planes."
             raise to_invalid(
                 conflict_error("rays", "planes", message, is_neither=self.rays is None)
             )
         others, those = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
         for name in others:
             if name in self.model_fields_set:
-                message, got = f"This field is one of {those}.", "another query"
+                message, got = f"This field is for {those} only.", "a request without them"
                 raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, f"{those}"))
         if set(OF_PLANES) <= self.model_fields_set:
-            message = "There is one tolerance."
+            message = "A request has one tolerance: in model units, or as a share."
             raise to_invalid(conflict_error(*OF_PLANES, message, is_neither=False))
         return self
 
     def to_sections(self) -> tuple[Planes, SectionTolerance]:
-        """The planes, with a row for each, and how near polylines shall be.
+        """The planes, with a row for each, and the tolerance of their polylines.
 
         Raises
         ------
         InvalidRequest
-            As of `PlaneSet.to_planes`.
+            `conflicting_options`: the numbers of points and normals differ; `zero_direction`.
         """
         if self.planes is None:
             raise ValueError("a request without planes has no sections")
@@ -103,7 +105,7 @@ class IntersectRequest(SurfaceRequest):
         Raises
         ------
         InvalidRequest
-            `conflicting_options`, of other counts of origins and directions; `zero_direction`.
+            `conflicting_options`: the numbers of origins and directions differ; `zero_direction`.
         """
         if self.rays is None:
             raise ValueError("a request without rays has no hits")

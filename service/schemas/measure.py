@@ -14,7 +14,7 @@ from service.engine.options import MAX_WELD_TOLERANCE
 from service.schemas.request import SurfaceRequest
 
 LEAST_TOLERANCE = 1e-12
-"""Rounding alone makes intervals as wide as this."""
+"""Rounding alone makes intervals this wide."""
 
 
 class MeasureRequest(SurfaceRequest):
@@ -23,19 +23,19 @@ class MeasureRequest(SurfaceRequest):
     tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] = Field(
         default=TOLERANCE,
         description="The largest width of intervals: relative to the area, to the length of all "
-        "borders, and to the volume of the whole; for the centroid relative to the diagonal of the "
-        "box of the control points. What takes too much work is refused (`too_costly`), with the "
-        "tolerance that can be reached.",
+        "borders and to the volume of the whole surface; for the centroid relative to the diagonal "
+        "of the bounding box of the control points. A request for too much work is refused "
+        "(`too_costly`); the error names a tolerance that can be reached.",
         examples=[1e-9],
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
         default=WELD_TOLERANCE,
-        description="The part of the diagonal within which control points on borders of patches "
-        "count as one, as in a mesh. The intervals of volumes hold every solid whose border lies "
-        "in the gaps that this closes.",
+        description="The share of the diagonal within which control points on borders of patches "
+        "count as one, as in a mesh. The intervals of volumes include every way to close these "
+        "gaps.",
         examples=[1e-6],
     )
 
     def to_query(self) -> MeasureQuery:
-        """The tolerances as the engine takes them."""
+        """The tolerances of the request, for the engine."""
         return MeasureQuery(self.tolerance, self.weld_tolerance)

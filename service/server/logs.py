@@ -1,11 +1,11 @@
 """Writes the log: as text for people, or as one JSON object a line for programs.
 
 Lines about requests go to standard output; `service.api.observing.middleware` makes them. All else
-goes to standard error through `logging`. A thread writes each from a queue of bounded length:
-the service drops and counts lines where a pipe is full or broken, and goes on.
+goes to standard error through `logging`. For each of the two, a thread writes lines from a queue
+of bounded length: if a pipe is full or broken, the service drops and counts lines, and goes on.
 
-A record, or the text of an exception, may repeat what a client sent. Nothing in it can end its line
-or give orders to a terminal, and its length is bounded.
+A record, or the text of an exception, may repeat what a client sent. Its length is bounded, and
+control characters are escaped, so that none can end the line or control a terminal.
 """
 
 import logging
@@ -25,10 +25,10 @@ from service.api.observing.middleware import timestamp
 from service.api.observing.record import current_record
 from service.settings.values import Settings
 
-WAITING, GATHERING, FAREWELL = 10_000, 0.05, 1.0
+MAX_LINES, GATHER_SECONDS, FLUSH_SECONDS = 10_000, 0.05, 1.0
 """Most lines in the queue; seconds over which lines are gathered; seconds for the last lines."""
 
-MESSAGE, TEXT, FRAMES = 4000, 200, 50
+MAX_MESSAGE, MAX_TEXT, MAX_FRAMES = 4000, 200, 50
 """Most characters of a message, and of an exception's text; most frames of a traceback."""
 
 _UNSAFE = re.compile(
@@ -55,7 +55,7 @@ class Lines(QueueHandler):
     of the process, which flushes all handlers, would wait for that lock.
     """
 
-    def __init__(self, descriptor: int, waiting: int = WAITING) -> None:
+    def __init__(self, descriptor: int, waiting: int = MAX_LINES) -> None:
         self.lines: SimpleQueue[str | Event] = SimpleQueue()
         super().__init__(self.lines)
         self.dropped, self._waiting, self._descriptor = 0, waiting, descriptor
@@ -73,14 +73,14 @@ class Lines(QueueHandler):
             self.dropped += 1
 
     def flush(self) -> None:
-        """Waits until the lines are written, for at most `FAREWELL` seconds."""
+        """Waits until the lines are written, for at most `FLUSH_SECONDS` seconds."""
         self.lines.put(written := Event())
-        written.wait(FAREWELL)
+        written.wait(FLUSH_SECONDS)
 
     def _write_all(self) -> None:
         while True:
             gathered = [self.lines.get()]
-            time.sleep(GATHERING)  # to wake up less often leaves more time to requests
+            time.sleep(GATHER_SECONDS)  # to wake up less often leaves more time to requests
             while not self.lines.empty():
                 gathered.append(self.lines.get())
             text = "".join(line for line in gathered if isinstance(line, str))
@@ -104,7 +104,7 @@ class Records(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """The lines of a record, without the last line feed."""
-        message = escape(record.getMessage().strip(), MESSAGE)
+        message = escape(record.getMessage().strip(), MAX_MESSAGE)
         request, lines = current_record.get(), trace(record)
         if not self._is_json:
             id = "" if request is None else f" (id {request.id})"
@@ -113,7 +113,7 @@ class Records(logging.Formatter):
             "time": timestamp(record.created),
             "level": record.levelname.lower(),
             "event": "log",
-            "logger": escape(record.name, TEXT),
+            "logger": escape(record.name, MAX_TEXT),
             "message": message,
         }
         if request is not None:
@@ -128,17 +128,17 @@ class Records(logging.Formatter):
 def escape(text: str, most: int) -> str:
     """A text in one line, cut to a number of characters and then escaped."""
     text = text if len(text) <= most else text[:most] + "…"
-    return _UNSAFE.sub(lambda found: ascii(found[0])[1:-1], text)
+    return _UNSAFE.sub(lambda match: ascii(match[0])[1:-1], text)
 
 
 def trace(record: logging.LogRecord) -> list[str]:
     """An exception and its causes: files, lines, names, and the first letters of their texts."""
     lines: list[str] = []
     error = record.exc_info[1] if record.exc_info else None
-    at = TracebackException.from_exception(error, limit=-FRAMES) if error is not None else None
+    at = TracebackException.from_exception(error, limit=-MAX_FRAMES) if error is not None else None
     while at is not None:
-        text = escape("".join(at.format_exception_only()).strip(), TEXT)
+        text = escape("".join(at.format_exception_only()).strip(), MAX_TEXT)
         where = (f"  {frame.filename}:{frame.lineno} in {frame.name}" for frame in at.stack)
-        lines = [*(escape(line, MESSAGE) for line in where), text, *lines]
+        lines = [*(escape(line, MAX_MESSAGE) for line in where), text, *lines]
         at = at.__cause__ or (None if at.__suppress_context__ else at.__context__)
     return lines

@@ -27,7 +27,7 @@ def refusal(problem: Problem, settings: Settings) -> Response:
         problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
         problems.TOO_MANY_CONNECTIONS.code: f"at most {settings.max_connections} connections",
     }
-    issue = Issue(problem.code, problem.about, needed=needed.get(problem.code, ""))
+    issue = Issue(problem.code, problem.detail, needed=needed.get(problem.code, ""))
     issues = () if problem is problems.INTERNAL_ERROR else (issue,)
     headers = {**problems.PROBLEM_HEADERS, "Connection": "close"}
     if problem.status == 503:

@@ -51,19 +51,19 @@ def from_environment() -> Settings:
             near = next(iter(get_close_matches(name, known, 1)), "docs/settings.md lists them all")
             _log.warning("%s is not a setting of this service; perhaps: %s", name, near)
     folder = {"store": str(user_data_path("surface-service", appauthor=False))}
-    given: dict[str, Any] = {} if variable("store") in os.environ else folder
+    defaults: dict[str, Any] = {} if variable("store") in os.environ else folder
     texts = {name: os.environ.get(variable(name), "") for name in Settings.model_fields}
     try:
-        found = _FromEnvironment(**given)
+        settings = _FromEnvironment(**defaults)
     except ValidationError as error:
         raise _error_of(error, texts, {name: variable(name) for name in texts}) from None
-    return Settings(**found.model_dump())
+    return Settings(**settings.model_dump())
 
 
 def for_one_command() -> Settings:
-    """The settings of a command that computes in its own process, on a machine it need not share.
+    """The settings of a command that computes in its own process.
 
-    The command may use all memory, unless SURFACE_MEMORY_BYTES sets a limit.
+    The command may use all memory of the machine, unless SURFACE_MEMORY_BYTES sets a limit.
 
     Raises
     ------

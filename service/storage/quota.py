@@ -78,8 +78,8 @@ class Usage:
     def add(self, growth: int) -> None:
         """Adds `growth` bytes to those in use; negative where an object was deleted.
 
-        A running count may or may not include an object that is deleted meanwhile: it is counted
-        until the next count, so the total is rather too high than too low.
+        A running count may or may not include an object that is deleted meanwhile: its bytes may
+        count until the next count, so the total may be too high, but not too low.
         """
         self._used = max(0, self._used + growth)
         self._since += max(0, growth)
@@ -128,4 +128,4 @@ def quota_exceeded(left: int, growth: int) -> StoreFull:
 def _log_failure(counting: asyncio.Task[None]) -> None:
     """Logs that a background count failed; `translate_errors` has logged why."""
     if not counting.cancelled() and isinstance(counting.exception(), SurfaceError):
-        _log.warning("surfaces in store could not be counted; the old count serves")
+        _log.warning("the bytes in the store could not be counted; the last count is still used")

@@ -12,7 +12,7 @@ from service.surface.checks import Up
 from service.surface.curve_pieces import CurvePieces, to_space
 
 WIDEST = 2**0.5
-"""Largest quotient of the width of a mitred corner and that of the profile."""
+"""A mitred corner is at most this many times as wide as the profile."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -30,7 +30,7 @@ class Tube:
 
     @property
     def reach(self) -> float:
-        """Furthest distance from the curve."""
+        """Largest distance of the surface from the curve."""
         return float(self.radii.max()) * WIDEST
 
 
@@ -49,7 +49,7 @@ class Ribbon:
 
     @property
     def reach(self) -> float:
-        """Furthest distance from the curve."""
+        """Largest distance of the surface from the curve."""
         return float(self.widths.max()) / 2 * WIDEST
 
 
@@ -93,5 +93,5 @@ class SweepModel:
 
     @property
     def diagonal(self) -> float:
-        """Diagonal of that box."""
+        """Diagonal of the box `bounds`."""
         return dist(*(bound.tolist() for bound in self.bounds))

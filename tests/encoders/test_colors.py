@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.encoders.colors import in_bytes, translucent, with_opacity
+from service.encoders.colors import add_opacity, is_translucent, to_bytes
 from service.engine.scenes.colors import to_linear
 
 LINEAR = {
@@ -41,12 +41,16 @@ def test_opacity_is_linear_already() -> None:
 
 def test_every_byte_comes_back() -> None:
     every = np.arange(256, dtype=np.uint8)[:, np.newaxis].repeat(4, axis=1)
-    np.testing.assert_array_equal(in_bytes(every / 255), every)
-    np.testing.assert_array_equal(in_bytes((every / 255).astype(np.float32)), every)
+    np.testing.assert_array_equal(to_bytes(every / 255), every)
+    np.testing.assert_array_equal(to_bytes((every / 255).astype(np.float32)), every)
 
 
 def test_four_numbers_and_whether_one_sees_through() -> None:
     three, four = np.array([[0.25, 0.5, 1]]), np.array([[0.25, 0.5, 1, 0.75]])
-    assert with_opacity(three).tolist() == [[0.25, 0.5, 1, 1]]
-    assert with_opacity(four).tolist() == four.tolist()
-    assert [translucent(three), translucent(four), translucent(with_opacity(three))] == [0, 1, 0]
+    assert add_opacity(three).tolist() == [[0.25, 0.5, 1, 1]]
+    assert add_opacity(four).tolist() == four.tolist()
+    assert [is_translucent(three), is_translucent(four), is_translucent(add_opacity(three))] == [
+        0,
+        1,
+        0,
+    ]

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
-from service.server.logs import MESSAGE, TEXT, Lines, Records
+from service.server.logs import MAX_MESSAGE, MAX_TEXT, Lines, Records
 from tests.programs import run_python
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
@@ -41,7 +41,7 @@ def test_a_record_is_one_object_in_one_line() -> None:
     assert "in failing" in first
     assert any(frame.startswith("KeyError: ") for frame in frames)
     assert last == "RuntimeError: the second"
-    assert all(len(frame) < TEXT + 200 for frame in frames)
+    assert all(len(frame) < MAX_TEXT + 200 for frame in frames)
     assert "\x1b" not in told["traceback"]
 
 
@@ -50,7 +50,7 @@ def test_text_cannot_be_forged() -> None:
     text = Records("text").format(record)
     assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
-    assert len(text) < 8 * MESSAGE
+    assert len(text) < 8 * MAX_MESSAGE
     _, *below = Records("text").format(failing()).split("\n")
     assert len(below) == 4
     assert all(line.startswith("    ") and line.isprintable() for line in below)

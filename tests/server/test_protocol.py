@@ -22,7 +22,7 @@ GET = b"GET /%d HTTP/1.1\r\n" + HOST + b"\r\n"
 
 
 class Echo:
-    """Answers with the body it was sent; keeps what it was asked."""
+    """Responds with the body of the request; keeps scopes and bodies."""
 
     def __init__(self) -> None:
         self.scopes: list[Scope] = []
@@ -51,12 +51,12 @@ async def answer(send: Send, body: bytes) -> None:
 
 
 async def deaf(_scope: Scope, _receive: Receive, send: Send) -> None:
-    """An application that answers without reading."""
+    """An application that responds without reading the body."""
     await answer(send, b"no")
 
 
 class Later:
-    """Answers when the test lets it."""
+    """Responds after the test has set `may`."""
 
     def __init__(self) -> None:
         self.may = asyncio.Event()

@@ -1,7 +1,7 @@
 """Surfaces whose borders are equal up to rounding, or one curve written differently.
 
-A family makes of a seed a surface and says whether its mesh must be closed: `noisy` and `pieces`
-here, more in `tools.certify.crowded`, all in the table of `tools.certify.closing`.
+A family makes a surface from a seed and says whether its mesh must be closed: `noisy` and `pieces`
+here, more in `tools.certify.crowded`; `tools.certify.closing` has the table of all.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +25,8 @@ Pieces: TypeAlias = BsplineSurface | PatchSurface | MultipatchSurface
 
 @dataclass(frozen=True)
 class Case:
-    """A surface, the tolerance within which points are one, and whether that closes it."""
+    """A surface, its `weld_tolerance`, and whether its mesh must be closed; None: either is
+    right."""
 
     surface: Pieces
     weld_tolerance: float
@@ -35,8 +36,8 @@ class Case:
 def noisy(seed: int) -> Case:
     """A ball or a ring, a B-spline or its patches, with noise of 1e-17 to 1e-9 of its size.
 
-    The noise moves no point further than a, so that equal points are at most 2 a apart. Where that
-    is near the tolerance, either may be.
+    The noise moves points by at most an amplitude a, so points that were equal are at most 2 a
+    apart. If a is the tolerance, the mesh may be closed or not.
     """
     rng = np.random.default_rng(seed)
     amplitude = 10.0 ** -(9 + seed % 9)
@@ -45,38 +46,38 @@ def noisy(seed: int) -> Case:
     if seed // 4 % 2:
         surface = soup(surface.lower().batches[0])
     is_closed = None if amplitude == tolerance else 2 * amplitude < tolerance
-    return Case(strewn(rng, surface, amplitude), tolerance, is_closed)
+    return Case(add_noise(rng, surface, amplitude), tolerance, is_closed)
 
 
 def pieces(seed: int) -> Case:
     """A ball or a ring of B-splines whose borders are pieces of one curve, written differently.
 
-    A body is cut into strips, and these elsewhere each. Then knots are inserted, degrees raised,
-    parameters stretched, directions reversed and exchanged. Of every third a point on a border is
-    moved: it is open.
+    A body is cut into strips, and each strip across, at places of its own. Then knots are inserted,
+    degrees raised, parameters scaled, directions reversed and exchanged. For every third seed a
+    point on a border is moved, so that the surface is open.
     """
     rng = np.random.default_rng([seed, 1])
-    found = cut_up(rng, body(rng, has_poles=bool(seed % 2)), 2 + seed // 2 % 2)
+    parts = cut_up(rng, body(rng, has_poles=bool(seed % 2)), 2 + seed // 2 % 2)
     is_closed = seed % 3 > 0
     if not is_closed:
-        net = found[0].control_net.copy()
+        net = parts[0].control_net.copy()
         net[0, 1] += 1e-4 * np.ptp(net) * rng.uniform(0.5, 1, 3)
-        found[0] = replace(found[0], control_net=net)
-    order = rng.permutation(len(found))
-    return Case(MultipatchSurface(tuple(found[k] for k in order)), 1e-12, is_closed)
+        parts[0] = replace(parts[0], control_net=net)
+    order = rng.permutation(len(parts))
+    return Case(MultipatchSurface(tuple(parts[k] for k in order)), 1e-12, is_closed)
 
 
-def cut_up(rng: Random, whole: BsplineSurface, strips: int) -> list[BsplineSurface]:
+def cut_up(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSurface]:
     """The pieces of strips along u, each cut into one to three, all written differently."""
-    found: list[BsplineSurface] = []
-    for u in _intervals(rng, whole, 0, strips):
-        strip = convert(whole, [Restrict(u=u)])
+    parts: list[BsplineSurface] = []
+    for u in _intervals(rng, surface, 0, strips):
+        strip = convert(surface, [Restrict(u=u)])
         assert isinstance(strip, BsplineSurface)
         for v in _intervals(rng, strip, 1, int(rng.integers(1, 4))):
             piece = convert(strip, [Restrict(v=v)])
             assert isinstance(piece, BsplineSurface)
-            found.append(_rewritten(rng, piece))
-    return found
+            parts.append(_rewritten(rng, piece))
+    return parts
 
 
 def _intervals(
@@ -91,7 +92,7 @@ def _intervals(
 
 
 def _rewritten(rng: Random, piece: BsplineSurface) -> BsplineSurface:
-    """Equal points by other numbers: knots by SciPy, the rest by conversions."""
+    """The surface with other knots (by SciPy), degrees and directions (by conversions)."""
     rows = np.ones((*piece.control_net.shape[:2], 4))
     if piece.weights is not None:
         rows[..., 3] = piece.weights * rng.uniform(0.5, 2)
@@ -118,7 +119,8 @@ def _rewritten(rng: Random, piece: BsplineSurface) -> BsplineSurface:
 
 
 def body(rng: Random, *, has_poles: bool) -> BsplineSurface:
-    """A closed B-spline: its last row is its first one, its columns are closed or end in points."""
+    """A closed B-spline: last row equal to the first; columns closed, or with poles at both
+    ends."""
     p, q = rng.integers(1, 4, 2, endpoint=True).tolist()
     n, m = (int(rng.integers(max(d + 1, 4), d + 6)) for d in (p, q))
     turn = np.linspace(0, 2 * np.pi, n)[:, None]
@@ -148,8 +150,9 @@ def soup(batch: object) -> PatchSurface:
     return PatchSurface(batch.points.reshape(-1, 3), indices, weights, parts)
 
 
-def strewn(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float) -> Pieces:
-    """The surface with its points moved by at most a share of its diagonal, weights by as much."""
+def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float) -> Pieces:
+    """The surface with points moved by at most `amplitude` of its diagonal, and weights
+    likewise."""
     flat = points_of(surface)
     reach = amplitude * np.linalg.norm(np.ptp(flat, axis=0)) * (1 - 2.0**-10)
     away = rng.normal(size=flat.shape)

@@ -1,4 +1,4 @@
-"""Seeds of mutations: valid requests, and those that tests know to be invalid."""
+"""Seeds of mutations: valid requests, and invalid ones from the tests."""
 
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -15,7 +15,7 @@ from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, net, saved
 
 LARGEST = 1 << 16
-"""Bytes that an input has at most; what is found is found with less."""
+"""The most bytes of an input: longer inputs find no other faults."""
 
 TEAPOT_TEXT = b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 
@@ -44,7 +44,7 @@ GOOD = (
 
 
 def bodies() -> Iterator[bytes]:
-    """JSON."""
+    """Bodies of requests as JSON."""
     yield from GOOD
     for case in chain.from_iterable(CALLS.values()):
         if not case.name.startswith("long"):
@@ -64,7 +64,7 @@ def files(media_type: str) -> Iterator[bytes]:
             try:
                 yield render(find(name).surface(), MeshOptions(), BY_NAME["oogl"], options)
             except SurfaceError:
-                continue  # what is swept has no patches
+                continue  # tubes and ribbons have no patches
 
 
 def contents() -> Iterator[bytes]:
@@ -83,7 +83,7 @@ def queries() -> Iterator[bytes]:
 
 
 def headers() -> Iterator[bytes]:
-    """Values of headers, whichever they belong to."""
+    """Values of all headers that the service reads."""
     yield from (
         b"model/gltf-binary;q=0.5, application/json;q=0.1, */*;q=0",
         b'W/"x", "3q2-7wEAAAAAAAAAAAAAAA", *',
@@ -111,14 +111,14 @@ def signed() -> Iterator[bytes]:
 
 
 def requests() -> Iterator[bytes]:
-    """Whole requests, one or several of them."""
+    """Whole requests, some of them several in a row."""
     names = (
         b"Accept", b"If-None-Match", b"Accept-Encoding", b"Range", b"traceparent", b"tracestate",
         b"Authorization", b"X-Forwarded-For", b"Content-Type", b"X-Forwarded-Proto",
     )  # fmt: skip
-    address = b"GET /v1/surfaces/saddle/mesh.glb?resolution=2 HTTP/1.1\r\nHost: x\r\n"
+    start = b"GET /v1/surfaces/saddle/mesh.glb?resolution=2 HTTP/1.1\r\nHost: x\r\n"
     for name, value in zip(names, headers(), strict=True):
-        yield address + name + b": " + value + b"\r\n\r\n"
+        yield start + name + b": " + value + b"\r\n\r\n"
     key = b"Authorization: Bearer sfk_" + b"0123456789abcdef" * 4 + b"\r\n"
     for path in (
         b"/v1/surfaces/%2e%2e%2fetc/mesh.json", b"/v1/surfaces/" + b"0" * 64, b"//", b"/docs/../",

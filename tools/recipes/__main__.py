@@ -1,9 +1,9 @@
-"""Follows every recipe with a toy, and forgets each of its steps in turn.
+"""Follows every recipe of CONTRIBUTING.md with a toy, then leaves out each of its steps in turn.
 
     python -m tools.recipes [NAME …]
 
-A recipe holds if it touches no more files than it may, generated ones aside, if the tests pass when
-all steps are done, and if a test fails and names the file when one step is forgotten.
+A recipe holds if it touches at most its number of files, not counting generated ones; if the tests
+pass after all steps; and if, without one step, a test fails and names the file.
 """
 
 import argparse
@@ -35,7 +35,7 @@ GENERATED = (
 """The command that `make generated` runs."""
 
 COMMON = ("tests/test_openapi.py", "tests/tools/test_pages.py", "tests/test_house.py")
-"""Tests that judge every recipe, beside its own."""
+"""Tests that run for every recipe, in addition to its own."""
 
 
 def main() -> None:
@@ -51,7 +51,7 @@ def follow(name: str, recipe: Recipe) -> Iterable[str]:
     count = len({step.path for step in recipe.steps})
     print(f"{name}: {count} files of at most {recipe.most}", flush=True)
     if count > recipe.most:
-        yield f"{name}: touches {count} files, at most {recipe.most} are wanted"
+        yield f"{name}: touches {count} files, needed at most {recipe.most}"
     failed = trial(recipe, recipe.steps)
     print(f"  all steps: {'passes' if not failed else 'FAILS'}", flush=True)
     if failed:
@@ -84,8 +84,8 @@ def trial(recipe: Recipe, steps: Iterable[Step]) -> str:
             done = _run(copy, command.format(python=sys.executable, node=program("node")))
             if done.returncode:
                 return done.stdout
-        every = (*recipe.tests, *COMMON)
-        tests = [test for test in every if (copy / test.partition("::")[0]).exists()]
+        all_tests = (*recipe.tests, *COMMON)
+        tests = [test for test in all_tests if (copy / test.partition("::")[0]).exists()]
         pytest = f"{sys.executable} -m pytest -q --maxfail=3 --no-header -p no:cacheprovider"
         done = _run(copy, f"{pytest} {' '.join(tests)}")
         return done.stdout if done.returncode else ""

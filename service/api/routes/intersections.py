@@ -11,6 +11,7 @@ from service.api.negotiation import format_by_accept
 from service.api.openapi.examples import show_responses
 from service.api.openapi.parameters import Json, array_body, format_parameter
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, error, success
+from service.api.responses import bytes_response, file_response
 from service.api.services import ContextDep
 from service.decoders.npy import read_array
 from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME

@@ -22,6 +22,7 @@ from service.api.openapi.parameters import (
     option_parameters,
 )
 from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, error, success
+from service.api.responses import FileResponse, disposition, report_headers
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, surface_of
 from service.api.workers import Job

@@ -1,8 +1,8 @@
 """The binary form of glTF: its layout, and a cached template for planned meshes.
 
-Of the file of a planned mesh only the vertices, their bounds, the report and the local origin
-differ from one mesh to the next: its faces, names and attributes determine the rest. A template
-keeps the text of the document around these values, and the bytes of the indices.
+The files of two meshes with the same plan, names and attributes differ only in the vertices, their
+bounds, the report and the local origin. A template keeps the rest: the text of the document around
+these values, and the bytes of the indices.
 
 References
 ----------
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import Ints
 from service.bases.cache import derive_once
-from service.encoders.colors import translucent
+from service.encoders.colors import is_translucent
 from service.encoders.content import find_nonempty, report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import JsonObject, Packed
@@ -39,10 +39,10 @@ GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004
 SHORT = 1 << 16
 """Bytes up to which a file is one buffer."""
 
-PLACE = "\ue000{}\ue000"
-"""Marks the place of a value in a template's text; the letters belong to no script."""
+PLACEHOLDER = "\ue000{}\ue000"
+"""Marks the place of a value in a template's text, by characters for private use of Unicode."""
 
-_PLACE = re.compile(f'"{PLACE.format("([a-z0-9]+)")}"'.encode())
+_PLACEHOLDER = re.compile(f'"{PLACEHOLDER.format("([a-z0-9]+)")}"'.encode())
 
 
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
@@ -101,7 +101,7 @@ class Template:
     @property
     def nbytes(self) -> int:
         """Memory in bytes."""
-        indices = sum(len(each) for own in self.indices for each in own)
+        indices = sum(len(chunk) for chunks in self.indices for chunk in chunks)
         return sum(map(len, self.text)) + indices + (0 if self.rows is None else self.rows.nbytes)
 
     def fill(self, mesh: Mesh, columns: Columns) -> Content:
@@ -145,7 +145,7 @@ def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
         len(mesh.positions),
         mesh.up,
         is_moved(mesh.origin),
-        mesh.colors is not None and translucent(mesh.colors),
+        mesh.colors is not None and is_translucent(mesh.colors),
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),
         tuple((name, column.values.shape[1]) for name, column in columns.items()),
     )
@@ -156,28 +156,28 @@ def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
 def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
     """The template of a mesh's file; without primitives if a name contains the mark."""
     document, buffer = build_document(mesh, options)
-    document["asset"]["extras"]["report"] = PLACE.format("report")
+    document["asset"]["extras"]["report"] = PLACEHOLDER.format("report")
     for node in document.get("nodes", ()):
         if "translation" in node:
-            node["translation"] = PLACE.format("origin")
+            node["translation"] = PLACEHOLDER.format("origin")
     bounded = [accessor for accessor in document.get("accessors", ()) if "min" in accessor]
     for number, accessor in enumerate(bounded):
         accessor["min"], accessor["max"] = (
-            PLACE.format(f"{end}{number}") for end in ("low", "high")
+            PLACEHOLDER.format(f"{end}{number}") for end in ("low", "high")
         )
     if buffer.length:
         document["buffers"] = [{"byteLength": buffer.length}]
-    text = _PLACE.split(json_text(document))
-    own = [rows for _, rows, _ in split_parts(mesh)]
+    text = _PLACEHOLDER.split(json_text(document))
+    primitives = [rows for _, rows, _ in split_parts(mesh)]
     # Each primitive has its attributes first; then its indices and their padding.
     stride = 2 * (columns + 1)
-    ends = range(stride, len(own) * stride + 1, stride)
+    ends = range(stride, len(primitives) * stride + 1, stride)
     indices = [buffer.chunks[end - 2 : end] for end in ends]
-    expected = 1 + 2 * len(own) + (len(own) if mesh.origin.any() else 0)
+    expected = 1 + 2 * len(primitives) + (len(primitives) if mesh.origin.any() else 0)
     if len(text) != 2 * expected + 1:
         return Template((), None, (), (), 0)
     every = np.arange(len(mesh.positions))
-    rows = [every[each] if isinstance(each, slice) else each for each in own]
+    rows = [every[each] if isinstance(each, slice) else each for each in primitives]
     taken = np.concatenate([every[:0], *rows])
     return Template(
         tuple(text),

@@ -13,7 +13,7 @@ import numpy as np
 from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import derive_once
 from service.cancellation import checkpoint
-from service.encoders.colors import translucent
+from service.encoders.colors import is_translucent
 from service.encoders.content import find_nonempty, refuse_quads
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
@@ -45,7 +45,7 @@ class Piece:
         if self.mesh is None:
             return LINE_MATERIAL
         colors = self.mesh.colors
-        blended = colors is not None and translucent(colors)
+        blended = colors is not None and is_translucent(colors)
         color = self.color or color
         return surface_material(color, colored=colors is not None, blended=blended)
 

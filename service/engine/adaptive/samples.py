@@ -122,16 +122,20 @@ def _evaluate_channel(
         nets = batch.channels[number].nets
         for part in row_slices(len(rows), nets[0].size, CHUNK_VALUES):
             some = rows[part]
-            own, u, v = nets[samples.patch[some] - first], samples.u[some], samples.v[some]
+            nets_of_samples, u, v = (
+                nets[samples.patch[some] - first],
+                samples.u[some],
+                samples.v[some],
+            )
             if isinstance(batch, TrianglePatches):
                 places = to_barycentric(u * (1.0 - v), v)
                 basis = triangle_bernstein(degree_of(nets.shape[1]), places)
-                values[some] = np.einsum("km,mkd->md", basis, own)
+                values[some] = np.einsum("km,mkd->md", basis, nets_of_samples)
             else:
                 along_u, along_v = (
                     bernstein(nets.shape[axis] - 1, t) for axis, t in ((1, u), (2, v))
                 )
-                lines = np.einsum("mi,mijd->mjd", along_u, own)
+                lines = np.einsum("mi,mijd->mjd", along_u, nets_of_samples)
                 values[some] = np.einsum("mj,mjd->md", along_v, lines)
     if model.batches[0].channels[number].kind == "colors":
         np.clip(values, 0.0, 1.0, out=values)

@@ -1,4 +1,4 @@
-"""The front door by itself: what it cache, message by message, and what it hands on."""
+"""The cache middleware alone: the messages of cached responses, and the requests it passes on."""
 
 import asyncio
 from collections.abc import Mapping
@@ -16,14 +16,14 @@ from service.api.responses import CHUNK, UNTRACKED
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
 
 
-def asked(
+def send_request(
     body: bytes = b"a body",
     method: str = "GET",
     headers: tuple[tuple[bytes, bytes], ...] = (),
     scope: Mapping[str, object] | None = None,
 ) -> tuple[list[Message], int]:
-    """The messages of an answer, and how many requests were handed on."""
-    cache, behind, messages = ResponseCache(1 << 30), list[Scope](), list[Message]()
+    """The messages of a response, and the number of requests that were passed on."""
+    cache, passed, messages = ResponseCache(1 << 30), list[Scope](), list[Message]()
     entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert cache.put(entry, cache.generation)
     cache.add(entry, "gzip", b"packed")
@@ -32,7 +32,7 @@ def asked(
     request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
 
     async def inner(scope: Scope, _receive: Receive, _send: Send) -> None:
-        behind.append(scope)
+        passed.append(scope)
 
     async def send(message: Message) -> None:
         messages.append(message)
@@ -41,30 +41,30 @@ def asked(
         raise AssertionError("a body was read")
 
     async def ask() -> None:
-        door = CacheMiddleware(inner, cache, Origins(["*"]))
-        await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
+        middleware = CacheMiddleware(inner, cache, Origins(["*"]))
+        await middleware({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(ask())
     assert cache.counts.hits == bool(messages) == (record.cache == "hit")
-    return messages, len(behind)
+    return messages, len(passed)
 
 
 def test_a_hit_is_two_messages() -> None:
-    (start, body), behind = asked()
-    assert (start["status"], body["body"], behind) == (200, b"a body", 0)
+    (start, body), passed = send_request()
+    assert (start["status"], body["body"], passed) == (200, b"a body", 0)
     assert dict(start["headers"])[b"content-length"] == b"6"
     assert not body.get("more_body")
 
 
 def test_head_has_no_body() -> None:
-    (start, end), _ = asked(method="HEAD")
+    (start, end), _ = send_request(method="HEAD")
     assert dict(start["headers"])[b"content-length"] == b"6"
     assert end == {"type": "http.response.body", "body": b""}
 
 
 def test_a_long_body_comes_in_pieces() -> None:
     content = bytes(range(256)) * (5 * CHUNK // 512)
-    (start, *pieces), _ = asked(content)
+    (start, *pieces), _ = send_request(content)
     assert dict(start["headers"])[b"content-length"] == str(len(content)).encode()
     assert b"".join(piece["body"] for piece in pieces) == content
     assert max(len(piece["body"]) for piece in pieces) == CHUNK
@@ -73,18 +73,18 @@ def test_a_long_body_comes_in_pieces() -> None:
 
 def test_a_body_that_the_server_may_hold_is_one_message_and_a_longer_one_two() -> None:
     for size, count in ((UNTRACKED, 1), (UNTRACKED + 1, 2), (CHUNK, 2)):
-        (_, *pieces), _ = asked(bytes(size))
+        (_, *pieces), _ = send_request(bytes(size))
         assert [bool(piece.get("more_body")) for piece in pieces] == [True] * (count - 1) + [False]
         assert sum(len(piece["body"]) for piece in pieces) == size
 
 
 def test_lines_of_a_header_are_one_list() -> None:
     lines = ((b"accept-encoding", b"br"), (b"accept-encoding", b"gzip"))
-    (start, body), _ = asked(headers=lines)
+    (start, body), _ = send_request(headers=lines)
     assert (dict(start["headers"])[b"content-encoding"], body["body"]) == (b"gzip", b"packed")
     tag = dict(start["headers"])[b"etag"]
     conditions = ((b"if-none-match", b'"x"'), (b"if-none-match", tag))
-    (start, end), _ = asked(headers=(*lines, *conditions))
+    (start, end), _ = send_request(headers=(*lines, *conditions))
     assert (start["status"], end["body"]) == (304, b"")
 
 
@@ -102,7 +102,7 @@ def test_lines_of_a_header_are_one_list() -> None:
         (((b"accept-encoding", b"*;q=0"),), {}),
     ],
 )
-def test_what_is_not_ready_is_handed_on(
+def test_requests_without_a_cached_response_are_passed_on(
     headers: tuple[tuple[bytes, bytes], ...], scope: dict[str, object]
 ) -> None:
-    assert asked(headers=headers, scope=scope) == ([], 1)
+    assert send_request(headers=headers, scope=scope) == ([], 1)

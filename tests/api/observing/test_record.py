@@ -1,4 +1,4 @@
-"""Request records: few routes, nothing that a client made up, ids of requests and of traces."""
+"""Request records: routes, which repeat no text of a client, and ids of requests and traces."""
 
 from contextvars import copy_context
 
@@ -46,7 +46,7 @@ def labels() -> RouteLabels:
         ("", NO_ROUTE),
     ],
 )
-def test_what_a_path_stands_for(labels: RouteLabels, path: str, label: RouteLabel) -> None:
+def test_the_label_of_a_path(labels: RouteLabels, path: str, label: RouteLabel) -> None:
     assert labels.find(path) == labels.find(path) == label
 
 
@@ -56,7 +56,7 @@ def test_long_paths_are_not_remembered(labels: RouteLabels) -> None:
     assert labels._match_cached.cache_info().currsize == before
 
 
-def test_a_path_below_the_one_where_the_service_is_mounted(labels: RouteLabels) -> None:
+def test_a_path_below_the_mount_point(labels: RouteLabels) -> None:
     scope = {"method": "GET", "path": "/root/health", "root_path": "/root", "headers": []}
     assert copy_context().run(start_record, scope, labels).label.route == "/health"
 
@@ -76,7 +76,7 @@ def test_the_trace_of_the_caller(header: str, trace: str) -> None:
 
 
 @pytest.mark.parametrize("id", ["a", "0", "4bf92f35-77b3", "edge/req:1+a=@b_c.d", "x" * 128])
-def test_safe_ids_are_taken(labels: RouteLabels, id: str) -> None:
+def test_valid_request_ids_are_used(labels: RouteLabels, id: str) -> None:
     assert id_of(labels, id.encode()) == id
 
 
@@ -84,13 +84,13 @@ def test_safe_ids_are_taken(labels: RouteLabels, id: str) -> None:
     "id",
     [b"", b"x" * 129, b"a b", b"a\nb", b"\x1b[31m", b'a"b', b"-a", b"\xc3\xa4", b"a\x00", b"<a>"],
 )
-def test_other_ids_are_not(labels: RouteLabels, id: bytes) -> None:
+def test_invalid_request_ids_are_replaced(labels: RouteLabels, id: bytes) -> None:
     made = id_of(labels, id)
     assert len(made) == 32
     assert int(made, 16)
 
 
-def test_an_id_that_comes_twice_is_not_taken(labels: RouteLabels) -> None:
+def test_a_repeated_request_id_is_replaced(labels: RouteLabels) -> None:
     assert len(id_of(labels, b"a", b"b")) == 32
 
 

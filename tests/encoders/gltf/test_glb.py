@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.glb import PLACE, encode_glb
+from service.encoders.gltf.glb import PLACEHOLDER, encode_glb
 from service.encoders.pieces import Pieces
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
@@ -58,7 +58,7 @@ def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
 def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
-    mesh = replace(built("saddle"), name=PLACE.format(key))
+    mesh = replace(built("saddle"), name=PLACEHOLDER.format(key))
     assert file_of(mesh) == file_of(mesh) == anew(mesh)
 
 

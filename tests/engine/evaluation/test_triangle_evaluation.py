@@ -91,7 +91,7 @@ def test_chunks_do_not_show(
     whole = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
     parts = evaluate(patches, (11, 11), dtype=dtype)
-    monkeypatch.setattr(triangle_basis, "MAX_KEPT_VALUES", 200)
+    monkeypatch.setattr(triangle_basis, "MAX_CACHED_VALUES", 200)
     made = evaluate(patches, (11, 11), dtype=dtype)
     for found in (parts, made):
         for ours, theirs in ((found.positions, whole.positions), (found.normals, whole.normals)):

@@ -37,7 +37,7 @@ class TriangleRows:
 def build_triangles(
     boundaries: CellBoundaries, leaves: Leaves, points: FloatArray, selected: Bools, segments: Bools
 ) -> TriangleRows:
-    """The triangles of some leaves of an boundaries, and of the strips over some segments.
+    """The triangles of selected leaves, and of the strips over selected segments.
 
     Parameters
     ----------
@@ -170,10 +170,10 @@ def number_edges(vertex: Ints) -> Ints:
 
 
 def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
-    """Find hosts for the triangles whose `host` (T,) is −1; `host` is changed.
+    """Finds hosts for the triangles whose `host` (T,) is −1; changes `host`.
 
-    The host is the host of a triangle beside it, in the same leaf if possible: a leaf at a corner
-    of its face where both sides are points has no triangle that is its own host.
+    Such a triangle takes the host of a neighbour, in the same leaf if possible. (In a leaf at a
+    corner of its face where both sides are poles, no triangle is its own host.)
     """
     forth, back = number_directed_edges(corners)
     waiting = (host < 0).nonzero()[0]
@@ -238,7 +238,7 @@ def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, 
 
 
 def find_crossed_edges(corners: Ints, crowd: Ints) -> Ints:
-    """Those of edges with more than two triangles that are inside a face: (triangle, k), (X, 2)."""
+    """The edges inside faces among those with more than two triangles: (triangle, k), (X, 2)."""
     forth, back = number_directed_edges(corners)
     inside = crowd[is_among(back[crowd], forth)]
     return np.stack([inside // 3, inside % 3], axis=1)
