@@ -18,31 +18,12 @@ from service.bases.unique_rows import unique_rows
 from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.creases import Averages
 from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape
-from service.engine.mesh.runs import Block, SampleRuns
+from service.engine.mesh.runs import Block, BorderWrites, SampleRuns
 from service.surface.batches import Patches
 from service.surface.sides import along_sides
 
 FINE = 4
 """Divisions along u and along v from which on sides that are one point leave nothing out."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class BorderWrites:
-    """Which samples of edges, and which corners, are written over the borders of patches.
-
-    Attributes
-    ----------
-    groups : tuple of (int, ndarray of bool, shape (E,), or None)
-        A number of divisions R, and which edges have it; None for all. In a table of points, the
-        (R + 1) E_R samples of these come one group after another, those of equal parameter
-        together; the corners (C,) come last.
-    targets, sources : ndarrays of int, shape (n,)
-        Samples of the model, and the row of the table for each of them.
-    """
-
-    groups: tuple[tuple[int, Bools | None], ...]
-    targets: Ints
-    sources: Ints
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ a triangle are numbered row by row (`service.bases.triangle`).
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -17,13 +16,11 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import PLANS
+from service.engine.mesh.frames import Divisions, build_strips
 from service.engine.options import Faces
 from service.surface.sides import along_sides
 
 Index = TypeVar("Index", np.uint32, np.intp)
-
-Divisions = tuple[int, int, int, int]
-"""Numbers of divisions of the four sides."""
 
 NO_TRIANGLES: IndexArray = np.empty((0, 3), dtype=np.uint32)
 NO_QUADS: IndexArray = np.empty((0, 4), dtype=np.uint32)
@@ -138,7 +135,7 @@ def _build_cells(
     """Faces of these cells, and of the strips of a frame; none with a vertex twice."""
     ru, rv = shape.resolution
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
-    strips = _frame(shape, number) if shape.is_framed else []
+    strips = build_strips(number, shape.sides) if shape.is_framed else []
     merged = merge_collapsed(shape)
     quads = cells[:0]
     if kind == "quads":
@@ -230,46 +227,3 @@ def _find_proper(faces: Ints) -> NDArray[np.bool_]:
     ordered = np.sort(faces, axis=1)
     keep: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
     return keep
-
-
-def _frame(shape: Shape, number: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """Strips that join each side, in its own divisions, to the next line of the grid."""
-    lines = (
-        (number[0], number[1, 1:-1], False),
-        (number[-1], number[-2, 1:-1], True),
-        (number[:, 0], number[1:-1, 1], True),
-        (number[:, -1], number[1:-1, -2], False),
-    )
-    first = number.size
-    strips = []
-    for (border, inner, turn), divisions in zip(lines, shape.sides, strict=True):
-        if divisions == len(border) - 1:
-            outer = border
-        else:
-            between = np.arange(first, first + divisions - 1)
-            outer = np.concatenate([border[:1], between, border[-1:]])
-            first += divisions - 1
-        strips.append(_strip(outer.tolist(), inner.tolist(), len(border) - 1, turn))
-    return strips
-
-
-def _strip(outer: list[int], inner: list[int], divisions: int, turn: bool) -> NDArray[np.intp]:
-    """Triangles between a side and the shorter line of samples beside it.
-
-    Both run over the parameter of the side: `outer` in equal divisions from 0 to 1, `inner` from
-    1/R to 1 − 1/R. Going along both, the triangle that advances less comes first.
-    """
-    last = len(outer) - 1
-    triangles = []
-    b = 0
-    for a, (here, there) in enumerate(pairwise(outer)):
-        # Exact comparison of (a+1)/last with (b+2)/R in whole numbers.
-        while b < len(inner) - 1 and (b + 2) * last < (a + 1) * divisions:
-            triangles.append((here, inner[b], inner[b + 1]))
-            b += 1
-        triangles.append((here, inner[b], there))
-    while b < len(inner) - 1:
-        triangles.append((outer[-1], inner[b], inner[b + 1]))
-        b += 1
-    strip = np.array(triangles, dtype=np.intp)
-    return strip[:, ::-1] if turn else strip

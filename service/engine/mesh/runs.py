@@ -1,4 +1,7 @@
-"""The samples of patches: a grid, or rows, of each of them, and runs beside framed sides."""
+"""The samples of patches: a grid, or rows, of each of them, and runs beside framed sides.
+
+`BorderWrites` are those that the samples of edges replace.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -37,6 +40,25 @@ class Block:
         if self.triangular:
             return triangle.count_points(self.resolution[0])
         return (self.resolution[0] + 1) * (self.resolution[1] + 1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BorderWrites:
+    """Which samples of edges, and which corners, are written over the borders of patches.
+
+    Attributes
+    ----------
+    groups : tuple of (int, ndarray of bool, shape (E,), or None)
+        A number of divisions R, and which edges have it; None for all. In a table of points, the
+        (R + 1) E_R samples of these come one group after another, those of equal parameter
+        together; the corners (C,) come last.
+    targets, sources : ndarrays of int, shape (n,)
+        Samples of the model, and the row of the table for each of them.
+    """
+
+    groups: tuple[tuple[int, Bools | None], ...]
+    targets: Ints
+    sources: Ints
 
 
 @dataclass(frozen=True, eq=False)

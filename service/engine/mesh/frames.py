@@ -1,0 +1,65 @@
+"""Strips of triangles between the border of a patch and the next line of its grid.
+
+Where a neighbour divides a shared edge more finely, all four sides of the patch follow the edges:
+strips join each side, in its own divisions, to the grid inside.
+"""
+
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Divisions: TypeAlias = tuple[int, int, int, int]
+"""Numbers of divisions of the four sides."""
+
+
+def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.intp]]:
+    """Triangles (T, 3) beside each of the sides u = 0, u = 1, v = 0, v = 1, as local indices.
+
+    Parameters
+    ----------
+    number : ndarray of int, shape (Ru+1, Rv+1)
+        The indices of the grid; those of other samples of the sides follow them, side by side.
+    sides : tuple of int
+        Divisions of the sides.
+    """
+    lines = (
+        (number[0], number[1, 1:-1], False),
+        (number[-1], number[-2, 1:-1], True),
+        (number[:, 0], number[1:-1, 1], True),
+        (number[:, -1], number[1:-1, -2], False),
+    )
+    first = number.size
+    strips = []
+    for (border, inner, turn), divisions in zip(lines, sides, strict=True):
+        if divisions == len(border) - 1:
+            outer = border
+        else:
+            between = np.arange(first, first + divisions - 1)
+            outer = np.concatenate([border[:1], between, border[-1:]])
+            first += divisions - 1
+        strips.append(_strip(outer.tolist(), inner.tolist(), len(border) - 1, turn))
+    return strips
+
+
+def _strip(outer: list[int], inner: list[int], divisions: int, turn: bool) -> NDArray[np.intp]:
+    """Triangles between a side and the shorter line of samples beside it.
+
+    Both run over the parameter of the side: `outer` in equal divisions from 0 to 1, `inner` from
+    1/R to 1 − 1/R. Going along both, the triangle that advances less comes first.
+    """
+    last = len(outer) - 1
+    triangles = []
+    b = 0
+    for a, (here, there) in enumerate(pairwise(outer)):
+        # Exact comparison of (a+1)/last with (b+2)/R in whole numbers.
+        while b < len(inner) - 1 and (b + 2) * last < (a + 1) * divisions:
+            triangles.append((here, inner[b], inner[b + 1]))
+            b += 1
+        triangles.append((here, inner[b], there))
+    while b < len(inner) - 1:
+        triangles.append((outer[-1], inner[b], inner[b + 1]))
+        b += 1
+    strip = np.array(triangles, dtype=np.intp)
+    return strip[:, ::-1] if turn else strip
