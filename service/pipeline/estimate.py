@@ -27,13 +27,8 @@ from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
 from service.pipeline.cost import EFFORT, Cost, adaptive_triangles, estimate_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh import (
-    PLAIN,
-    carried_channels,
-    estimate_stored_size,
-    member_shares,
-    plan_mesh,
-)
+from service.pipeline.mesh import PLAIN, carried_channels, plan_mesh
+from service.pipeline.mesh_sizes import estimate_stored_size, member_shares
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel

@@ -1,7 +1,6 @@
 """Surface and options in, a mesh file out: lower, check, build, encode."""
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -24,17 +23,16 @@ from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check
 from service.pipeline.checks import (
     check_bytes,
     check_model,
-    check_options,
-    check_surface,
     check_vertices,
     count_models,
     require_all_patches,
 )
-from service.pipeline.cost import Cost, adaptive_cost, least_vertices, mesh_cost, mesh_size
+from service.pipeline.cost import Cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.mesh_sizes import estimate_stored_size, member_shares, plan_sizes
 from service.schemas.options import MeshOptionFields
 from service.surface.lowered import GroupModel, Model, PatchModel
-from service.surface.sizes import SurfaceKind, SurfaceSize
+from service.surface.sizes import SurfaceKind
 
 PLAIN = EncodeOptions()
 
@@ -194,58 +192,6 @@ def plan_mesh(
     return MeshWork(surface, options, fmt, encode, limits, *known)
 
 
-@lru_cache(512)
-def plan_sizes(
-    whole: SurfaceSize,
-    different: SurfaceSize,
-    options: MeshOptions,
-    form: tuple[Format, EncodeOptions],
-    limits: Limits,
-) -> tuple[MeshSize, MeshSize, bool, bool, int, Cost]:
-    """The fields of a `MeshWork` for a surface of these sizes; raises like `plan_mesh`.
-
-    Requests for surfaces of one shape in one format, which are most, find it here.
-    """
-    fmt, encode = form
-    once = different if member_shares(fmt, encode) and not options.curvatures else whole
-    check_surface(different, limits)
-    check_options(whole, options, fmt, encode)
-    size = mesh_size(whole, options, fmt)
-    stored = size if once is whole else mesh_size(once, options, fmt)
-    asks_patches = whole.curves or options.has_solid_wires or options.curvatures
-    is_possible = not asks_patches and options.method != "de_casteljau"
-    if options.accuracy is not None:
-        cost = adaptive_cost(once, options, stored, form, limits)
-        return size, stored, True, is_possible, cost.memory, cost
-    ru, rv = options.resolution
-    is_certain = ru == rv and not (whole.curves or (options.curvatures and whole.members > 1))
-    file = fmt.byte_bound(stored, encode)
-    if is_certain:
-        check_vertices(size.vertices + size.overlay_points, limits)
-        check_bytes(file, fmt, limits)
-    else:
-        check_vertices(least_vertices(whole, options), limits)
-        # What turns out to be larger is refused before it is made.
-        most = limits.max_vertices
-        stored = replace(
-            stored,
-            vertices=min(stored.vertices, most),
-            triangles=min(stored.triangles, 2 * most),
-            quads=min(stored.quads, most),
-        )
-        file = min(file, limits.max_bytes)
-    cost = mesh_cost(once, options, stored, file, form)
-    less = "a lower resolution, or another format, takes less"
-    limits.check_memory(cost.memory, "The mesh", "/resolution", less)
-    alone = cost.memory
-    if once is not whole and options.weld_tolerance:
-        # Copies that meet are stored each by itself.
-        most = min(fmt.byte_bound(size, encode), limits.max_bytes)
-        apart = mesh_cost(whole, options, size, most, form).memory
-        cost = replace(cost, memory=max(alone, min(apart, limits.max_memory)))
-    return size, stored, is_certain, is_possible, alone, cost
-
-
 def render(
     surface: SurfaceKind,
     options: MeshOptions,
@@ -266,20 +212,6 @@ def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = a
     """The mesh of a model as the format stores it; `allow` looks at models that were cut."""
     mesh = build(model, options, single=fmt.single, allow=allow)
     return mesh if fmt.local else move_to_zero(mesh)
-
-
-def member_shares(fmt: Format, encode: EncodeOptions) -> bool:
-    """Whether equal surfaces of a group are stored once."""
-    return fmt.encode_scene is not None and not encode.exact
-
-
-def estimate_stored_size(
-    surface: SurfaceKind, options: MeshOptions, fmt: Format, encode: EncodeOptions
-) -> SurfaceSize:
-    """The size of the stored meshes; copies with different curvatures are stored apart."""
-    if member_shares(fmt, encode) and not options.curvatures:
-        return surface.stored_size()
-    return surface.size()
 
 
 def carried_channels(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:

@@ -16,7 +16,8 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.estimate import plan_estimate
-from service.pipeline.mesh import plan_mesh, plan_sizes, render
+from service.pipeline.mesh import plan_mesh, render
+from service.pipeline.mesh_sizes import plan_sizes
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.patches import PatchSurface

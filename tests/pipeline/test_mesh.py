@@ -16,7 +16,8 @@ from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedBy
 from service.pipeline.checks import check_model, count_models
 from service.pipeline.cost import mesh_counts, mesh_size
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import build_mesh, plan_mesh, plan_sizes, render
+from service.pipeline.mesh import build_mesh, plan_mesh, render
+from service.pipeline.mesh_sizes import plan_sizes
 from service.pipeline.points import plan_points
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
