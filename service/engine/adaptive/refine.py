@@ -110,7 +110,7 @@ def triangulate(
             return draft.finish(proofs.deviation, proofs.mesh if goal.two_sided else None)
         draft.halvings[strips] += FLATTER
         assert draft.polygons.leaves is not None
-        halves = draft.polygons.leaves.cells.take(cut).halve(along_v)
+        halves = draft.polygons.leaves.take(cut).halve(along_v)
         draft.renew(divide_cells(task, Cells.concatenate([*halves])), cut, strips)
 
 
@@ -189,7 +189,7 @@ def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
     leaves, triangles, samples = draft.polygons.leaves, draft.triangles, draft.samples
     assert leaves is not None
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
-    box = leaves.cells.box
+    box = leaves.box
     is_hosted = triangles.host >= 0
     orphans = triangles.leaf[triangles.is_alive & ~is_hosted & (triangles.leaf >= 0)]
     degenerate = np.concatenate([orphans, triangles.bare])

@@ -17,13 +17,13 @@ Angles are handled as directions (cos, sin), up to a factor: no arcs, no tangent
 and wedges to 8 u times the length of their edge; they are made lower by 2^-40 of it.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray
 from service.engine.bounds.blossoms import BEFORE, NEXT
-from service.engine.bounds.vectors import Vectors, cross, dot, length
+from service.engine.bounds.vectors import Columns, Vectors, cross, dot, length
 
 SHRUNK = 1.0 - 2.0**-40
 """Factor that lowers wedges by more than the error of their angles."""
@@ -37,7 +37,7 @@ height of the triangle."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ReferenceTriangles:
+class ReferenceTriangles(Columns):
     """m triangles and their wedges.
 
     Attributes
@@ -68,10 +68,6 @@ class ReferenceTriangles:
     begins: FloatArray
     ends: FloatArray
     folds: FloatArray
-
-    def take(self, rows: Ints) -> "ReferenceTriangles":
-        """Some of the triangles."""
-        return ReferenceTriangles(*(getattr(self, field.name)[..., rows] for field in fields(self)))
 
     def to_frames(self, nets: FloatArray, scale: FloatArray) -> FloatArray:
         """Nets (m, 3, …), or homogeneous ones (m, 4, …), in the frames; weights do not change.

@@ -1,10 +1,10 @@
-"""Vectors of space as arrays of shape (…, 3, m), one component after another."""
+"""Arrays of which the last axis counts items: vectors of shape (…, 3, m), and records of arrays."""
 
-from typing import TypeAlias
+from typing import Self, TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray, Ints
 
 Vectors: TypeAlias = FloatArray
 """Shape (…, 3, m)."""
@@ -30,3 +30,23 @@ def length(a: Vectors) -> FloatArray:
     """Lengths |a|, shape (…, m)."""
     size: FloatArray = np.sqrt(dot(a, a))
     return size
+
+
+class Columns:
+    """Base of frozen data classes whose fields are arrays (…, m) of the same m items."""
+
+    __slots__ = ()
+    __dataclass_fields__: dict[str, object]
+
+    def take(self, index: Ints | Bools | slice) -> Self:
+        """Some of the items."""
+        return type(self)(*(getattr(self, name)[..., index] for name in self.__dataclass_fields__))
+
+    @classmethod
+    def concatenate(cls, parts: list[Self]) -> Self:
+        """The items of several lists, one list after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        names = cls.__dataclass_fields__
+        columns = ([getattr(part, name) for part in parts] for name in names)
+        return cls(*(np.concatenate(column, axis=-1) for column in columns))

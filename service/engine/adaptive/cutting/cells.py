@@ -7,13 +7,14 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.vectors import Columns
 
 SHORTEST = 16
 """Least side of a cell, in units of places: a corner may be lifted by a share of it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Cells:
+class Cells(Columns):
     """Boxes of places: `face` (m,) and `box` (4, m), the rows u0, u1, v0, v1."""
 
     face: Ints
@@ -21,18 +22,6 @@ class Cells:
 
     def __len__(self) -> int:
         return len(self.face)
-
-    def take(self, index: Ints | Bools | slice) -> "Cells":
-        """Some of the cells."""
-        return Cells(self.face[index], self.box[:, index])
-
-    @classmethod
-    def concatenate(cls, parts: list["Cells"]) -> "Cells":
-        """Cells of several lists, one list after the other."""
-        return cls(
-            np.concatenate([part.face for part in parts]),
-            np.concatenate([part.box for part in parts], axis=1),
-        )
 
     def halve(self, along_v: Bools) -> tuple["Cells", "Cells"]:
         """First and second halves: v is halved where `along_v`, u elsewhere; at a knot, if any."""
@@ -51,55 +40,25 @@ class Cells:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Leaves:
-    """Cells that are near enough to two triangles.
+class Leaves(Cells):
+    """m cells that are estimated to be near enough to two triangles, or candidates for them.
 
     Attributes
     ----------
-    cells : Cells
-    along_v, rising, form
-        See `estimate.CellEstimates`; `along_v` is used if the leaf is cut after all.
+    along_v : ndarray of bool, shape (m,)
+        The direction of a cut, if there is one: v is halved, not u.
+    rising : ndarray of bool, shape (m,)
+        Whether the diagonal (0, 0)–(1, 1) is better than (1, 0)–(0, 1).
+    form : ndarray of float64, shape (7, m)
+        The cell as a quadratic surface over [0, 1]². Rows E, F, G: the squared length of a step
+        (du, dv) is E du² + 2 F du dv + G dv². Rows a, b, c: the height of the surface over the
+        middle of a chord (du, dv) is a du² + 2 b du dv + c dv². The last row is the allowed
+        deviation.
     """
 
-    cells: Cells
     along_v: Bools
     rising: Bools
     form: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.along_v)
-
-    def take(self, index: Ints | Bools) -> "Leaves":
-        """Some of the leaves."""
-        return Leaves(
-            self.cells.take(index), self.along_v[index], self.rising[index], self.form[:, index]
-        )
-
-    @classmethod
-    def empty(cls) -> "Leaves":
-        """No leaves at all."""
-        box = np.empty((4, 0), dtype=np.intp)
-        no = np.zeros(0, dtype=bool)
-        return cls(Cells(box[0], box), no, no, np.empty((7, 0)))
-
-    @classmethod
-    def concatenate(cls, parts: list["Leaves"]) -> "Leaves":
-        """Leaves of several lists, one list after the other."""
-        if len(parts) == 1:
-            return parts[0]
-        return cls(
-            Cells.concatenate([part.cells for part in parts]),
-            np.concatenate([part.along_v for part in parts]),
-            np.concatenate([part.rising for part in parts]),
-            np.concatenate([part.form for part in parts], axis=1),
-        )
-
-    @classmethod
-    def merge(cls, parts: list["Leaves"]) -> "Leaves":
-        """Leaves of several lists, in the order of face, u0, v0."""
-        leaves = cls.concatenate(parts)
-        box = leaves.cells.box
-        return leaves.take(np.lexsort((box[2], box[0], leaves.cells.face)))
 
 
 def build_whole_cells(faces: Faces) -> Cells:

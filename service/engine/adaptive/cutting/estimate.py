@@ -5,11 +5,10 @@ uses the whole net, not only samples of the surface: a cell is a biquadratic sur
 its points plus a remainder, of which all control points count (`planes`).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
+from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.cutting.halving import evaluate_nine_points, project
 from service.engine.adaptive.cutting.normal_variation import (
     Scale,
@@ -39,35 +38,10 @@ LENGTH = 1e-3
 """Share of the allowed deviation that counts for the longer side; it breaks ties."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class CellEstimates:
-    """Estimates of m cells.
-
-    Attributes
-    ----------
-    fails : ndarray of bool, shape (m,)
-        Whether the cell is to be cut.
-    along_v : ndarray of bool, shape (m,)
-        The direction of a cut: v is halved, not u.
-    rising : ndarray of bool, shape (m,)
-        Whether the diagonal (0, 0)–(1, 1) is better than (1, 0)–(0, 1).
-    form : ndarray of float64, shape (7, m)
-        The cell as a quadratic surface over [0, 1]². Rows E, F, G: the squared length of a step
-        (du, dv) is E du² + 2 F du dv + G dv². Rows a, b, c: the height of the surface over the
-        middle of a chord (du, dv) is a du² + 2 b du dv + c dv². The last row is the allowed
-        deviation.
-    """
-
-    fails: Bools
-    along_v: Bools
-    rising: Bools
-    form: FloatArray
-
-
 def estimate_cells(
-    nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None
-) -> CellEstimates:
-    """Estimates of cells of one span.
+    cells: Cells, nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None
+) -> tuple[Bools, Leaves]:
+    """Which of the cells, of one span each, are to be cut; and all of them as leaves.
 
     Parameters
     ----------
@@ -115,13 +89,13 @@ def estimate_cells(
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)
-    return CellEstimates(fails, v_first, is_rising, form)
+    return fails, Leaves(cells.face, cells.box, v_first, is_rising, form)
 
 
 def build_forms(
     steps: FloatArray, normal: Vectors, bends: FloatArray, allowed: FloatArray
 ) -> FloatArray:
-    """`CellEstimates.form` of cells from their `STEPS`, normals, and bends (2, m) along u and v."""
+    """`Leaves.form` of cells from their `STEPS`, normals, and bends (2, m) along u and v."""
     along = (steps[:2] - steps[2:4]) * 0.5
     form = np.empty((7, len(allowed)))
     form[:2], form[2] = dot(along[0], along), dot(along[1], along[1])

@@ -34,13 +34,13 @@ def divide_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
             cells = cells.take(slice(fitting))
         levels = _build_levels(cells)
         every = Cells.concatenate([level.cells for level in levels])
-        estimates = estimate_span_cells(task, every, nine_points)
+        is_failing, candidates = estimate_span_cells(task, every, nine_points)
         examined, done = np.arange(len(cells)), []
         for level in levels:
-            fails = estimates.fails[examined]
+            fails = is_failing[examined]
             done.append(examined[~fails])
             cut = examined[fails]
-            along_v = estimates.along_v[cut]
+            along_v = candidates.along_v[cut]
             cut -= level.begin
             if level.halves is None:
                 last = level.cells.take(cut)
@@ -55,7 +55,6 @@ def divide_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
                 examined = level.number[half]
                 rest.append(level.halves.take(half[examined < 0]))
                 examined = examined[examined >= 0]
-        candidates = Leaves(every, estimates.along_v, estimates.rising, estimates.form)
         leaves.append(candidates.take(np.concatenate(done)))
     return leaves, rest
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import Cells
+from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.cutting.estimate import (
-    CellEstimates,
     build_forms,
     choose_directions,
     find_allowed,
@@ -41,8 +40,8 @@ FEW = [0, 4]
 """Points of the nine that are tried first, to find cells of many spans that are far from flat."""
 
 
-def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> CellEstimates:
-    """Estimates of cells of several spans."""
+def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
+    """Which of the cells, of several spans each, are to be cut; and all of them as leaves."""
     pieces, goal = split_cells(cells), task.goal
     own, of = pieces.own, pieces.cell
     patch = task.find_patches(own)
@@ -80,7 +79,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> Ce
         bends = np.where(worse, left[1:], bends)
     form = build_forms(steps, normal, bends, allowed)
     along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
-    return CellEstimates(fails, along_v, rising, form)
+    return fails, Leaves(cells.face, cells.box, along_v, rising, form)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

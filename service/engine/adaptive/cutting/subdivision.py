@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves
-from service.engine.adaptive.cutting.estimate import CellEstimates, estimate_cells
+from service.engine.adaptive.cutting.estimate import estimate_cells
 from service.engine.adaptive.cutting.halving import halve, restrict
 from service.engine.adaptive.cutting.knot_spans import divide_spans
 from service.engine.adaptive.cutting.normal_variation import measure_scale
@@ -52,8 +52,6 @@ def divide_cells(task: Task, start: Cells) -> Leaves:
     TooLarge, InvalidRequest
         As `MeshLimits` and `build_depth_error` say.
     """
-    if not len(start):
-        return Leaves.empty()
     leaves: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
@@ -61,7 +59,8 @@ def divide_cells(task: Task, start: Cells) -> Leaves:
         start = Cells.concatenate([start.take(~several), *rest])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets)
-    return Leaves.merge(leaves)
+    found = Leaves.concatenate(leaves or [_NONE])
+    return found.take(np.lexsort((found.box[2], found.box[0], found.face)))
 
 
 def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
@@ -93,42 +92,42 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leave
         turns = TURNS * len(cells) if angles else 0
         task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         size = measure_scale(cells.box / SPAN, task.patch_nets.sizes[patch]) if angles else None
-        estimates = estimate_cells(net, task.goal, task.find_eyes(patch), size)
-        done, cut = _choose_leaves(estimates, sizes)
+        fails, candidates = estimate_cells(cells, net, task.goal, task.find_eyes(patch), size)
+        done, cut = _choose_leaves(fails, candidates.along_v, sizes)
         if len(done):
-            yield Leaves(cells, estimates.along_v, estimates.rising, estimates.form).take(done)
+            yield candidates.take(done)
             leaves += len(done)
             task.limits.count(leaves)
         if not len(cut):
             continue
-        halves, twice, halves_nets = _halve_cells(cells, patch, net, cut, estimates.along_v[cut])
+        halves, twice, halves_nets = _halve_cells(candidates, patch, net, cut)
         waiting += [
             (halves.take(rows), twice[rows], halves_nets[..., rows])
             for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
 
 
-def _choose_leaves(estimates: CellEstimates, sizes: list[int]) -> tuple[Ints, Ints]:
+def _choose_leaves(is_failing: Bools, along_v: Bools, sizes: list[int]) -> tuple[Ints, Ints]:
     """Rows of the leaves, and of the cells to be cut, among cells and their halves by levels."""
     leaves, begin = [], 0
     level = np.arange(sizes[0])
     for size in sizes:
-        fails = estimates.fails[level]
+        fails = is_failing[level]
         leaves.append(level[~fails])
         cut = level[fails]
         # Behind a level come its halves across u, first ones and second ones, and those across v.
-        half = cut + size * (1 + 2 * estimates.along_v[cut])
+        half = cut + size * (1 + 2 * along_v[cut])
         level = np.concatenate([half, half + size])
         begin += size
     return np.concatenate(leaves), cut
 
 
 def _halve_cells(
-    cells: Cells, patch: Ints, net: FloatArray, cut: Ints, along_v: Bools
+    cells: Leaves, patch: Ints, net: FloatArray, cut: Ints
 ) -> tuple[Cells, Ints, FloatArray]:
     """Halves of some cells: first those across u, then those across v."""
-    order = along_v.argsort(kind="stable")
-    cut, along_v, count = cut[order], along_v[order], len(cut)
+    cut = cut[cells.along_v[cut].argsort(kind="stable")]
+    along_v, count = cells.along_v[cut], len(cut)
     halves_nets = np.empty((*net.shape[:3], 2 * count))
     both = halves_nets.reshape(*net.shape[:3], 2, count)
     middle = count - int(np.count_nonzero(along_v))
@@ -170,6 +169,14 @@ def _add_halves(
     number = np.arange(total) % sizes[0]
     return Cells(cells.face[number], boxes), patch[number], halves_nets, sizes
 
+
+_NONE = Leaves(
+    np.empty(0, dtype=np.intp),
+    np.empty((4, 0), dtype=np.intp),
+    np.zeros(0, dtype=bool),
+    np.zeros(0, dtype=bool),
+    np.empty((7, 0)),
+)
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]
 """Cells, their patches, and their nets; None for nets that are not computed yet."""

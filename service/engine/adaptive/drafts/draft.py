@@ -77,13 +77,13 @@ class Draft:
             parts = [fresh] if old_leaves is None else [fresh, old_leaves.take(old)]
             some = Leaves.concatenate(parts)
             self.task.limits.spend(OVERHEAD * len(some))
-            boundaries = trace_boundaries(self.border_places, some.cells, self.halvings)
+            boundaries = trace_boundaries(self.border_places, some, self.halvings)
             size = boundaries.start[1:] - boundaries.start[:-1]
             crowded = find_crowded(self.task, some, size[: len(fresh) + len(near)])
             if not len(crowded):
                 break
-            along_v = find_crowded_directions(boundaries, some.cells, crowded)
-            halves = some.cells.take(crowded).halve(along_v)
+            along_v = find_crowded_directions(boundaries, some, crowded)
+            halves = some.take(crowded).halve(along_v)
             of_fresh = crowded[crowded < len(fresh)]
             of_near = crowded[crowded >= len(fresh)] - len(fresh)
             rest = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
@@ -187,10 +187,10 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
     if not len(many):
         return many
     # Corners, each with the middle of the side after it.
-    u0, u1, v0, v1 = leaves.cells.box[:, many]
+    u0, u1, v0, v1 = leaves.box[:, many]
     u, v = (u0 + u1) // 2, (v0 + v1) // 2
     us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])
-    face = np.concatenate([leaves.cells.face[many]] * 8)
+    face = np.concatenate([leaves.face[many]] * 8)
     points = task.evaluate_points(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
     away, along = points[1::2] - points[::2], points[[2, 4, 6, 0]] - points[::2]
     square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)

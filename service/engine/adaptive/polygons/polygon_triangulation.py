@@ -1,7 +1,7 @@
 """Convex polygons cut into triangles in the best way, many at a time.
 
 The best triangles are near the surface and, in second place, well shaped. The surface over a leaf
-is treated as quadratic (`CellEstimates.form`), so its distance to a triangle needs no evaluation.
+is treated as quadratic (`Leaves.form`), so its distance to a triangle needs no evaluation.
 No triangle has three places in a line.
 
 For a polygon of few corners all ways to cut it are compared. For more corners the best way is built
@@ -86,7 +86,7 @@ def triangulate_polygons(
         numbers.
     points : ndarray of float64, shape (3, n)
     form : ndarray of float64, shape (7, m)
-        See `CellEstimates`.
+        See `Leaves`.
 
     Returns
     -------
@@ -190,7 +190,7 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     points : ndarray of float64, shape (3, 3, K)
         Coordinates first.
     form : ndarray of float64, shape (4, K)
-        The last rows of `CellEstimates.form`.
+        The last rows of `Leaves.form`.
     """
     dx, dy = x[NEXT] - x, y[NEXT] - y
     ratio = maximize_heights((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]

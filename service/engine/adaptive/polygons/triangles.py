@@ -78,7 +78,7 @@ def _triangulate_leaves(
     size = boundaries.start[rest + 1] - start
     polygon = np.repeat(np.arange(len(rest)), size)
     corners = boundaries.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
-    u0, u1, v0, v1 = leaves.cells.box[:, rest[polygon]]
+    u0, u1, v0, v1 = leaves.box[:, rest[polygon]]
     x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
     triangles, polygon = triangulate_polygons(size, x, y, points[corners].T, leaves.form[:, rest])
     return (

@@ -117,7 +117,7 @@ def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
     )
     leaves = build_leaves(model_of([net]), Goal(np.inf, 0.3))
     assert len(leaves) < 64
-    least = (leaves.cells.box[1::2] - leaves.cells.box[::2]).min() / SPAN
+    least = (leaves.box[1::2] - leaves.box[::2]).min() / SPAN
     assert FINEST <= least < ROUGH
 
 

@@ -40,7 +40,7 @@ def build_leaves(model: PatchModel, goal: Goal) -> Leaves:
 
 def count_cuts(leaves: Leaves) -> tuple[int, int]:
     """Numbers of different places along u and along v at which leaves begin."""
-    return len(np.unique(leaves.cells.box[0])), len(np.unique(leaves.cells.box[2]))
+    return len(np.unique(leaves.box[0])), len(np.unique(leaves.box[2]))
 
 
 @given(nets(), st.sampled_from([0, 1]), st.integers(1, 7), st.integers(0, 6))
@@ -85,7 +85,7 @@ def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float
     leaves = build_leaves(
         model_of([points], None if weights is None else [weights]), Goal(tolerance)
     )
-    u0, u1, v0, v1 = leaves.cells.box.astype(object)
+    u0, u1, v0, v1 = leaves.box.astype(object)
     assert sum((u1 - u0) * (v1 - v0)) == SPAN**2
     order = list(zip(u0, v0, strict=True))
     assert order == sorted(set(order))
@@ -117,6 +117,6 @@ def test_flat_spans_stay_together() -> None:
     net = np.stack([u, v, np.where((u == 40) & (v == 11), 3.0, 0.0)], axis=-1)
     bump = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
     leaves = build_leaves(bump, Goal(0.01))
-    size = np.prod(leaves.cells.box[1::2] - leaves.cells.box[::2], axis=0, dtype=float)
+    size = np.prod(leaves.box[1::2] - leaves.box[::2], axis=0, dtype=float)
     assert len(leaves) < 400
     assert size.max() > 100.0 * SPAN**2

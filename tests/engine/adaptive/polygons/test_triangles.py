@@ -26,7 +26,7 @@ def build_first_triangles(
     leaves = divide_cells(task, build_whole_cells(found.faces))
     draft.renew(leaves)
     # The first samples are those of the boundaries, in their order.
-    boundaries = trace_boundaries(draft.border_places, leaves.cells, draft.halvings)
+    boundaries = trace_boundaries(draft.border_places, leaves, draft.halvings)
     return boundaries, draft.triangles
 
 
