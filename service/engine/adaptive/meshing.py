@@ -54,7 +54,7 @@ class ModelMesher:
         if seams.connectivity.has_thin:
             model = leave_out_curves(model, seams.connectivity)
             seams = find_seams(model.batches)
-        self.model, self.seams, self._ground = model, seams, PatchNets.of(model)
+        self.model, self.seams, self._patch_nets = model, seams, PatchNets.of(model)
         self._faces = find_faces(model, self.seams)
 
     def build_mesh(
@@ -91,7 +91,7 @@ class ModelMesher:
         rounding = storage.bound_rounding(origin, *model.bounds)
         check_goal(
             goal,
-            find_least_tolerance(self._ground, rounding),
+            find_least_tolerance(self._patch_nets, rounding),
             goal.find_nearest_distance(*model.bounds),
         )
         if goal.angle < pi:
@@ -103,8 +103,8 @@ class ModelMesher:
         border = divide_border(self._faces, self.seams, edges, most, normals)
         overlays = draw_lines(model, border, options, storage, origin)
         if options.has_faces:
-            made = triangulate(
-                self._ground,
+            triangulation = triangulate(
+                self._patch_nets,
                 self._faces,
                 border,
                 goal,
@@ -113,7 +113,7 @@ class ModelMesher:
                 effort=effort,
             )
             mesh = assemble(
-                *(model, self._faces, made, options, overlays),
+                *(model, self._faces, triangulation, options, overlays),
                 storage=storage,
                 origin=origin,
                 closure=self._closure,

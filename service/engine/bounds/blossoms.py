@@ -129,14 +129,14 @@ def build_triangle_nets(
     right, sides = _find_right_angles(places)
     if right.all():
         return _combine(nets, sides, _build_half_shares(p, q))
-    made = np.empty((*nets.shape[:2], _build_triangle_shares(p, q).shape[1]))
+    triangles = np.empty((*nets.shape[:2], _build_triangle_shares(p, q).shape[1]))
     for some, at, shares in (
         (right, sides, _build_half_shares(p, q)),
         (~right, places, _build_triangle_shares(p, q)),
     ):
         if some.any():
-            made[some] = _combine(nets[some], at[..., some], shares)
-    return made
+            triangles[some] = _combine(nets[some], at[..., some], shares)
+    return triangles
 
 
 def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
@@ -149,8 +149,8 @@ def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatA
         both = build_box_nets(
             nets, build_blossoms(p, places[:, 0]), build_blossoms(q, places[:, 1])
         )
-    made: FloatArray = both.reshape(*both.shape[:2], -1) @ shares
-    return made
+    triangles: FloatArray = both.reshape(*both.shape[:2], -1) @ shares
+    return triangles
 
 
 def _find_right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:

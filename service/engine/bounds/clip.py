@@ -90,9 +90,9 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
     counts = faces.spans[face].T
     if int(counts.max(initial=1)) > 1:
         for axis in range(2):
-            source, pieces, found = _cut_at_knots(pieces, counts[axis, part], axis)
+            source, pieces, span = _cut_at_knots(pieces, counts[axis, part], axis)
             part, spans = part[source], spans[:, source]
-            spans[axis] = found
+            spans[axis] = span
         order = np.argsort(part, kind="stable")
         part, pieces, spans = part[order], pieces[..., order], spans[:, order]
     owner = face[part]

@@ -94,9 +94,9 @@ class LocalFrames:
             The triangles.
         """
         units = find_units(sizes)
-        own = nets.copy()
-        own[:, :3] /= units[:, np.newaxis, np.newaxis, np.newaxis]
-        box, whole, low, gaps = reduce_boxes(own, patch, places)
+        scaled = nets.copy()
+        scaled[:, :3] /= units[:, np.newaxis, np.newaxis, np.newaxis]
+        box, whole, low, gaps = reduce_boxes(scaled, patch, places)
         share = units[patch] / self.unit
         begin, end = places.min(axis=0), places.max(axis=0)
         wide = end > begin

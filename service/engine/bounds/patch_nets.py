@@ -88,16 +88,16 @@ class PatchNets:
         """The nets of all patches of a model."""
         count = model.patch_count
         middles, sizes = np.empty((3, count)), np.empty(count)
-        found: dict[tuple[int, ...], list[tuple[Ints, FloatArray]]] = {}
+        members_by_shape: dict[tuple[int, ...], list[tuple[Ints, FloatArray]]] = {}
         first = 0
         for batch in model.batches:
             patches = np.arange(first, first + batch.count)
             first += batch.count
             values, middles[:, patches], sizes[patches] = _center_nets(batch)
-            found.setdefault(values.shape[:3], []).append((patches, values))
+            members_by_shape.setdefault(values.shape[:3], []).append((patches, values))
         group, row = np.empty((2, count), dtype=np.intp)
         groups = []
-        for number, members in enumerate(found.values()):
+        for number, members in enumerate(members_by_shape.values()):
             patches = np.concatenate([ids for ids, _ in members])
             group[patches], row[patches] = number, np.arange(len(patches))
             groups.append(Nets(patches, np.concatenate([net for _, net in members], axis=3)))
@@ -112,28 +112,28 @@ class PatchNets:
             return
         number = self.group[patch]
         for k, nets in enumerate(self.groups):
-            here = (number == k).nonzero()[0]
-            if len(here):
-                yield nets, here
+            rows = (number == k).nonzero()[0]
+            if len(rows):
+                yield nets, rows
 
     def evaluate_points(self, patch: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
         """Points of the surface at parameters of patches, shape (m, 3), model coordinates."""
         points = np.empty((3, len(patch)))
-        for nets, here in self._chunks(patch):
-            ids = patch[here]
+        for nets, rows in self._chunks(patch):
+            ids = patch[rows]
             net = nets.take(self.row[ids])
             p, q = nets.degree
-            place = _combine(net, bernstein(p, u[here]).T, bernstein(q, v[here]).T)
+            place = _combine(net, bernstein(p, u[rows]).T, bernstein(q, v[rows]).T)
             if nets.is_rational:
                 place = place[:3] / place[3]
-            points[:, here] = place + self.middles[:, ids]
+            points[:, rows] = place + self.middles[:, ids]
         return np.ascontiguousarray(points.T)
 
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """Groups of patches (m,) in runs whose nets have about `CHUNK` numbers together."""
-        for nets, here in self.split_by_group(patch):
-            for rows in row_slices(len(here), nets.values[..., 0].size, CHUNK):
-                yield nets, here[rows]
+        for nets, rows in self.split_by_group(patch):
+            for chunk in row_slices(len(rows), nets.values[..., 0].size, CHUNK):
+                yield nets, rows[chunk]
 
 
 def bound_lowering_error(model: PatchModel) -> float:

@@ -28,7 +28,6 @@ from service.engine.adaptive.borders.curves import (
 from service.engine.adaptive.borders.flatness import (
     CORNERS,
     CutDecision,
-    Place,
     decide_cuts,
     refuse_hopeless,
 )
@@ -105,7 +104,7 @@ def divide_chains(
     parts += [
         _divide_curves(curves, goal, pieces) for curves in group_curves(chains, seams, normals)
     ]
-    chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
+    chain, at, points = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
     knot = chains.start[chain] + chain + at // SPAN
@@ -119,13 +118,13 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
     several = curves.start[1:] - curves.start[:-1] > 1
     row = curves.start[:-1][~several]
     cuts, again = np.zeros_like(row), np.zeros(len(row), dtype=bool)
-    found: list[tuple[Ints, Ints, FloatArray]] = []
+    straight_parts: list[tuple[Ints, Ints, FloatArray]] = []
     if several.any():
         straight, *more = cut_at_knots(curves, several.nonzero()[0], goal, pieces)
         row, cuts, again = map(np.concatenate, zip((row, cuts, again), more, strict=True))
-        found.append((straight, np.zeros_like(straight), curves.nets[straight, 0]))
-    found += halve_edges(curves, (row, cuts, again), goal, pieces)
-    row, at, nets = (np.concatenate(columns) for columns in zip(*found, strict=True))
+        straight_parts.append((straight, np.zeros_like(straight), curves.nets[straight, 0]))
+    straight_parts += halve_edges(curves, (row, cuts, again), goal, pieces)
+    row, at, nets = (np.concatenate(columns) for columns in zip(*straight_parts, strict=True))
     owner = curves.owner[row]
     points = project(nets[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
@@ -164,7 +163,7 @@ def halve_edges(
         Edges, places and first points of the straight parts.
     """
     block = max(1, CHUNK // curves.nets[0].size)
-    found: list[tuple[Ints, Ints, FloatArray]] = []
+    straight_parts: list[tuple[Ints, Ints, FloatArray]] = []
     waiting: list[_EdgeParts] = []
     for begin, end in row_runs(len(single[0]), block):
         row, cuts, again = single[0][begin:end], single[1][begin:end], single[2][begin:end]
@@ -181,7 +180,7 @@ def halve_edges(
         refuse_hopeless(decision, real, slack, goal)
         pieces.add(curves.uses[curves.owner[row[cut]]])
         done = (real & ~cut).nonzero()[0]
-        found.append((row[done], at[done], nets[done, 0]))
+        straight_parts.append((row[done], at[done], nets[done, 0]))
         last = tree.level[-1]
         left = last.start + cut[last].nonzero()[0]
         depth = parts.depth + len(tree.level)
@@ -196,7 +195,7 @@ def halve_edges(
             waiting.append(
                 _EdgeParts(again_row, at_both[half], again_cuts, again, depth, both[half])
             )
-    return found
+    return straight_parts
 
 
 def _judge_parts(
@@ -210,8 +209,10 @@ def _judge_parts(
     slack = curves.slack[owner]
     ends = project(nets[:, [0, -1]], 3)
     tangents = find_tangents(nets, slack) if goal.angle < inf else None
-    found = measure_shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    decision = decide_cuts(found, goal, Place(curves.origin[owner], slack), parts.cuts, depth)
+    shapes = measure_shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    decision = decide_cuts(
+        shapes, goal, parts.cuts, depth, origin=curves.origin[owner], slack=slack
+    )
     begin = parts.at / SPAN
     turns = curves.measure_turns(parts.row, begin, begin + 0.5**depth)
     if turns is None:

@@ -39,14 +39,6 @@ NEARLY_CLOSED = 2.0**-20
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Place:
-    """Origins (M, 3) that were subtracted from nets, and bounds (M,) of the rounding of nets."""
-
-    origin: FloatArray
-    slack: FloatArray
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class CutDecision:
     """Which of M pieces must be cut, and why; all of shape (M,).
 
@@ -69,7 +61,13 @@ class CutDecision:
 
 
 def decide_cuts(
-    found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: Ints | int = 0
+    shapes: Shapes,
+    goal: Goal,
+    cuts: Ints,
+    halvings: Ints | int = 0,
+    *,
+    origin: FloatArray,
+    slack: FloatArray,
 ) -> CutDecision:
     """Decide which pieces must be cut.
 
@@ -86,24 +84,27 @@ def decide_cuts(
     ----------
     cuts, halvings : ndarray of int, shape (M,)
         Number of cuts that led from the chain to the piece, and how many of them halved its edge.
+    origin : ndarray of float64, shape (M, 3)
+        The points that were subtracted from nets.
+    slack : ndarray of float64, shape (M,)
+        Bounds of the rounding of nets.
     """
-    allowed = goal.find_allowed(_measure_distances_to_eye(found, goal, place.origin))
-    slack = place.slack
-    far = (found.net > OF_NET * allowed - slack) | (found.curve > OF_CURVE * allowed - slack)
-    far |= found.apart > OF_NET * allowed - slack
+    allowed = goal.find_allowed(_measure_distances_to_eye(shapes, goal, origin))
+    far = (shapes.net > OF_NET * allowed - slack) | (shapes.curve > OF_CURVE * allowed - slack)
+    far |= shapes.apart > OF_NET * allowed - slack
     hopeless = far & ((OF_CURVE * allowed <= slack) | (halvings == DEPTH))
-    real = found.net > slack
+    real = shapes.net > slack
     share = np.array(SHAPELY)[np.minimum(cuts, len(SHAPELY) - 1)]
-    bent = real & (found.net > share * found.chord) & (cuts < len(SHAPELY))
-    closed = (found.chord == 0) | real & (found.chord <= NEARLY_CLOSED * found.net)
+    bent = real & (shapes.net > share * shapes.chord) & (cuts < len(SHAPELY))
+    closed = (shapes.chord == 0) | real & (shapes.chord <= NEARLY_CLOSED * shapes.net)
     closed &= cuts < RETURNS
     cut = far | bent | closed
     if goal.angle < inf:
-        cut |= (found.cosine < cos(goal.angle)) & (halvings < CORNERS)
+        cut |= (shapes.cosine < cos(goal.angle)) & (halvings < CORNERS)
     return CutDecision(cut, closed, hopeless, allowed)
 
 
-def refuse_hopeless(verdict: CutDecision, real: Bools, slack: FloatArray, goal: Goal) -> None:
+def refuse_hopeless(decision: CutDecision, real: Bools, slack: FloatArray, goal: Goal) -> None:
     """Raise an error if a real piece, shape (M,), is hopeless.
 
     Raises
@@ -111,18 +112,18 @@ def refuse_hopeless(verdict: CutDecision, real: Bools, slack: FloatArray, goal: 
     InvalidRequest
         `tolerance_too_small` if rounding leaves no room for it, or `DEPTH` halvings do not do.
     """
-    hopeless = verdict.hopeless & real
+    hopeless = decision.hopeless & real
     if hopeless.any():
-        least = float(verdict.allowed[hopeless].min())
+        least = float(decision.allowed[hopeless].min())
         raise _build_error(least, float(slack[hopeless].max()), goal)
 
 
-def _measure_distances_to_eye(found: Shapes, goal: Goal, origin: FloatArray) -> FloatArray:
+def _measure_distances_to_eye(shapes: Shapes, goal: Goal, origin: FloatArray) -> FloatArray:
     """Distances from the eye to the boxes of pieces; 0 without a view."""
     if goal.view is None:
         return np.zeros(len(origin))
     eye = goal.view.eye - origin
-    return measure_lengths(np.maximum(np.maximum(found.low - eye, eye - found.high), 0.0))
+    return measure_lengths(np.maximum(np.maximum(shapes.low - eye, eye - shapes.high), 0.0))
 
 
 def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:

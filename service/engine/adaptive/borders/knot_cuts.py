@@ -10,7 +10,6 @@ from service.engine.adaptive.borders.curve_shapes import find_tangents, measure_
 from service.engine.adaptive.borders.curves import AHEAD, Curves, halve_runs
 from service.engine.adaptive.borders.flatness import (
     CutDecision,
-    Place,
     decide_cuts,
     refuse_hopeless,
 )
@@ -84,9 +83,9 @@ def _judge_runs(
         number = (np.arange(len(run)) - begin[run])[:, None]
         low = chords[run, 0] + number * step[run]
         shares = np.stack([low, low + step[run]], axis=1)
-    found = measure_shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
+    shapes = measure_shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
     decision = decide_cuts(
-        found.combine_runs(begin), goal, Place(curves.origin[owner], slack), cuts
+        shapes.combine_runs(begin), goal, cuts, origin=curves.origin[owner], slack=slack
     )
     turns = curves.measure_turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
     if turns is not None:

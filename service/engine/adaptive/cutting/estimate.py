@@ -86,9 +86,9 @@ def estimate_cells(
     v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
         turn = compare_normals(at, goal.angle, scale, nets)
-        here = turn.exceeds & ~fails
-        fails |= here
-        v_first = np.where(here, turn.along_v, v_first)
+        turning = turn.exceeds & ~fails
+        fails |= turning
+        v_first = np.where(turning, turn.along_v, v_first)
     return fails, Leaves(cells.face, cells.box, v_first, is_rising, form)
 
 

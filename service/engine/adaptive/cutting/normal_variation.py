@@ -72,11 +72,6 @@ class NormalCuts:
     along_v: Bools
 
 
-def measure_scale(box: FloatArray, size: FloatArray) -> Scale:
-    """The scale of cells with boxes (4, m) in spans, in patches of these sizes (m,)."""
-    return Scale(box[1::2] - box[::2], size)
-
-
 def compare_normals(
     at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None
 ) -> NormalCuts:
@@ -93,11 +88,11 @@ def compare_normals(
         Nets of the cells.
     """
     most = find_chord(angle)
-    found = estimate_normals(at, nets)
+    normals = estimate_normals(at, nets)
     halves, wholes, longs = [], [], []
-    for normals, points in ((found, at), (found.swapaxes(0, 1), at.swapaxes(0, 1))):
-        halves.append(_measure_apart(normals[:2], normals[1:]).max(axis=(0, 1)))
-        ends = _measure_apart(normals[0], normals[2])
+    for lines, points in ((normals, at), (normals.swapaxes(0, 1), at.swapaxes(0, 1))):
+        halves.append(_measure_apart(lines[:2], lines[1:]).max(axis=(0, 1)))
+        ends = _measure_apart(lines[0], lines[2])
         wholes.append(np.maximum(ends.max(axis=0), halves[-1]))
         longs.append(length(points[1:] - points[:2]).max(axis=(0, 1)))
     may = [
@@ -106,8 +101,8 @@ def compare_normals(
             halves, wholes, scale.shares, longs, wholes[::-1], strict=True
         )
     ]
-    across = _measure_apart(found[*ONE], found[*OTHER]).max(axis=0)
-    helps = _measure_apart(found[::2, ::2], found[1, 1]).max(axis=(0, 1)) <= FALLING * across
+    across = _measure_apart(normals[*ONE], normals[*OTHER]).max(axis=0)
+    helps = _measure_apart(normals[::2, ::2], normals[1, 1]).max(axis=(0, 1)) <= FALLING * across
     helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
     gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
     exceeds = (gains[0] > most) | (gains[1] > most)

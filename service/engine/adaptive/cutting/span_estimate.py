@@ -191,8 +191,8 @@ def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: fl
 
     In all other cells no two normals are further apart than the angle.
     """
-    found = estimate_normals(at.reshape(3, 3, 3, -1))
-    apart = np.where(dot(found, found) == 0.0, 0.0, length(found - normal[:, pieces.cell]))
+    normals = estimate_normals(at.reshape(3, 3, 3, -1))
+    apart = np.where(dot(normals, normals) == 0.0, 0.0, length(normals - normal[:, pieces.cell]))
     turned: Bools = pieces.find_largest(apart.max(axis=(0, 1))) > find_chord(angle / 2.0)
     return turned
 
@@ -202,9 +202,9 @@ def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:
     if task.goal.view is None:
         return np.full(len(pieces.whole), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
-    for net, here in build_nets(task, pieces.own, np.arange(len(pieces.cell))):
-        eye = task.find_eyes(task.find_patches(pieces.own.take(here)))
-        allowed[here] = find_allowed(net, task.goal, eye)
+    for net, rows in build_nets(task, pieces.own, np.arange(len(pieces.cell))):
+        eye = task.find_eyes(task.find_patches(pieces.own.take(rows)))
+        allowed[rows] = find_allowed(net, task.goal, eye)
     return -pieces.find_largest(-allowed)
 
 

@@ -15,7 +15,7 @@ from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves
 from service.engine.adaptive.cutting.estimate import estimate_cells
 from service.engine.adaptive.cutting.halving import halve, restrict
 from service.engine.adaptive.cutting.knot_spans import divide_spans
-from service.engine.adaptive.cutting.normal_variation import measure_scale
+from service.engine.adaptive.cutting.normal_variation import Scale
 from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
@@ -59,8 +59,8 @@ def divide_cells(task: Task, start: Cells) -> Leaves:
         start = Cells.concatenate([start.take(~several), *rest])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets)
-    found = Leaves.concatenate(leaves or [_NONE])
-    return found.take(np.lexsort((found.box[2], found.box[0], found.face)))
+    every = Leaves.concatenate(leaves or [_NONE])
+    return every.take(np.lexsort((every.box[2], every.box[0], every.face)))
 
 
 def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
@@ -91,8 +91,9 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leave
         cells, patch, net, sizes = _add_halves(cells, patch, net)
         turns = TURNS * len(cells) if angles else 0
         task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
-        size = measure_scale(cells.box / SPAN, task.patch_nets.sizes[patch]) if angles else None
-        fails, candidates = estimate_cells(cells, net, task.goal, task.find_eyes(patch), size)
+        shares = (cells.box[1::2] - cells.box[::2]) / SPAN
+        scale = Scale(shares, task.patch_nets.sizes[patch]) if angles else None
+        fails, candidates = estimate_cells(cells, net, task.goal, task.find_eyes(patch), scale)
         done, cut = _choose_leaves(fails, candidates.along_v, sizes)
         if len(done):
             yield candidates.take(done)
