@@ -16,10 +16,14 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries import cell_models as columns
+from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
 DEEPEST = 96
 """Halvings of a cell; parameters are exact: a cell is at least 2^−48 wide and high."""
+
+SURE = 6
+"""Halvings of cells that may be made only because they are coarse."""
 
 MOST_BYTES = 96 << 20
 """Of the cells at a time, nets included, beyond the whole nets."""
@@ -70,7 +74,7 @@ class CellTree:
             [8 * columns.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.nets) for g in nets.groups],
         )
-        self._spaces = [_NetSpace(g.nets[:0]) for g in nets.groups]
+        self._spaces = [NetSpace(g.nets[:0]) for g in nets.groups]
         self.count = self.additions = 0
         total = len(nets.patch)
         self.models = np.empty((table.columns, total))
@@ -131,6 +135,11 @@ class CellTree:
         """Whether no cells can be made any more."""
         return self.nbytes > MOST_BYTES
 
+    def is_coarse(self, cells: Ints, strain: float) -> Bools:
+        """Which cells were halved less than `SURE` times, and are not nearly flat."""
+        coarse = self.models[columns.STRAIN].take(cells) > strain
+        return np.asarray(coarse & (self._depth.take(cells) < SURE))
+
     def can_halve(self, cells: Ints) -> Bools:
         """Which cells have children or may get some."""
         if self.is_full or self.additions > MOST_ADDITIONS:
@@ -158,36 +167,32 @@ class CellTree:
         return np.stack([(np.abs(s - s[:, :1]) <= near).all(axis=(1, 2)) for s in sides])
 
     def _halve(self, cells: Ints) -> None:
-        """Makes the children of cells that have none."""
+        """Makes the children of cells that have none; those of a group are made together."""
         a, b = (self.models[size, cells] for size in self._table.sizes)
         along_a, along_b = 2 * a >= b, (2 * b > a) & (b > 0)
         self._children[cells] = np.where(along_a & along_b, 4, 2)
-        for on_a, on_b in ((True, False), (False, True), (True, True)):
-            kind = cells[(along_a == on_a) & (along_b == on_b)]
-            for group in range(len(self._spaces)):
-                some = kind[self._group[kind] == group]
+        for group in range(len(self._spaces)):
+            is_one = self._group[cells] == group
+            parts = []
+            for axes in ((0,), (1,), (0, 1)):
+                some = cells[is_one & (along_a == (0 in axes)) & (along_b == (1 in axes))]
                 if len(some):
-                    self._halve_alike(some, group, on_a, on_b)
+                    nets = self._spaces[group].nets[self._row[some]]
+                    place, sides = self.place[:, some], self.point_sides[:, some]
+                    parts.append(Cells(nets, place, sides, some).halved(axes))
+            if parts:
+                self._add_children(group, Cells.joined(parts))
 
-    def _halve_alike(self, cells: Ints, group: int, on_a: bool, on_b: bool) -> None:
-        nets = [self._spaces[group].nets[self._row[cells]]]
-        places = [self.place[:, cells]]
-        points = [self.point_sides[:, cells]]
-        for axis, is_on in ((0, on_a), (1, on_b)):
-            if is_on:
-                nets = [half for each in nets for half in halved(each, axis + 1)]
-                places = [half for each in places for half in _halved_place(each, axis)]
-                points = [half for each in points for half in _halved_sides(each, axis)]
-        times = len(nets)
-        # The children of one cell stand side by side.
-        order = np.arange(times * len(cells)).reshape(times, -1).T.ravel()
-        depth = np.repeat(self._depth[cells] + (on_a + on_b), times)
-        run = self._append(group, np.concatenate(nets)[order], depth)
-        self.place[:, run] = np.concatenate(places, axis=1)[:, order]
-        self.net[run] = np.repeat(self.net[cells], times)
-        self.point_sides[:, run] = np.concatenate(points, axis=1)[:, order]
-        self._child[cells] = run.start + times * np.arange(len(cells))
-        self.additions += sum(self.nets.groups[group].degree) * self.net[run].size * nets[0][0].size
+    def _add_children(self, group: int, halves: Cells) -> None:
+        """Children of cells of one group, those of each side by side."""
+        parent = halves.parent
+        depth = self._depth[parent] + self._children[parent] // 2
+        run = self._append(group, halves.nets, depth)
+        self.place[:, run], self.point_sides[:, run] = halves.place, halves.point_sides
+        self.net[run] = self.net[parent]
+        is_first = np.diff(parent, prepend=-1) != 0
+        self._child[parent[is_first]] = run.start + np.flatnonzero(is_first)
+        self.additions += sum(self.nets.groups[group].degree) * halves.nets.size
 
     def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
         """Room for cells of these nets; the columns that do not depend on these alone are open."""
@@ -217,55 +222,6 @@ class CellTree:
             new = np.empty((*old.shape[:-1], size), old.dtype)
             new[..., : self.count] = old[..., : self.count]
             setattr(self, name, new)
-
-
-class _NetSpace:
-    """The nets of cells of one degree, with room for more."""
-
-    def __init__(self, nets: FloatArray) -> None:
-        self.nets, self.count = nets, len(nets)
-
-    def append(self, nets: FloatArray) -> Ints:
-        """Adds nets; their rows."""
-        last = self.count + len(nets)
-        if last > len(self.nets):
-            grown = np.empty((max(last, 2 * len(self.nets)), *nets.shape[1:]))
-            grown[: self.count] = self.nets[: self.count]
-            self.nets = grown
-        self.nets[self.count : last] = nets
-        rows = np.arange(self.count, last)
-        self.count = last
-        return rows
-
-
-def halved(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Nets (K, p+1, q+1, D) over the lower and the upper half of one direction, axis 1 or 2.
-
-    Averages of two neighbours at a time: other than a product of matrices, that gives the same bits
-    for a net wherever it stands in a batch.
-    """
-    rows = np.moveaxis(nets, axis, 0)
-    n = len(rows) - 1
-    low, high = np.empty_like(nets), np.empty_like(nets)
-    lows, highs = np.moveaxis(low, axis, 0), np.moveaxis(high, axis, 0)
-    lows[0], highs[n] = rows[0], rows[n]
-    for k in range(1, n + 1):
-        rows = rows[:-1] + rows[1:]
-        rows *= 0.5
-        lows[k], highs[n - k] = rows[0], rows[-1]
-    return low, high
-
-
-def _halved_place(place: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
-    low, high = place.copy(), place.copy()
-    low[2 * axis + 1] = high[2 * axis] = (place[2 * axis] + place[2 * axis + 1]) / 2
-    return low, high
-
-
-def _halved_sides(sides: Bools, axis: int) -> tuple[Bools, Bools]:
-    low, high = sides.copy(), sides.copy()
-    low[2 * axis + 1] = high[2 * axis] = False
-    return low, high
 
 
 def _points(nets: FloatArray) -> FloatArray:

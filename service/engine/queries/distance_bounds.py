@@ -5,7 +5,7 @@ in [−1, 1]². With the bounds of `cell_models`
 
     f_a = −(x − S) · S_a,  at the centre −y · A,
     f_aa = S_a · S_a − (x − S) · S_aa,  over the cell A · A − y · Q_aa ± E_aa,
-    E_ij = |S_i · S_j − A_i · A_j| + |S − c| (|Q_ij| + τ_ij) + |y · (S_ij − Q_ij)|
+    E_ij = |S_i · S_j + (S − c) · S_ij − A_i · A_j| + |y · (S_ij − Q_ij)|
          ≤ SPREAD_ij + |y · n| LIFT_ij + √(d² − (y · n)²) BEND_ij
 
 so that f_aa ≥ l_a, f_bb ≥ l_b and |f_ab| ≤ k over the cell.
@@ -44,8 +44,51 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
+from service.engine.queries.column_vectors import dot
 
 SAFE = 1 + 64 * UNIT
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Minima:
+    """For N pairs of a point and a settled cell.
+
+    Attributes
+    ----------
+    low : ndarray of float64, shape (N,)
+        No point of the cell is nearer, as a squared distance.
+    estimate : ndarray of float64, shape (N,)
+        The squared distance at the start, about.
+    start : ndarray of float64, shape (2, N)
+        Where the model of the cell is least, about.
+    sides : ndarray of float64, shape (2, N)
+        −1 or 1 where the minimum lies on this side of a or b, or 0.
+    convexity : ndarray of float64, shape (2, N)
+        μ_a and μ_b; 0 where the distance along a side does not change.
+    loss : ndarray of float64, shape (N,)
+        What is to be taken from squares of lower bounds, as μ may be a little below 0.
+    """
+
+    low: FloatArray
+    estimate: FloatArray
+    start: FloatArray
+    sides: FloatArray
+    convexity: FloatArray
+    loss: FloatArray
+
+    def take(self, rows: Ints) -> "Minima":
+        """Those of some pairs."""
+        return Minima(*(getattr(self, name).take(rows, axis=-1) for name in Minima.__slots__))
+
+    @staticmethod
+    def joined(minima: Sequence["Minima"]) -> "Minima":
+        """All of them, one after another."""
+        return Minima(
+            *(
+                np.concatenate([getattr(each, name) for each in minima], axis=-1)
+                for name in Minima.__slots__
+            )
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,64 +99,45 @@ class CellBounds:
     ----------
     low : ndarray of float64, shape (N,)
         No point of the cell is nearer, as a squared distance.
-    empty : ndarray of bool, shape (N,)
-        The cell has no minimum of its patch.
-    settled : ndarray of bool, shape (N,)
-    sides : ndarray of int8, shape (2, N)
-        −1 or 1 where the minimum lies on this side of a or b, or 0.
-    convexity : ndarray of float64, shape (2, N)
-        μ_a and μ_b of a settled cell; 0 where the distance along a side does not change.
-    start : ndarray of float64, shape (2, N)
-        Where the model of a settled cell is least, about.
-    loss : ndarray of float64, shape (N,)
-        What is to be taken from squares of lower bounds, as μ may be a little below 0.
+    empty, settled : ndarray of bool, shape (N,)
+        The cell has no minimum of its patch; it is settled, and not empty.
+    squared : ndarray of float64, shape (N,)
+        |y|².
+    gradient, forms : ndarray of float64, shapes (2, N) and (3, N)
+        f_a and f_b, and f_aa, f_ab and f_bb, at the centre.
+    side : ndarray of float64, shape (2, N)
+        −1 or 1 where f_a or f_b is of one sign: the side to which the distance falls; or 0.
+    straight, convexity : ndarray of float64, shape (2, N)
+        l_a and l_b; μ_a and μ_b.
     """
 
     low: FloatArray
     empty: Bools
     settled: Bools
-    sides: FloatArray
+    squared: FloatArray
+    gradient: FloatArray
+    forms: FloatArray
+    side: FloatArray
+    straight: FloatArray
     convexity: FloatArray
-    start: FloatArray
-    loss: FloatArray
 
-    def take(self, rows: Ints | Bools) -> "CellBounds":
-        """Those of some pairs."""
-        return CellBounds(*(getattr(self, name)[..., rows] for name in CellBounds.__slots__))
-
-    @staticmethod
-    def joined(bounds: Sequence["CellBounds"]) -> "CellBounds":
-        """All of them, one after another."""
-        return CellBounds(
-            *(
-                np.concatenate([getattr(each, name) for each in bounds], axis=-1)
-                for name in CellBounds.__slots__
-            )
+    @np.errstate(all="ignore")
+    def minima(self, rows: Ints) -> Minima:
+        """Starts and bounds of the minima of settled pairs."""
+        gradient, forms, side, straight, convexity = (
+            each.take(rows, axis=1)
+            for each in (self.gradient, self.forms, self.side, self.straight, self.convexity)
         )
-
-
-def sphere_bounds(model: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Squares of a lower bound of the distance to a cell, and of the distance to a point of it.
-
-    Parameters
-    ----------
-    model : ndarray of float64, shape (at least 5, N)
-    x : ndarray of float64, shape (3, N)
-    """
-    y = x - model[:3]
-    y *= y
-    distance = y[0]
-    distance += y[1]
-    distance += y[2]
-    np.sqrt(distance, out=distance)
-    low = distance * (1 - 8 * UNIT)
-    low -= model[columns.RADIUS]
-    np.maximum(low, 0.0, out=low)
-    low *= low
-    distance *= 1 + 8 * UNIT
-    distance += model[columns.ERROR]
-    distance *= distance
-    return low, distance
+        on_side = side != 0
+        loss = np.where(on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
+        convexity = np.where(on_side[::-1], straight, convexity)
+        convexity = np.where(on_side, 0.0, np.maximum(convexity, 0.0))
+        start = _model_minimum(gradient, forms, side)
+        a, b = start
+        slopes = np.stack([forms[0] * a + forms[1] * b, forms[1] * a + forms[2] * b])
+        change = ((2 * gradient + slopes) * start).sum(axis=0)
+        estimate = self.squared[rows] + change
+        return Minima(self.low[rows], estimate, start, side, convexity, loss)
 
 
 @np.errstate(all="ignore")
@@ -135,73 +159,60 @@ def cell_bounds(
     """
     m = columns
     y = x - model[:3]
-    squared = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+    squared = dot(y, y)
     d = np.sqrt(squared) * SAFE
-    fa, fb = -_dot(y, model, m.TANGENT_A), -_dot(y, model, m.TANGENT_B)
-    faa = model[m.FORM_AA] - _dot(y, model, m.SECOND_AA)
-    fab = model[m.FORM_AB] - _dot(y, model, m.SECOND_AB)
-    fbb = model[m.FORM_BB] - _dot(y, model, m.SECOND_BB)
-    above = _dot(y, model, m.NORMAL)
+    ya, yb, yaa, yab, ybb, above = (dot(y, model[first : first + 3]) for first in m.VECTORS)
+    gradient = -np.stack([ya, yb])
+    forms = model[m.FORM_AA : m.FORM_BB + 1] - [yaa, yab, ybb]
     beside = np.sqrt(np.maximum(squared - above * above, 0.0) + 32 * UNIT * squared)
-    above = np.abs(above) * SAFE
-    eaa, eab, ebb = (
-        model[m.SPREAD_AA + k] + above * model[m.LIFT_AA + k] + beside * model[m.BEND_AA + k]
-        for k in range(3)
-    )
-    eaa += 16 * UNIT * (model[m.FORM_AA] + eaa)
-    ebb += 16 * UNIT * (model[m.FORM_BB] + ebb)
-    k = (np.abs(fab) + eab) * SAFE + 8 * UNIT * (model[m.FORM_AA] + model[m.FORM_BB])
-    la, lb = faa - eaa, fbb - ebb
-    wrong_a = model[m.SLOPE_A] * d + model[m.LEAST_A]
-    wrong_b = model[m.SLOPE_B] * d + model[m.LEAST_B]
-    most_a = (np.abs(faa) + eaa + k) * SAFE + wrong_a
-    most_b = (np.abs(fbb) + ebb + k) * SAFE + wrong_b
-    up_a, down_a, up_b, down_b = fa > most_a, -fa > most_a, fb > most_b, -fb > most_b
-    empty = up_a & (place[0] > 0)
-    empty |= down_a & (place[1] < 1)
-    empty |= up_b & (place[2] > 0)
-    empty |= down_b & (place[3] < 1)
-    one_a, one_b = up_a | down_a, up_b | down_b
-    root = np.sqrt(la) * np.sqrt(lb)
-    both = (la > 0) & (lb > 0)
-    share = np.where(both, 1 - SAFE * k / root, 1.0)
-    less = np.where(both, 0.0, k)
-    mu_a, mu_b = share * la - less, share * lb - less
-    flat = np.maximum(-mu_a, 0.0) + np.maximum(-mu_b, 0.0)
-    inside = flat <= flattest * d
-    low = 2 * (_least(np.abs(fa) + wrong_a, mu_a, 1.0) + _least(np.abs(fb) + wrong_b, mu_b, 1.0))
-    low += squared * (1 - 16 * UNIT) - 4 * d * model[m.ERROR]
-    low -= 16 * UNIT * (np.abs(fa) + np.abs(fb))
+    spread = model[m.LIFT_AA : m.LIFT_BB + 1] * (np.abs(above) * SAFE)
+    spread += model[m.BEND_AA : m.BEND_BB + 1] * beside
+    spread += model[m.SPREAD_AA : m.SPREAD_BB + 1]
+    spread *= 1 + 16 * UNIT
+    first, last = model[m.FORM_AA], model[m.FORM_BB]
+    spread += 16 * UNIT * np.stack([first, 0.5 * (first + last), last])
+    straight = forms[::2] - spread[::2]
+    mixed = np.abs(forms[1]) * SAFE + spread[1]
+    wrong = model[m.SLOPE_A : m.SLOPE_B + 1] * d + model[m.LEAST_A : m.LEAST_B + 1]
+    # Theorem 1.
+    most = (np.abs(forms[::2]) + spread[::2] + mixed) * SAFE + wrong
+    is_down, is_up = gradient > most, gradient < -most
+    empty = ((is_down & (place[::2] > 0)) | (is_up & (place[1::2] < 1))).any(axis=0)
+    # Theorem 2.
+    both = (straight > 0).all(axis=0)
+    share = np.where(both, 1 - SAFE * mixed / np.sqrt(straight).prod(axis=0), 1.0)
+    convexity = share * straight - np.where(both, 0.0, mixed)
+    slope = np.abs(gradient)
+    squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
+    low = squared + 2 * _least(slope + wrong, convexity, 1.0).sum(axis=0)
+    settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.
-    on_point_a = (up_a & point[0]) | (down_a & point[1])
-    on_point_b = (up_b & point[2]) | (down_b & point[3])
-    settled = inside | (one_a & (lb > 0)) | (one_b & (la > 0)) | (one_a & one_b)
-    settled |= on_point_a | on_point_b
-    convexity = np.stack(
-        [
-            np.where(one_a, 0.0, np.maximum(np.where(one_b, la, mu_a), 0.0)),
-            np.where(one_b, 0.0, np.maximum(np.where(one_a, lb, mu_b), 0.0)),
-        ]
-    )
-    loss = np.where(one_a | one_b, 0.0, 4 * flat)
-    sides = np.stack([down_a.astype(np.float64) - up_a, down_b.astype(np.float64) - up_b])
+    is_one = is_down | is_up
+    settled |= (is_one & (straight[::-1] > 0)).any(axis=0) | is_one.all(axis=0)
+    settled |= ((is_down & point[::2]) | (is_up & point[1::2])).any(axis=0)
+    settled &= ~empty
+    side = is_up.astype(np.float64) - is_down
+    return CellBounds(low, empty, settled, squared, gradient, forms, side, straight, convexity)
+
+
+def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:
+    """Where quadratic models are least in [−1, 1]², about, on the sides that are given."""
+    (fa, fb), (faa, fab, fbb) = gradient, forms
     determinant = faa * fbb - fab * fab
-    start = np.stack([(fab * fb - fbb * fa) / determinant, (fab * fa - faa * fb) / determinant])
-    alone = np.stack([-fa / faa, -fb / fbb])
+    start = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
+    a, b = sides
+    alone = np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb])
     start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, alone, start))
-    start = np.where(np.isfinite(start), np.clip(start, -1.0, 1.0), 0.0)
-    return CellBounds(low, empty, settled, sides, convexity, start, loss)
+    # Beyond a side, the least is on it.
+    a, b = np.clip(start, -1.0, 1.0)
+    beyond = np.abs(start) > 1
+    alone = np.clip(np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb]), -1.0, 1.0)
+    start = np.where(beyond[::-1] & ~beyond & (sides == 0), alone, start)
+    return np.where(np.isfinite(start), np.clip(start, -1.0, 1.0), 0.0)
 
 
-def _dot(y: FloatArray, model: FloatArray, first: int) -> FloatArray:
-    product = y[0] * model[first]
-    product += y[1] * model[first + 1]
-    product += y[2] * model[first + 2]
-    return np.asarray(product)
-
-
-def _least(slope: FloatArray, mu: FloatArray, reach: float) -> FloatArray:
-    """Lower bound of g t + ½ μ t² for |t| ≤ reach and |g| ≤ slope."""
+def _least(slope: FloatArray, mu: FloatArray, reach: FloatArray | float) -> FloatArray:
+    """Lower bound of g t + ½ μ t² for |t| ≤ reach and |g| ≤ slope, or of t of one sign."""
     inside = slope < mu * reach
     at_end = (0.5 * reach * mu - slope) * reach
     return np.where(inside, -0.5 * slope * slope / np.where(inside, mu, 1.0), at_end)
@@ -221,9 +232,5 @@ def least_change(gradient: FloatArray, mu: FloatArray, place: FloatArray) -> Flo
         At most 0. Where g is wrong by e, it is lower by at most 2 Σ e_i; rounding is as if g were
         wrong by 4 u |g|.
     """
-    low, high = -1.0 - place, 1.0 - place
-    with np.errstate(all="ignore"):
-        step = np.where(mu > 0, -gradient / mu, np.where(gradient > 0, -2.0, 2.0))
-    step = np.clip(np.where(np.isfinite(step), step, 0.0), low, high)
-    change = gradient * step + 0.5 * mu * step * step
-    return np.asarray(np.minimum(change, 0.0).sum(axis=0))
+    reach = np.where(gradient > 0, 1.0 + place, 1.0 - place)
+    return np.asarray(_least(np.abs(gradient), mu, reach).sum(axis=0))

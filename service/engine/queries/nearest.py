@@ -6,6 +6,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries.cells import CellTree
+from service.engine.queries.column_vectors import dot
 from service.engine.queries.newton import Place, measure
 
 TIED = 1 / 16
@@ -57,20 +58,18 @@ class Nearest:
         m = x.shape[1]
         self._cells, self._x, self._tolerance = cells, x, tolerance
         self.best = np.full(m, np.inf)
-        self._cell = np.zeros(m, np.intp)
-        """Whose centre is nearest; net is −1 where it is the nearest of all."""
+        self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
+        """Of the nearest centre of a cell: its square, and the cell."""
         self._low = np.full(m, np.inf)
-        self._net = np.full(m, -1)
-        self._place, self._position = np.zeros((2, m)), np.zeros((3, m))
-        self._distance = np.full(m, np.inf)
-        self._tied = np.zeros(m, bool)
-        self._minima: list[tuple[Ints, Ints, Place]] = []
+        self._places: list[tuple[Ints, Ints, Place]] = []
         self._left: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints) -> FloatArray:
         """Square of the distance beyond which cells are of no interest to these points."""
-        reach = np.sqrt(self.best[point]) + TIED * self._tolerance
-        return np.asarray(reach * reach)
+        reach = np.sqrt(self.best.take(point))
+        reach += TIED * self._tolerance
+        reach *= reach
+        return np.asarray(reach)
 
     def add_centers(self, point: Ints, cell: Ints, upper: FloatArray) -> None:
         """Takes the nearest centre of the cells of each point.
@@ -87,74 +86,74 @@ class Nearest:
             hit = np.flatnonzero(upper == np.repeat(least, np.diff(starts, append=len(point))))
             hit = hit[np.diff(point[hit], prepend=-1) > 0]
             who, hit = who[better], hit[better]
-            self.best[who], self._cell[who] = upper[hit], cell[hit]
-            self._net[who] = -1
+            self.best[who] = self._center_best[who] = upper[hit]
+            self._center_cell[who] = cell[hit]
 
     def add_places(self, point: Ints, net: Ints, found: Place) -> None:
-        """Takes points of the surface that are nearer than those before."""
-        upper = found.high * found.high
-        better = np.flatnonzero(upper <= self.best[point])
-        if len(better):
-            better = better[np.lexsort((net[better], upper[better], point[better]))]
-            better = better[np.diff(point[better], prepend=-1) > 0]
-            self._take(point[better], net[better], found.take(better))
-            self.best[point[better]] = upper[better]
+        """Takes points of the surface."""
+        np.minimum.at(self.best, point, found.high * found.high)
+        self._places.append((point, net, found))
 
-    def end_minima(self, point: Ints, net: Ints, found: Place, low: FloatArray) -> None:
-        """Cells end with their minima, and with bounds of these, as squares."""
+    def end_cells(self, point: Ints, low: FloatArray) -> None:
+        """Cells end with bounds as squares, their minima being places."""
         np.minimum.at(self._low, point, low)
-        self._minima.append((point, net, found))
 
-    def end_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
+    def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
         """Cells end as they are, with bounds as squares."""
-        np.minimum.at(self._low, point, low)
+        self.end_cells(point, low)
         self._left.append((point, cell, low))
 
     def answer(self) -> ClosestPoints:
         """The places, and the intervals of the distances."""
         self._descend()
-        self._choose()
-        high = np.maximum(np.sqrt(self.best), self._distance)
+        point = np.concatenate([point for point, _, _ in self._places])
+        net = np.concatenate([net for _, net, _ in self._places])
+        found = Place.joined([found for _, _, found in self._places])
+        chosen = self._choose(point, net, found)
+        position, distance = found.position[:, chosen], found.distance[chosen]
+        high = np.full(len(distance), np.inf)
+        np.minimum.at(high, point, found.high)
+        high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        place, position = self._place.T, self._position.T
-        return ClosestPoints(self._net, place, position, self._distance, low, high, self._tied)
-
-    def _take(self, point: Ints, net: Ints, found: Place) -> None:
-        self._net[point], self._distance[point] = net, found.distance
-        self._place[:, point], self._position[:, point] = found.place, found.partials[0]
+        tied = self._ties(point, found, position, distance)
+        place = found.place[:, chosen].T
+        return ClosestPoints(net[chosen], place, position.T, distance, low, high, tied)
 
     def _descend(self) -> None:
-        """Newton's method from the nearest centre of a cell, where no minimum was proved."""
-        rows = np.flatnonzero(self._net < 0)
-        cell = self._cell[rows]
+        """Newton's method from the nearest centre of a cell, where no place is as near."""
+        reached = np.full(len(self.best), np.inf)
+        for point, _, found in self._places:
+            np.minimum.at(reached, point, found.high)
+        rows = np.flatnonzero(np.isinf(reached) | (reached * reached > self._center_best))
+        cell = self._center_cell[rows]
         net, place = self._cells.net[cell], self._cells.place[:, cell]
-        self.best[rows] = np.inf  # places have other bounds of rounding than centres
         at = free = np.zeros((2, len(rows)))
         for _ in range(STEPS if len(rows) else 0):
             found = measure(self._cells, net, place, at, self._x[:, rows])
             self.add_places(rows, net, found)
             at = found.next(at, free)
 
-    def _choose(self) -> None:
-        """Of places that are as near up to rounding takes the first, and looks for ties."""
-        if self._minima:
-            point = np.concatenate([point for point, _, _ in self._minima])
-            net = np.concatenate([net for _, net, _ in self._minima])
-            found = Place.joined([found for _, _, found in self._minima])
-            np.minimum.at(self._distance, point, found.distance)
-            most = self._distance[point] + 4 * (found.high - found.distance)
-            rows = np.flatnonzero(found.distance <= most)
-            u, v = found.place[:, rows]
-            rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
-            rows = rows[np.diff(point[rows], prepend=-1) > 0]
-            self._take(point[rows], net[rows], found.take(rows))
-            away = found.partials[0] - self._position[:, point]
-            near = found.distance <= self._distance[point] + TIED * self._tolerance
-            near &= (away * away).sum(axis=0) > APART**2
-            self._tied[point[near]] = True
-        for point, cell, low in self._left:
-            model = self._cells.models[:4, cell]
-            away = model[:3] - self._position[:, point]
-            near = low <= self.limit(point)
-            near &= np.sqrt((away * away).sum(axis=0)) > APART + model[3]
-            self._tied[point[near]] = True
+    def _choose(self, point: Ints, net: Ints, found: Place) -> Ints:
+        """Rows (m,) of the nearest places; of those as near up to rounding, the first."""
+        least = np.full(len(self.best), np.inf)
+        np.minimum.at(least, point, found.distance)
+        most = least[point] + 4 * (found.high - found.distance)
+        rows = np.flatnonzero(found.distance <= most)
+        u, v = found.place[:, rows]
+        rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
+        return rows[np.diff(point[rows], prepend=-1) > 0]
+
+    def _ties(self, point: Ints, found: Place, position: FloatArray, distance: FloatArray) -> Bools:
+        """Whether a place or an open cell away from the positions (3, m) is as near."""
+        tied = np.zeros(len(distance), bool)
+        away = found.position - position[:, point]
+        near = found.distance <= distance[point] + TIED * self._tolerance
+        near &= dot(away, away) > APART**2
+        tied[point[near]] = True
+        for who, cell, low in self._left:
+            center, radius = self._cells.models[:3, cell], self._cells.models[3, cell]
+            away = center - position[:, who]
+            near = low <= self.limit(who)
+            near &= np.sqrt(dot(away, away)) > APART + radius
+            tied[who[near]] = True
+        return tied

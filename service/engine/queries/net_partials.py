@@ -56,11 +56,12 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
 def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
     m, rows, columns, width = nets.shape
     basis_u, basis_v = _bases(rows - 1, u, order), _bases(columns - 1, v, order)
-    lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, order + 1, columns, width)
-    x = np.matmul(basis_v[:, np.newaxis], lines)
-    # x[:, i, j] is the partial of order i in u and j in v.
+    # Two products for each net: many small ones cost more than what they multiply.
+    lines = np.matmul(nets.reshape(m, rows, -1).transpose(0, 2, 1), basis_u.transpose(0, 2, 1))
+    x = np.matmul(basis_v, lines.reshape(m, columns, -1)).reshape(m, order + 1, width, order + 1)
+    # x[:, j, :, i] is the partial of order i in u and j in v.
     in_u, in_v = _CHOSEN[order]
-    chosen = np.ascontiguousarray(x[:, in_u, in_v].transpose(1, 2, 0))
+    chosen = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
     if width == 3:
         return chosen
     w = chosen[:, 3]

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
+from service.engine.queries.column_vectors import dot
 from service.engine.queries.net_partials import net_partials
 
 RIDGE = 2.0**-33
@@ -17,33 +18,31 @@ does not change in one direction, and Newton's method shall not go far along it.
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """Places of n cells, seen from one point each.
+    """Places of n cells, seen from one point x each.
 
     Attributes
     ----------
     place : ndarray of float64, shape (2, n)
         In the parameters of the net.
-    partials : ndarray of float64, shape (6, 3, n)
-        S, and its partials in the parameters of the cell.
-    y : ndarray of float64, shape (3, n)
-        x − S.
-    gradient : ndarray of float64, shape (2, n)
-        Of ½ |x − S|² in the parameters of the cell.
+    position : ndarray of float64, shape (3, n)
+        S.
+    gradient, forms : ndarray of float64, shapes (2, n) and (3, n)
+        First and second partials of ½ |x − S|² in the parameters of the cell.
     distance, low, high : ndarray of float64, shape (n,)
         |x − S| as computed, and what holds it.
     """
 
     place: FloatArray
-    partials: FloatArray
-    y: FloatArray
+    position: FloatArray
     gradient: FloatArray
+    forms: FloatArray
     distance: FloatArray
     low: FloatArray
     high: FloatArray
 
-    def take(self, rows: Ints | Bools) -> "Place":
+    def take(self, rows: Ints) -> "Place":
         """Some of them."""
-        return Place(*(getattr(self, name)[..., rows] for name in Place.__slots__))
+        return Place(*(getattr(self, name).take(rows, axis=-1) for name in Place.__slots__))
 
     @staticmethod
     def joined(places: Sequence["Place"]) -> "Place":
@@ -61,13 +60,9 @@ class Place:
         It keeps to a side of the cell on which it is where the distance falls beyond it, and to
         those where `sides` (2, n) is not 0.
         """
-        _, da, db, daa, dab, dbb = self.partials
-        faa = _dot(da, da) - _dot(self.y, daa)
-        fab = _dot(da, db) - _dot(self.y, dab)
-        fbb = _dot(db, db) - _dot(self.y, dbb)
+        (fa, fb), (faa, fab, fbb) = self.gradient, self.forms
         ridge = RIDGE * (np.abs(faa) + np.abs(fbb))
         faa, fbb = faa + ridge, fbb + ridge
-        fa, fb = self.gradient
         fixed = (sides != 0) | ((at <= -1) & (self.gradient > 0))
         fixed |= (at >= 1) & (self.gradient < 0)
         determinant = faa * fbb - fab * fab
@@ -86,20 +81,18 @@ def measure(
     low = rectangle[::2]
     half = (rectangle[1::2] - low) / 2
     place = low + half * (at + 1)
-    partials = net_partials(cells.nets, net, place)
+    position, da, db, daa, dab, dbb = net_partials(cells.nets, net, place)
+    y = x - position
+    distance = np.sqrt(dot(y, y))
     ha, hb = half
-    partials[1] *= ha
-    partials[2] *= hb
-    partials[3] *= ha * ha
-    partials[4] *= ha * hb
-    partials[5] *= hb * hb
-    y = x - partials[0]
-    distance = np.sqrt(_dot(y, y))
-    gradient = -np.stack([_dot(y, partials[1]), _dot(y, partials[2])])
+    gradient = -half * [dot(y, da), dot(y, db)]
+    forms = np.stack(
+        [
+            (dot(da, da) - dot(y, daa)) * (ha * ha),
+            (dot(da, db) - dot(y, dab)) * (ha * hb),
+            (dot(db, db) - dot(y, dbb)) * (hb * hb),
+        ]
+    )
     error = cells.errors[net] + 8 * UNIT * distance
     nearest = np.maximum(distance - error, 0.0)
-    return Place(place, partials, y, gradient, distance, nearest, distance + error)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    return Place(place, position, gradient, forms, distance, nearest, distance + error)

@@ -19,7 +19,6 @@ from service.bases.row_batches import row_slices
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
-from service.engine.queries.distance_bounds import sphere_bounds
 from service.engine.queries.ray_bounds import SAFE, Rays, sphere_misses
 
 FANOUT, FEW = 8, 24
@@ -78,6 +77,31 @@ class PatchTree:
                 meets[rows] = ~sphere_misses(spheres, rays, ray[rows], farthest)[0]
             ray, sphere = ray[meets], sphere[meets]
         return ray, self.order[sphere]
+
+
+def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Squared distances: a lower bound of that to all in a sphere, an upper bound of its centre's.
+
+    Parameters
+    ----------
+    spheres : ndarray of float64, shape (at least 5, N)
+        Centre, radius and error.
+    x : ndarray of float64, shape (3, N)
+    """
+    y = x - spheres[:3]
+    y *= y
+    distance = y[0]
+    distance += y[1]
+    distance += y[2]
+    np.sqrt(distance, out=distance)
+    low = distance * (1 - 8 * UNIT)
+    low -= spheres[3]
+    np.maximum(low, 0.0, out=low)
+    low *= low
+    distance *= 1 + 8 * UNIT
+    distance += spheres[4]
+    distance *= distance
+    return low, distance
 
 
 def _met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:

@@ -13,8 +13,9 @@ from service.engine.mesh.orientation import orient_sides
 from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
 from service.engine.queries.cells import CellTree
+from service.engine.queries.chord_models import CHORDS
 from service.engine.queries.nets import QueryNets
-from service.engine.queries.winding import CHORDS, winding_numbers
+from service.engine.queries.winding import winding_numbers
 from service.surface.lowered import PatchModel
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance

@@ -24,7 +24,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.queries.cells import halved
+from service.engine.queries.halving import halved
 from service.surface.sides import take_side
 
 OVER_U, OVER_V, BELOW, ABOVE, SINGULAR, COPLANAR = range(6)

@@ -8,8 +8,8 @@ import pytest
 from service.engine.build import build
 from service.engine.models import to_patches
 from service.engine.options import MeshOptions
-from service.engine.queries import cells, winding
-from service.engine.queries.cells import halved
+from service.engine.queries import cells, chord_models, winding
+from service.engine.queries.halving import halved
 from service.engine.queries.nets import surface_nets
 from service.engine.queries.project import Columns, ProjectQuery, project_on_surface
 from service.surface.batches import TensorPatches
@@ -127,8 +127,8 @@ def test_bounds_of_solid_angles_hold() -> None:
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
     nets = [half for whole in halved(group.nets, 1) for half in halved(whole, 2)]
     for k, net in enumerate(np.concatenate(nets)):
-        model = winding.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
-        a, b, c, d = model[winding.CORNERS :].reshape(4, 3)
+        model = chord_models.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
+        a, b, c, d = model[chord_models.CORNERS :].reshape(4, 3)
         coarse = np.array([[a, b, c], [a, c, d]])
         grid = grid_of(net, 40)
         a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
@@ -138,7 +138,7 @@ def test_bounds_of_solid_angles_hold() -> None:
         away = RNG(k).normal(size=(8, 3))
         x = model[:3] + away / np.linalg.norm(away, axis=1, keepdims=True) * model[3] * 1.2
         error = 4 * np.pi * np.abs(solid_angles(fine, x) - solid_angles(coarse, x))
-        assert (error <= model[winding.AREA] / (0.2 * model[3]) ** 2 + 1e-4).all()
+        assert (error <= model[chord_models.AREA] / (0.2 * model[3]) ** 2 + 1e-4).all()
 
 
 def test_open_and_inconsistent_surfaces_have_no_signs() -> None:

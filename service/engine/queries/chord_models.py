@@ -1,0 +1,69 @@
+"""Cells as quadrilaterals for winding numbers, and what their sides are beside chords.
+
+Each cell has a ball that holds its control points, its corners, and the sum over its sides of
+
+    A = ω³ n h Σ_i δ_i / (n + 1)
+
+by which the theorem of `winding` bounds the error of the solid angle of two triangles.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cells import Table
+
+SIZE_A, SIZE_B, AREA, SPREAD, CORNERS, COLUMNS = 5, 6, 7, 8, 9, 21
+"""Columns of `chord_models` behind ball and error: lengths along a and b, Σ A without g, what g is
+multiplied by, and the corners in the order of the border."""
+
+
+def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
+    """Of cells with nets (K, p+1, q+1, 3 or 4): ball, error, corners and Σ A, (COLUMNS, K)."""
+    p, q = nets.shape[1] - 1, nets.shape[2] - 1
+    points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
+    table = np.empty((COLUMNS, len(nets)))
+    # As in `cell_models`, which has the proof; it may be wrong on both sides of an edge.
+    error = 4 * columns.UNIT * largest * (depth + 2) * (p + q + 2)
+    found = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
+    center = (found[0] + found[1] + found[2] + found[3]) / 4
+    away = points - center[:, np.newaxis, np.newaxis]
+    table[:3] = center.T
+    table[3] = np.sqrt(_dot(away, away).max(axis=(1, 2))) + 2 * error
+    table[columns.ERROR] = error
+    table[CORNERS:] = found.transpose(0, 2, 1).reshape(12, -1)
+    sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
+    lenses = []
+    for side in sides:
+        weights = nets[side][..., 3] if nets.shape[3] == 4 else None
+        lenses.append(_lens_areas(points[side], weights, 2 * error))
+    areas, lengths = np.array(lenses).transpose(1, 0, 2)
+    table[AREA], table[SPREAD] = areas.sum(axis=0), lengths.sum(axis=0)
+    table[SIZE_B], table[SIZE_A] = np.maximum(lengths[0], lengths[1]), np.maximum(*lengths[2:])
+    return table
+
+
+CHORDS = Table(chord_models, COLUMNS, (SIZE_A, SIZE_B))
+
+
+def _lens_areas(
+    polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """A of sides with control points (K, n+1, 3), which are `wrong` (K,), and A by g."""
+    away = polygons - polygons[:, :1]
+    steps = np.diff(away, axis=1)
+    longest = np.sqrt(_dot(steps, steps)).max(axis=1)
+    chord = away[:, -1:]
+    square = _dot(chord, chord)
+    share = _dot(away, chord) / np.where(square > 0, square, 1.0)
+    away -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
+    mean = np.sqrt(_dot(away, away)).mean(axis=1)
+    lengths = steps.shape[1] * (longest + 2 * wrong) * (1 + 2.0**-40)
+    if weights is not None:
+        lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
+    return lengths * (mean + wrong), lengths
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Over the last axis, of length 3, term by term."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])

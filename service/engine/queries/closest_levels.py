@@ -1,0 +1,223 @@
+"""The search for the closest points to some points, level by level; `closest` says what it proves.
+
+A pair of a point and a cell is open until the cell is farther than a point of the surface that was
+found, has no minimum of its patch, or is settled; the minima of settled cells are looked for by
+Newton's method, the nearest first, which shows that most of the others are farther.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import row_slices
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cell_models import UNIT
+from service.engine.queries.distance_bounds import Minima, cell_bounds, least_change
+from service.engine.queries.nearest import ClosestPoints, Nearest
+from service.engine.queries.newton import measure
+from service.engine.queries.patch_tree import PatchTree, sphere_bounds
+from service.engine.queries.shares import Share
+
+PAIRS = 1 << 13
+"""Pairs of a point and a cell that are looked at at a time."""
+
+MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
+"""Cells of one point that are open at a time: its budget; and of all points together."""
+
+ROUNDED, LEAST = 48 * 2.0**-53, 2.0**-36
+"""The least widths of intervals: in units of the distance, of which rounding leaves 14 to 40 units
+of 2⁻⁵³; and in the coordinates of the nets, where narrower minima are never settled."""
+
+COARSE = 0.2
+"""Strain of cells about which a close look says almost nothing, which are halved at once."""
+
+STEPS = 8
+"""Of Newton's method, before a cell is halved instead."""
+
+ENOUGH = 1 / 2
+"""Width of an interval at which a cell is not halved any more, in units of the tolerance."""
+
+EXACT = 2.0**-40
+"""How far from the minimum, in the coordinates of the nets, Newton's method ends."""
+
+
+NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
+
+
+class ClosestLevels:
+    """The search for the closest points to some points.
+
+    Parameters
+    ----------
+    patches : PatchTree
+    points : ndarray of float64, shape (m, 3)
+    share : Share
+        The pairs that may be looked at closely.
+    tolerance : float
+        How wide intervals may be.
+    can_split : bool
+        Whether to end as soon as too many pairs are open, for fewer points to be looked at.
+
+    Attributes
+    ----------
+    is_crowded : bool
+        Whether the search ended as too many pairs were open.
+    most_open : int
+        The most pairs that were open at a time.
+    """
+
+    def __init__(
+        self,
+        patches: PatchTree,
+        points: FloatArray,
+        share: Share,
+        tolerance: float,
+        *,
+        can_split: bool,
+    ) -> None:
+        self.can_split, self.is_crowded, self.most_open = can_split, False, 0
+        self.share, self.cells, self.patches = share, patches.cells, patches
+        self.enough = max(ENOUGH * tolerance, LEAST)
+        self.x = np.ascontiguousarray(points.T)
+        self.nearest = Nearest(self.cells, self.x, tolerance)
+        self.settled: list[tuple[Ints, Ints, Minima]] = []
+        self.waiting = NO_PAIRS
+
+    def search(self) -> ClosestPoints:
+        """All levels, until no pair is left."""
+        point, cell = self.patches.candidates(self.x)
+        while len(point):
+            next_pairs = [self.step(point, cell)]
+            if sum(len(pairs[0]) for pairs in self.settled) >= len(next_pairs[0][0]):
+                # Minima are worth finding now: most open cells are farther.
+                next_pairs.append(self.polish())
+            next_pairs.append(self.waiting)
+            self.waiting = NO_PAIRS
+            point, cell = _joined(next_pairs)
+        return self.nearest.answer()
+
+    def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The pairs of the next level; those that are settled in this one are put aside."""
+        low = np.empty(len(point))
+        for part in row_slices(len(point), 1, PAIRS):
+            model = self.cells.models[:5].take(cell[part], axis=1)
+            low[part], upper = sphere_bounds(model, self.x.take(point[part], axis=1))
+            self.nearest.add_centers(point[part], cell[part], upper)
+        near = self.affordable(np.flatnonzero(low <= self.nearest.limit(point)), point, cell, low)
+        is_open = self.cells.is_coarse(cell[near], COARSE)
+        looked = np.flatnonzero(~is_open)
+        for part in row_slices(len(looked), 1, PAIRS):
+            some = looked[part]
+            rows = near[some]
+            is_open[some], low[rows] = self.look(point[rows], cell[rows], low[rows])
+        rows = near[is_open]
+        return self.halve(point[rows], cell[rows], low[rows])
+
+    def affordable(self, near: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
+        """Of the pairs `near` those of points that go on; the others wait, or end."""
+        goes, ends = self.share.allot(np.bincount(point[near], minlength=self.x.shape[1]))
+        if goes.all():
+            return near
+        rows = near[ends[point[near]]]
+        self.nearest.end_open_cells(point[rows], cell[rows], low[rows])
+        rows = near[~(goes | ends)[point[near]]]
+        self.waiting = point[rows], cell[rows]
+        return near[goes[point[near]]]
+
+    def look(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
+        """Looks closely at pairs: which stay open, and squares of their lower bounds."""
+        bounds = cell_bounds(
+            self.cells.models.take(cell, axis=1),
+            self.cells.place.take(cell, axis=1),
+            self.cells.point_sides.take(cell, axis=1),
+            self.x.take(point, axis=1),
+            self.enough / 8,
+        )
+        low = np.maximum(bounds.low, low)
+        is_near = low <= self.nearest.limit(point)
+        rows = np.flatnonzero(is_near & bounds.settled)
+        if len(rows):
+            self.settled.append((point[rows], cell[rows], bounds.minima(rows)))
+        return is_near & ~(bounds.empty | bounds.settled), low
+
+    def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+        """The children of open pairs; those beyond the budget end."""
+        best = np.sqrt(self.nearest.best)
+        stop = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(best[point])
+        stop |= np.bincount(point, minlength=len(best))[point] > MOST_PAIRS
+        stop |= ~self.cells.can_halve(cell)
+        if stop.any():
+            self.nearest.end_open_cells(point[stop], cell[stop], low[stop])
+            point, cell = point[~stop], cell[~stop]
+        self.most_open = max(self.most_open, len(point))
+        if len(point) > MOST_OPEN and self.can_split:
+            self.is_crowded = True
+            point, cell = point[:0], cell[:0]
+        if not len(point):
+            return point, cell
+        children, parents = self.cells.children(cell)
+        return point[parents], children
+
+    def enough_at(self, distance: FloatArray) -> FloatArray:
+        """Widths of intervals that are enough at these distances."""
+        return np.maximum(self.enough, ROUNDED * distance)
+
+    def polish(self) -> tuple[Ints, Ints]:
+        """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
+        if not self.settled:
+            return NO_PAIRS
+        point = np.concatenate([point for point, _, _ in self.settled])
+        cell = np.concatenate([cell for _, cell, _ in self.settled])
+        bounds = Minima.joined([bounds for _, _, bounds in self.settled])
+        self.settled = []
+        order = np.lexsort((cell, bounds.estimate, point))
+        is_first = np.diff(point[order], prepend=-1) > 0
+        left = []
+        for some in (order[is_first], order[~is_first]):
+            rows = some[bounds.low[some] <= self.nearest.limit(point[some])]
+            if len(rows):
+                left.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
+        rows = np.concatenate(left) if left else np.zeros(0, np.intp)
+        rows = rows[np.lexsort((cell[rows], point[rows]))]
+        return self.halve(point[rows], cell[rows], bounds.low[rows])
+
+    def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
+        """Looks for the minima of settled pairs; which of them ended, with a good bound or none."""
+        ended = np.zeros(len(point), bool)
+        rows, net, at = np.arange(len(point)), self.cells.net[cell], minima.start
+        place = self.cells.place.take(cell, axis=1)
+        errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
+        x = self.x.take(point, axis=1)
+        for left in range(STEPS, 0, -1):
+            found = measure(self.cells, net, place, at, x)
+            wrong = errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
+            change = 2 * least_change(found.gradient, minima.convexity, at)
+            low = found.low * found.low + change - 4 * wrong.sum(axis=0) - minima.loss
+            is_far = low > self.nearest.limit(point)
+            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(found.high)
+            if left > 1:  # one step more makes the place exact, to which distances are blind
+                good &= change >= -EXACT * EXACT
+            good &= ~is_far
+            done = np.flatnonzero(good | (left == 1))
+            self.nearest.add_places(point[done], net[done], found.take(done))
+            self.nearest.end_cells(point[good], low[good])
+            good |= is_far
+            ended[rows[good]] = True
+            some = np.flatnonzero(~good)
+            if left == 1 or not len(some):
+                break
+            at = found.next(at, minima.sides).take(some, axis=1)
+            rows, net, point, minima = rows[some], net[some], point[some], minima.take(some)
+            place, errors, x = (each.take(some, axis=1) for each in (place, errors, x))
+        return ended
+
+
+def _joined(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell, in the order of points."""
+    some = [each for each in pairs if len(each[0])]
+    if len(some) < 2:
+        return some[0] if some else NO_PAIRS
+    point, cell = (np.concatenate(each) for each in zip(*some, strict=True))
+    order = np.argsort(point, kind="stable")
+    return point[order], cell[order]

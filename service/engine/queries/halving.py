@@ -1,0 +1,91 @@
+"""Halves of Bézier nets and of cells, and room for the nets of many cells."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cells:
+    """K cells of nets of one degree.
+
+    Attributes
+    ----------
+    nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
+        Over the cells.
+    place : ndarray of float64, shape (4, K)
+        u₀, u₁, v₀, v₁ in the parameters of the whole net.
+    point_sides : ndarray of bool, shape (4, K)
+        Which of these sides are one point.
+    parent : ndarray of int, shape (K,)
+        Number of the cell of which each is a part.
+    """
+
+    nets: FloatArray
+    place: FloatArray
+    point_sides: Bools
+    parent: Ints
+
+    def halved(self, axes: Sequence[int]) -> "Cells":
+        """Halves along axes, 0 or 1 or both; those of a cell stand side by side."""
+        cells = self
+        for axis in axes:
+            nets = np.stack(halved(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
+            place, sides = cells.place.repeat(2, axis=1), cells.point_sides.repeat(2, axis=1)
+            middle = (cells.place[2 * axis] + cells.place[2 * axis + 1]) / 2
+            for end in (0, 1):
+                # The lower half ends, and the upper half begins, at the middle.
+                place[2 * axis + 1 - end, end::2] = middle
+                sides[2 * axis + 1 - end, end::2] = False
+            cells = Cells(nets, place, sides, cells.parent.repeat(2))
+        return cells
+
+    @staticmethod
+    def joined(parts: "Sequence[Cells]") -> "Cells":
+        """All of them, one after another."""
+        return Cells(
+            np.concatenate([part.nets for part in parts]),
+            np.concatenate([part.place for part in parts], axis=1),
+            np.concatenate([part.point_sides for part in parts], axis=1),
+            np.concatenate([part.parent for part in parts]),
+        )
+
+
+class NetSpace:
+    """The nets of cells of one degree, with room for more."""
+
+    def __init__(self, nets: FloatArray) -> None:
+        self.nets, self.count = nets, len(nets)
+
+    def append(self, nets: FloatArray) -> Ints:
+        """Adds nets; their rows."""
+        last = self.count + len(nets)
+        if last > len(self.nets):
+            grown = np.empty((max(last, 2 * len(self.nets)), *nets.shape[1:]))
+            grown[: self.count] = self.nets[: self.count]
+            self.nets = grown
+        self.nets[self.count : last] = nets
+        rows = np.arange(self.count, last)
+        self.count = last
+        return rows
+
+
+def halved(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
+    """Nets (K, p+1, q+1, D) over the lower and the upper half of one direction, axis 1 or 2.
+
+    Averages of two neighbours at a time: other than a product of matrices, that gives the same bits
+    for a net wherever it stands in a batch.
+    """
+    rows = np.moveaxis(nets, axis, 0)
+    n = len(rows) - 1
+    low, high = np.empty_like(nets), np.empty_like(nets)
+    lows, highs = np.moveaxis(low, axis, 0), np.moveaxis(high, axis, 0)
+    lows[0], highs[n] = rows[0], rows[n]
+    for k in range(1, n + 1):
+        rows = rows[:-1] + rows[1:]
+        rows *= 0.5
+        lows[k], highs[n - k] = rows[0], rows[-1]
+    return low, high

@@ -1,0 +1,114 @@
+"""Partials at the centres of nets, and bounds of third partials over the whole of them.
+
+Nets are (p+1, q+1, 3 or 4, K), over cells a, b ∈ [−1, 1]²: an operation on many numbers side by
+side takes a third of the time of one on many short rows.
+
+Third partials of a polynomial net are Bézier nets, whose largest control vector bounds
+them. Of a rational net X / w with X taken about c, Leibniz' rule for X = w S gives
+
+    |S_ij| ≤ (|X_ij| + Σ_{(k, l) ≠ 0} C(i, k) C(j, l) |w_kl| |S_{i−k, j−l}|) / min w
+
+one after the other, where every |·| on the right is a maximum over a net; |S| ≤ r is the greatest
+distance of a projected control point from c.
+"""
+
+from math import comb
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import bernstein
+
+THIRD = ((3, 0), (2, 1), (1, 2), (0, 3))
+ORDERS = tuple((i, k - i) for k in range(4) for i in range(k, -1, -1))
+
+
+def partials_at_center(nets: FloatArray) -> tuple[FloatArray, dict[tuple[int, int], FloatArray]]:
+    """S (3, K) at the centres and its first and second partials in a and b, term by term."""
+    x: dict[tuple[int, int], FloatArray] = {}
+    p, q = nets.shape[0] - 1, nets.shape[1] - 1
+    for i in range(3):
+        lines = _at_middle(_differences(nets, i, 0))
+        for j in range(3 - i):
+            x[i, j] = _at_middle(_differences(lines, j, 0)) * (_factor(p, i) * _factor(q, j))
+    if nets.shape[2] == 3:
+        return x[0, 0], x
+    w = x[0, 0][3]
+    center = x[0, 0][:3] / w
+    s = {(0, 0): center}
+    for i, j in ORDERS[1:6]:
+        value = x[i, j][:3].copy()
+        for k in range(i + 1):
+            for m in range(j + 1):
+                if k or m:
+                    value -= comb(i, k) * comb(j, m) * x[k, m][3] * s[i - k, j - m]
+        s[i, j] = value / w
+    return center, s
+
+
+def bounds_of_partials(
+    about: FloatArray, weights: FloatArray | None, radius: FloatArray
+) -> dict[tuple[int, int], FloatArray]:
+    """Upper bounds (K,) of the lengths of the third partials over the cells."""
+    p, q = about.shape[0] - 1, about.shape[1] - 1
+    if weights is None:
+        return {of: _largest(about, of) * _factor(p, of[0]) * _factor(q, of[1]) for of in THIRD}
+    x = about * weights
+    least = weights.min(axis=(0, 1, 2))
+    bound = {(0, 0): radius}
+    w = {of: _largest(weights, of) for of in ORDERS[1:]}
+    for i, j in ORDERS[1:]:
+        value = _largest(x, (i, j)) * _factor(p, i) * _factor(q, j)
+        for k in range(i + 1):
+            for m in range(j + 1):
+                if k or m:
+                    factor = comb(i, k) * comb(j, m) * _factor(p, k) * _factor(q, m)
+                    value = value + factor * w[k, m] * bound[i - k, j - m]
+        bound[i, j] = value / least
+    return bound
+
+
+def _factor(degree: int, order: int) -> float:
+    """The factor of differences of this order in partials: n (n − 1) … / 2^order."""
+    factor = 1.0
+    for k in range(order):
+        factor *= max(degree - k, 0) / 2
+    return factor
+
+
+def _differences(nets: FloatArray, order: int, axis: int) -> FloatArray:
+    """Differences along an axis; a single zero where the degree is too low."""
+    for _ in range(order):
+        if nets.shape[axis] == 1:
+            return np.zeros_like(nets)
+        nets = nets[1:] - nets[:-1] if axis == 0 else nets[:, 1:] - nets[:, :-1]
+    return nets
+
+
+def _at_middle(rows: FloatArray) -> FloatArray:
+    """The value at ½ along the first axis, which goes away: a sum in one order."""
+    basis = bernstein(len(rows) - 1, [0.5])[0]
+    value: FloatArray = basis[0] * rows[0]
+    for share, row in zip(basis[1:].tolist(), rows[1:], strict=True):
+        value += share * row
+    return value
+
+
+def _largest(nets: FloatArray, order: tuple[int, int]) -> FloatArray:
+    """The greatest length of a difference of this order, (K,)."""
+    for axis, times in enumerate(order):
+        nets = _differences(nets, times, axis)
+    return largest_length(nets)
+
+
+def inner(first: FloatArray, second: FloatArray) -> FloatArray:
+    """X · Y of vectors (…, 3 or fewer, K)."""
+    total: FloatArray = first[..., 0, :] * second[..., 0, :]
+    for k in range(1, first.shape[-2]):
+        total += first[..., k, :] * second[..., k, :]
+    return total
+
+
+def largest_length(vectors: FloatArray) -> FloatArray:
+    """The greatest length (K,) of vectors (…, …, 3 or fewer, K)."""
+    return np.asarray(np.sqrt(inner(vectors, vectors).max(axis=(0, 1))))

@@ -1,0 +1,53 @@
+"""Bounds of cells against the surface at many places of them, with partials of the whole net."""
+
+import numpy as np
+import pytest
+
+from service.engine.models import to_patches
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cells import CellTree
+from service.engine.queries.net_bounds import ORDERS
+from service.engine.queries.net_partials import net_partials
+from service.engine.queries.nets import surface_nets
+from tools.certify.surfaces import FAMILIES
+
+SIDE = 7
+PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
+"""S_i, S_j and S_ij among S, S_a, S_b, S_aa, S_ab, S_bb."""
+
+
+@pytest.mark.parametrize(
+    "family", ["bicubic, wild", "rational, weights to 1000", "triangles", "poles", "degree 15"]
+)
+def test_models_hold_the_surface(family: str) -> None:
+    cells = CellTree(surface_nets(to_patches(FAMILIES[family].surface(6).lower()).batches))
+    for _ in range(4):
+        cells.children(np.arange(cells.count)[-60:])
+    picked = np.unique(np.linspace(0, cells.count - 1, 60).astype(int))
+    a, b = (side.ravel() for side in np.meshgrid(*[np.linspace(-1, 1, SIDE)] * 2))
+    cell = np.repeat(picked, SIDE**2)
+    a, b = np.tile(a, len(picked)), np.tile(b, len(picked))
+    low, half = cells.place[::2, cell], (cells.place[1::2, cell] - cells.place[::2, cell]) / 2
+    partials = net_partials(cells.nets, cells.net[cell], low + half * np.stack([a + 1, b + 1]))
+    scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
+    s = partials * scale[:, np.newaxis]
+    model = cells.models[:, cell]
+    center, *firsts = (model[k : k + 3] for k in (columns.CENTER, *columns.VECTORS))
+    da, db, daa, dab, dbb, normal = firsts
+    away = s[0] - center
+    rest = away - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
+    observed = [(np.linalg.norm(away, axis=0), columns.RADIUS)]
+    observed += [(np.linalg.norm(rest, axis=0), columns.REST)]
+    observed += [(np.abs((rest * normal).sum(axis=0)), columns.REST_LIFT)]
+    for k, (i, j, second) in enumerate(PAIRS):
+        bend = s[second] - firsts[second - 1]
+        spread = (s[i] * s[j] + away * s[second] - firsts[i - 1] * firsts[j - 1]).sum(axis=0)
+        observed += [(np.linalg.norm(bend, axis=0), columns.BEND_AA + k)]
+        observed += [(np.abs((bend * normal).sum(axis=0)), columns.LIFT_AA + k)]
+        observed += [(np.abs(spread), columns.SPREAD_AA + k)]
+    for value, column in observed:
+        slack = 1e-13 * (1 + np.abs(s).max())
+        assert (value <= model[column] + slack).all(), column
+    # A bound far above all values would prove nothing.
+    value, column = observed[-1]
+    assert (value.reshape(-1, SIDE**2).max(axis=1) > model[column, :: SIDE**2] / 12).any()
