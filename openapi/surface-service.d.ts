@@ -2237,7 +2237,7 @@ export interface components {
         };
         /**
          * MeshRequest
-         * @description A surface to mesh, and how.
+         * @description A surface, and the options of its mesh.
          */
         MeshRequest: {
             /**
@@ -2418,7 +2418,7 @@ export interface components {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
-             * @description From where the mesh will be seen; with `pixel_tolerance`, which must be there. In bodies only, not in queries.
+             * @description The camera that will see the mesh; needs `pixel_tolerance`. In bodies only, not in queries.
              * @example {
              *       "field_of_view": 0.8,
              *       "height": 1080,
@@ -2432,7 +2432,7 @@ export interface components {
             camera?: components["schemas"]["CameraDefinition"];
             /**
              * Pixel Tolerance
-             * @description Pixels: how large an error may seem, seen from the `camera`, which must be there. What is far away is divided less; every part is as near as its least distance from the camera demands, and a `tolerance` holds beside it.
+             * @description The largest error in pixels, as the `camera` sees it; needs `camera`. The tolerance of each part follows from its least distance from the camera; a `tolerance` holds in addition.
              * @example 0.5
              */
             pixel_tolerance?: number;
@@ -3512,19 +3512,19 @@ export interface components {
         SignRequest: {
             /**
              * Url
-             * @description URL of a surface or of a mesh here, without the host: as `links` of a stored surface have it, and with any options of a mesh in its query.
+             * @description URL of a surface or of a mesh, without the host, as in the `links` of a stored surface; options of a mesh may follow as a query.
              * @example /v1/surfaces/utah-teapot/mesh.glb?resolution=16
              */
             url: string;
             /**
              * Expires
-             * @description Until when, in seconds since 1970 (Unix time); at most seven days from now. The same moment makes the same URL each time, which browsers can keep.
+             * @description The time when the URL expires, in seconds since 1970 (Unix time); at most seven days from now. The same time always gives the same URL, which browsers can cache.
              * @example 1800000000
              */
             expires?: number;
             /**
              * Seconds
-             * @description Instead: for how long from now.
+             * @description Seconds from now until the URL expires, in place of `expires`.
              * @example 3600
              */
             seconds?: number;
@@ -3761,7 +3761,7 @@ export interface components {
         };
         /**
          * SurfaceRequest
-         * @description A surface and nothing else: to store it.
+         * @description A surface to store.
          */
         SurfaceRequest: {
             /** @description The surface, by its control points. */

@@ -1,20 +1,20 @@
 """Errors of requests as values and exceptions; this module knows nothing of HTTP.
 
-Every error is a list of `Issue`s: a stable code, a JSON pointer (RFC 6901), the value that was got
-and the value that was needed. The texts describe the input and never repeat it. One table in
-`service.api.problems` maps the classes to status codes.
+Every error is a list of `Issue`s: a stable code, a message, a JSON pointer (RFC 6901), and texts
+that say what the service got and what it needed. The texts describe the input and never repeat it.
+One table in `service.api.problems` maps the classes to status codes.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 MAX_ISSUES = 20
-"""Most issues of one response: enough to correct a request, too few to flood a client."""
+"""The most issues of one response: enough to correct a request, too few to flood a client."""
 
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One error: where it is, the value that was got and the value that was needed.
+    """One error: its place, what the service got, and what it needed.
 
     `pointer` is relative to the checked value; the layer that knows the surrounding document
     puts its own prefix in front (`SurfaceError.within`).
@@ -87,7 +87,7 @@ class BadAddress(Exception):
 
 
 class ServiceFailed(Exception):
-    """The service at `--url` does not do the work, for a reason other than the request."""
+    """The service at `--url` failed, not because of the request."""
 
 
 def pointer(parts: Iterable[str | int]) -> str:

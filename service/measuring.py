@@ -1,7 +1,7 @@
-"""Measures computing time by name: started where the work is done, added up by the caller.
+"""Measures the seconds of named parts of the work.
 
-A caller that measures sets a function in the context, which threads inherit. Without one, as on the
-command line, nothing is measured.
+`with Measured(name):` surrounds a part. A caller that wants the times sets a function in the
+context, which threads inherit; without it, as on the command line, nothing is measured.
 """
 
 import time
@@ -15,8 +15,8 @@ Add: TypeAlias = Callable[[str, float], None]
 _current: ContextVar[Add | None] = ContextVar("seconds", default=None)
 
 
-def count_in(add: Add) -> None:
-    """Calls `add` with seconds from now on: in this task, and in threads and tasks it starts."""
+def report_times(add: Add) -> None:
+    """Calls `add` with each measured time from now on, in this task and in threads it starts."""
     _current.set(add)
 
 

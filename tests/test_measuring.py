@@ -6,12 +6,12 @@ import time
 
 import pytest
 
-from service.measuring import Add, Measured, count_in
+from service.measuring import Add, Measured, report_times
 
 
 def within(add: Add | None) -> None:
     if add is not None:
-        count_in(add)
+        report_times(add)
     with Measured("outer"), Measured("inner"):
         thread = threading.Thread(target=contextvars.copy_context().run, args=(other,))
         thread.start()

@@ -1,8 +1,8 @@
-"""Files that say what the code says: `make generated` writes them anew.
+"""Writes the generated files (`make generated`).
 
-These are the reference (docs/reference.md), the tables of docs/settings.md, of
+They are the reference (docs/reference.md), the tables of docs/settings.md, of
 docs/observability.md and of formats and calls in the README, the alerts as the Prometheus Operator
-wants them, the flags of `surface mesh`, and the list of all names that clients use. What stands
+wants them, the flags of `surface mesh`, and the list of all names that clients use. The text
 around a table is written by hand, and kept.
 """
 
@@ -80,12 +80,12 @@ def rules_page(_: str) -> str:
         },
         "spec": yaml.safe_load(ALERTS.read_text(encoding="utf-8")),
     }
-    made: str = yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
-    return f"# Made of deploy/prometheus/alerts.yaml by `python -m tools.pages`.\n{made}"
+    text: str = yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
+    return f"# Made of deploy/prometheus/alerts.yaml by `python -m tools.pages`.\n{text}"
 
 
 def readme(text: str) -> str:
-    """The README with the tables of all formats and of all questions to a surface."""
+    """The README, with the tables of all formats and of all queries."""
     rows = [(f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_holds(f))) for f in FORMATS]
     text = _with_table(text, ("format", "suffix", "media type", "holds"), rows)
     calls = [
@@ -106,8 +106,10 @@ def reference_page(_: str) -> str:
     }
     for kind in KINDS:
         summary = (models[kind].__doc__ or "").strip()
-        told = ["\n".join(map(str.strip, part.splitlines())) for part in summary.split("\n\n")]
-        lines += ["", f"## `{kind}`", "", "\n\n".join(told), ""]
+        paragraphs = [
+            "\n".join(map(str.strip, part.splitlines())) for part in summary.split("\n\n")
+        ]
+        lines += ["", f"## `{kind}`", "", "\n\n".join(paragraphs), ""]
         lines += _fields(models[kind].model_json_schema())
     return "\n".join([*lines, ""])
 
@@ -130,7 +132,7 @@ def flags(_: str) -> str:
 
 
 def names(_: str) -> str:
-    """Every name that a client may use: what is lost or new shows in the history of this file."""
+    """Every name that a client may use: the history of this file shows what is new or gone."""
     registries: dict[str, Iterable[str]] = {
         "formats": (fmt.name for fmt in FORMATS),
         "curve formats": (fmt.name for fmt in CURVE_FORMATS),
@@ -152,11 +154,11 @@ PAGES: dict[Path, Callable[[str], str]] = {
     ROOT / "service" / "cli" / "flags.json": flags,
     ROOT / "tests" / "golden" / "names.json": names,
 }
-"""Files, and functions that return what must stand in them from what stands in them."""
+"""Files, and functions that return the new text of a file from its present text."""
 
 
 def _with_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    """The page with the rows of the table of this head anew."""
+    """The page, with new rows for the table that has this head."""
     start = "".join(f"| {' | '.join(cells)} |\n" for cells in (head, ("---",) * len(head)))
     before, _, rest = text.partition(start)
     lines = rest.splitlines(keepends=True)
@@ -176,15 +178,15 @@ def _fields(schema: Mapping[str, Any]) -> list[str]:
     """The table of the fields of a model."""
     required = schema.get("required", ())
     rows = [
-        f"| `{name}` | {'required' if name in required else _told(field)} | "
+        f"| `{name}` | {'required' if name in required else _default_text(field)} | "
         f"{' '.join(field.get('description', '').split()).replace('|', '&#124;')} |"
         for name, field in schema["properties"].items()
     ]
     return ["| field | default | what it is |", "| --- | --- | --- |", *rows]
 
 
-def _told(field: Mapping[str, Any]) -> str:
-    """The default of a field as JSON; nothing where leaving it out says nothing."""
+def _default_text(field: Mapping[str, Any]) -> str:
+    """The default of a field as JSON; empty for an empty or missing default."""
     value = field.get("default")
     return "" if value in (None, [], {}) else f"`{json.dumps(value)}`"
 
@@ -207,7 +209,7 @@ def _value(field: Mapping[str, Any]) -> str | None:
 
 
 def _largest(surface: SurfaceKind, fmt: Format) -> int:
-    """Vertices of the largest mesh of a surface that is answered on a machine of 8 GB."""
+    """Vertices of the largest mesh of a surface that a service makes on a machine of 8 GB."""
     limits = result_limits(Settings(memory_bytes=4_000_000_000))
 
     def size(resolution: int) -> int:
@@ -230,5 +232,5 @@ def _default(field: FieldInfo) -> str:
 
 if __name__ == "__main__":
     for file, page in PAGES.items():
-        known = file.read_text(encoding="utf-8") if file.exists() else ""
-        file.write_text(page(known), encoding="utf-8")
+        present = file.read_text(encoding="utf-8") if file.exists() else ""
+        file.write_text(page(present), encoding="utf-8")

@@ -23,7 +23,7 @@ CHUNK_BYTES = 4 << 20
 
 SAME_SHARE = 2.0**-40
 """Largest difference of the shares of equal control points at the two ends of a closed curve. Knots
-like k/7 are rounded; the ends are one point all the same."""
+like k/7 are rounded, yet the ends must be one point."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,13 +41,13 @@ class _Sums:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Extraction:
-    """How control points over some knots become the Bézier points of every span.
+    """The combinations of control points that are the Bézier points of every span.
 
     Attributes
     ----------
     count : int
         Number of distinct Bézier points; they are numbered along the curve.
-    places : ndarray of int, shape (spans, p+1)
+    point_numbers : ndarray of int, shape (spans, p+1)
         Numbers of the Bézier points of each span: the last point of a span is the first of the
         next, unless the curve is discontinuous there.
     sums : tuple of _Sums
@@ -85,22 +85,22 @@ class Extraction:
         weights : ndarray of float64, shape (n, …), optional
             Positive; without them the points are combined as they are.
         """
-        place = np.empty((self.count, *points.shape[1:]))
+        combined = np.empty((self.count, *points.shape[1:]))
         weight = None if weights is None else np.empty((self.count, *weights.shape[1:]))
         for sums in self.sums:
             width = sums.shares.shape[1] * max(sums.shares.shape[2], points[0].size)
             for rows in row_slices(len(sums.first), 8 * width, CHUNK_BYTES):
                 targets = sums.targets[rows]
-                place[targets], heavy = combine_run(
+                combined[targets], weight_sums = combine_run(
                     points, weights, sums.first[rows], sums.shares[rows]
                 )
                 if weight is not None:
-                    weight[targets] = heavy
+                    weight[targets] = weight_sums
         targets, controls = self.copies
-        place[targets] = points[controls]
+        combined[targets] = points[controls]
         if weight is not None and weights is not None:
             weight[targets] = weights[controls]
-        return place, weight
+        return combined, weight
 
     def is_closed(self, points: FloatArray, weights: FloatArray | None) -> bool:
         """Whether the last of these control points equal the first, so that the curve closes."""
@@ -117,21 +117,21 @@ class Extraction:
 def plan_extraction(
     knots: FloatArray, degree: int, points: FloatArray, weights: FloatArray | None = None
 ) -> Extraction:
-    """The extraction for these knots, kept for the next curve over them.
+    """The extraction for these knots, from the cache if another curve had the same knots.
 
-    Control points, of shape (n, …, d), matter in one way only: whether the curve closes.
+    The control points, of shape (n, …, d), only decide whether the curve closes.
     """
     key = knots.tobytes()
 
-    def kept(closed: bool) -> Extraction:
-        found = MESH_PLANS.get(
+    def cached(closed: bool) -> Extraction:
+        plan = MESH_PLANS.get(
             ("extraction", degree, closed, key), lambda: _build_extraction(knots, degree, closed)
         )
-        assert isinstance(found, Extraction)
-        return found
+        assert isinstance(plan, Extraction)
+        return plan
 
-    found = kept(closed=False)
-    return kept(closed=True) if found.is_closed(points, weights) else found
+    plan = cached(closed=False)
+    return cached(closed=True) if plan.is_closed(points, weights) else plan
 
 
 def extract_bezier_points(
@@ -152,12 +152,12 @@ def extract_bezier_points(
     weights : ndarray of float64, shape (spans, p+1, …), or None
     """
     plan = plan_extraction(knots, degree, points, weights)
-    place, weight = plan.combine(points, weights)
-    return place[plan.point_numbers], None if weight is None else weight[plan.point_numbers]
+    combined, weight = plan.combine(points, weights)
+    return combined[plan.point_numbers], None if weight is None else weight[plan.point_numbers]
 
 
 def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
-    """The extraction for some knots; `closed` if the end of the curve is its beginning."""
+    """The extraction for some knots; `closed`: whether the curve ends where it begins."""
     at = spans(knots, degree)
     shares = np.empty((len(at), degree + 1, degree + 1))
     for chunk in row_slices(len(at), 8 * (degree + 1) ** 2, CHUNK_BYTES):
@@ -178,7 +178,7 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
     copies = [(places[parted - 1, -1], at[parted - 1]), (places[parted, 0], at[parted] - degree)]
     sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], places[:, 1:-1])]
     sums += _combine_joints(at, many, (begins, ends), places)
-    left: list[_Sums] = []
+    remaining: list[_Sums] = []
     for part in sums:
         # A Bézier point that is a control point is copied, not combined.
         alone = part.shares.max(axis=-1) >= 1.0
@@ -186,9 +186,9 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
         copies.append((part.targets[alone], controls[alone]))
         some = ~alone.all(axis=1)
         if some.any():
-            left.append(_Sums(part.first[some], part.shares[some], part.targets[some]))
+            remaining.append(_Sums(part.first[some], part.shares[some], part.targets[some]))
     pairs = np.concatenate([np.stack(pair) for pair in copies], axis=1)
-    return Extraction(int(places[-1, -1]) + 1, places, tuple(left), pairs, repeated)
+    return Extraction(int(places[-1, -1]) + 1, places, tuple(remaining), pairs, repeated)
 
 
 def _combine_joints(
@@ -213,7 +213,7 @@ def _combine_joints(
 
 
 def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
-    """How often each break occurs, at most p times at the ends of the domain."""
+    """The multiplicity of each break; at the ends of the domain at most p."""
     many = np.empty(len(at) + 1, dtype=np.intp)
     many[1:-1] = np.diff(at)
     before, after = knots[: at[0] + 1], knots[at[-1] + 1 :]
@@ -223,7 +223,7 @@ def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
 
 
 def _close(head: FloatArray, tail: FloatArray) -> None:
-    """Make the shares of the first and the last point equal if they differ by rounding alone.
+    """Makes the shares of the first and the last point equal if they differ by rounding alone.
 
     A curve whose first p points are repeated at its end then closes, also over knots such as k/7
     whose differences repeat only up to rounding.

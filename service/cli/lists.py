@@ -17,7 +17,7 @@ def add(commands: Commands) -> None:
     openapi.add_argument(
         "--all",
         action="store_true",
-        help="of a service with everything switched on; without it, by the environment's settings",
+        help="with all optional features; without this flag, as the environment's settings say",
     )
     openapi.set_defaults(run=_openapi)
 

@@ -35,10 +35,10 @@ def add(commands: Commands) -> None:
     group.add_argument(
         "--relative-tolerance",
         metavar="X",
-        help="width of the intervals of distances, in diagonals (1e-9)",
+        help="largest width of an interval of distance, as a share of the diagonal (1e-9)",
     )
     group.add_argument(
-        "--sign", action="store_true", help="tell points inside a closed surface by -1, others by 1"
+        "--sign", action="store_true", help="write signs too: -1 inside a closed surface, 1 outside"
     )
     add_fields(project)
     project.set_defaults(run=_run)
@@ -77,5 +77,5 @@ def _compute(document: Mapping[str, Any]) -> bytes:
     from service.pipeline.project import plan_project
     from service.schemas.project import ProjectRequest
 
-    wanted, limits = parse_request(ProjectRequest, document)
-    return plan_project(wanted.to_shape(), wanted.to_query(), limits).run()
+    request, limits = parse_request(ProjectRequest, document)
+    return plan_project(request.to_shape(), request.to_query(), limits).run()

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 from service.errors import InvalidRequest, Issue, MalformedBody
 
 Tree: TypeAlias = dict[str, Any]
-"""A surface in the language of requests, where arrays may stand for lists of numbers."""
+"""The document of a surface, as in a request, with arrays in place of lists of numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +27,13 @@ class Decoder:
         Kinds of surface that such a file may become.
     decode : callable
         Takes the bytes, the requested kind of surface (None: the file decides) and the limit of
-        control points; returns a document that is yet to be checked, with the file's values.
+        control points; returns the document of the surface, unchecked.
     about : str
         Text for the OpenAPI document: the content of such a file, and how the service reads it.
     weight : float
-        Memory in bytes for each byte of a file, the file included, until it is a surface.
+        Bytes of memory for each byte of a file, itself included, until the surface is built.
     example : tuple of str, optional
         For a text: a title, and the text.
-        Of a text: what it says, and the text.
     """
 
     name: str
@@ -49,17 +48,17 @@ class Decoder:
     example: tuple[str, str] | None = None
 
     def memory(self, length: int) -> int:
-        """Most memory in bytes of a file of this length, until it is a surface."""
+        """The most bytes of memory for a file of this length, until the surface is built."""
         return int(self.weight * length)
 
 
 def malformed(message: str, got: str, needed: str) -> MalformedBody:
-    """The error of bytes that are not in this format."""
+    """The error for bytes that are not in this format."""
     return MalformedBody(Issue("malformed_body", message, "", got, needed))
 
 
 def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuses a kind of surface that the file's net cannot be."""
+    """Refuses a kind of surface that the format cannot store."""
     if kind is not None and kind not in kinds:
         raise InvalidRequest(
             Issue(
@@ -79,6 +78,6 @@ def check_count(points: int, most: int, where: str = "") -> None:
 
 
 def too_many(got: str, most: int, where: str = "") -> InvalidRequest:
-    """The error of too many control points."""
+    """The error for too many control points."""
     message = "The surface has more control points than this service allows."
     return InvalidRequest(Issue("too_many_control_points", message, where, got, f"at most {most}"))

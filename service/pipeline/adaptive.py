@@ -1,4 +1,4 @@
-"""Meshes by tolerance, and by a budget: made, and refused as soon as they are too large."""
+"""Meshes by tolerance and by a budget; refuses a mesh as soon as it grows too large."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -32,26 +32,27 @@ Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
 Encode: TypeAlias = Callable[[AnyMesh], Content]
 
 ATTEMPTS = 3
-"""Meshes as costly as can be that a search may make; nearly all that it makes cost less."""
+"""A search may take the work of this many meshes of the largest cost; most meshes cost less."""
 
 FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
-"""Parts of the model's diagonal that no budget goes below: some times what rounding takes."""
+"""The finest tolerances of a search, as shares of the model's diagonal: some times the rounding of
+double and of single precision."""
 
 ANY = 2**62
-"""More triangles than there are."""
+"""A limit above all numbers of triangles."""
 
 
 class AdaptiveMesher:
-    """Builds meshes of a model by tolerance; what they have in common is computed once.
+    """Builds meshes of a model by tolerance; computes once what all of them need.
 
     Parameters
     ----------
     work : MeshWork
-        What is to be computed, and how many triangles its memory is enough for.
+        The request, its limits, and the number of triangles that fit into its memory.
     model : PatchModel or GroupModel
     options : MeshOptions
     effort : Effort, optional
-        What all meshes together may take.
+        The most work of all meshes together.
     """
 
     def __init__(
@@ -70,21 +71,21 @@ class AdaptiveMesher:
         )
 
     def build(self, accuracy: Accuracy, tolerance: float | None = None) -> AnyMesh:
-        """The mesh that is as near to the model as it was asked for.
+        """The mesh within the tolerance of the request.
 
-        A `tolerance`, in model units, takes the place of the one that was stated.
+        `tolerance`, in model units, replaces that of the request.
 
         Raises
         ------
         InvalidRequest, TooLarge
-            With pointers to the option that asked for it.
+            With pointers to the option that is the cause.
         """
         work = self._work
         most, limit = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
-        stated_first = work.options.accuracy or accuracy
-        asked = adaptive_triangles(stated_first, work.limits, work.stored.patches)
+        requested = work.options.accuracy or accuracy
+        asked = adaptive_triangles(requested, work.limits, work.stored.patches)
         memory = work.cost.memory if work.cost.triangles < min(asked, most) else None
         most = min(most, work.cost.triangles)
         goal = build_goal(accuracy, self._model)
@@ -119,19 +120,19 @@ def search_budget(
 ) -> tuple[AnyMesh, Content]:
     """Searches the tolerance of the nearest mesh within a budget.
 
-    A finer tolerance than `finest`, in model units, is not tried. Of the `effort`, all of which the
-    search may take, a mesh takes a third at most: one more budget that is kept to.
+    The search tries no tolerance below `finest`, in model units. It may take all of `effort`, and
+    each mesh at most a third of it: this is one more budget.
 
     Raises
     ------
     InvalidRequest
-        `budget_too_small`, saying what the least would be.
+        `budget_too_small`, with the size of the coarsest mesh.
     TooLarge
-        If even the coarsest mesh is beyond what is computed at all.
+        Even the coarsest mesh exceeds a limit.
     """
     most = effort.whole / ATTEMPTS
 
-    def tried(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
+    def try_tolerance(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
         before = effort.spent
         mesh = build(allowed, tolerance)
         content = encode(mesh)
@@ -139,9 +140,9 @@ def search_budget(
         cost = max(_budget_share(mesh, content, accuracy), taken)
         return Attempt(cost, mesh.report.deviation_bound or 0.0, (mesh, content))
 
-    # The coarsest is made whatever the budget, to say what it would need.
+    # The coarsest mesh is always made: an error names its size.
     unlimited = accuracy if accuracy.max_triangles is None else replace(accuracy, max_triangles=ANY)
-    coarsest = tried(unlimited, inf)
+    coarsest = try_tolerance(unlimited, inf)
     mesh, content = coarsest.result
     _check_budget("/max_triangles", "triangles", mesh.report.triangles, accuracy.max_triangles)
     _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
@@ -149,11 +150,11 @@ def search_budget(
     def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, Content]] | None:
         effort.reserve_rest(most)
         try:
-            return tried(accuracy, tolerance)
+            return try_tolerance(accuracy, tolerance)
         except TooLarge:
             return None
         except InvalidRequest as error:
-            # The surface is met already, as near as its numbers allow.
+            # The mesh before is as near as the precision of the numbers allows.
             if any(issue.code != "tolerance_too_small" for issue in error.issues):
                 raise
             return None
@@ -165,27 +166,27 @@ def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
     """Refuses a mesh that came out too large for a response."""
     where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
-    vertices = sum(len(own.positions) for own in copies)
+    vertices = sum(len(each.positions) for each in copies)
     size = count_once(mesh, work.stored)
     check_vertices(vertices + size.overlay_points, work.limits, where)
     check_bytes(work.fmt.byte_bound(size, work.encode), work.fmt, work.limits, where)
 
 
 def check_content(content: Content, accuracy: Accuracy | None) -> None:
-    """Refuses a file that is larger than it was to be."""
+    """Refuses a file that exceeds `max_bytes`."""
     most = None if accuracy is None else accuracy.max_bytes
     if most is not None and len(content) > most:
         raise TooLarge(_too_many_bytes(f"{len(content)} bytes", most))
 
 
 def count_once(mesh: AnyMesh, size: MeshSize) -> MeshSize:
-    """The size of a mesh, or of the meshes of a scene: names and the like from its bound."""
+    """The size of a mesh, or of all meshes of a scene; names and attributes as in `size`."""
     meshes = [mesh] if isinstance(mesh, Mesh) else mesh.meshes
-    overlays = [overlay for own in meshes for overlay in own.overlays]
+    overlays = [overlay for each in meshes for overlay in each.overlays]
     return replace(
         size,
-        vertices=sum(len(own.positions) for own in meshes),
-        triangles=sum(len(own.triangles) for own in meshes),
+        vertices=sum(len(each.positions) for each in meshes),
+        triangles=sum(len(each.triangles) for each in meshes),
         quads=0,
         overlay_points=sum(len(overlay.positions) for overlay in overlays),
         overlay_segments=sum(len(overlay.segments) for overlay in overlays),
@@ -194,9 +195,9 @@ def count_once(mesh: AnyMesh, size: MeshSize) -> MeshSize:
 
 
 def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: int | None) -> Issue:
-    """The issue of a mesh that is too large; for a group, with the limit of the whole.
+    """The issue of a mesh that is too large; in a group, with the limit of all members together.
 
-    `memory` are the bytes that a mesh may take, where these allow no more than `most` triangles.
+    `memory`: the bytes of memory of a mesh, if they are the reason for the limit `most`.
     """
     if issue.code != "too_many_triangles":
         return replace(issue, pointer=where)
@@ -205,24 +206,27 @@ def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: in
         return replace(issue, pointer=where, got=f"more than {most} triangles", needed=needed)
     if accuracy.max_bytes is not None and LEAST_BYTES * most > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
-    message = "The mesh would take more memory than this service has for one by tolerance."
+    message = "The mesh would take more memory than this service has for a mesh by tolerance."
     needed = f"at most {memory}; a greater tolerance, or another format, takes less"
     return Issue("too_much_memory", message, where, f"more than {memory} bytes", needed)
 
 
 def _too_many_bytes(got: str, most: int) -> Issue:
-    message = "To be so near to the surface the file would need too many bytes."
+    message = "A file with this tolerance would have too many bytes."
     return Issue("too_many_bytes", message, "/max_bytes", got, f"at most {most}")
 
 
 def _budget_share(mesh: AnyMesh, content: Content, budget: Accuracy) -> float:
-    """The larger share of what a budget allows."""
+    """The share of the budget that a mesh takes: the larger of triangles and bytes."""
     counts = (mesh.report.triangles, budget.max_triangles), (len(content), budget.max_bytes)
     return max(count / most for count, most in counts if most is not None)
 
 
 def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
-    """Refuses a budget that not even the coarsest mesh keeps to."""
+    """Refuses a budget that even the coarsest mesh exceeds."""
     if most is not None and least > most:
-        message, needed = "No mesh of the surface is so small.", f"at least {least} {unit}"
+        message, needed = (
+            "Even the coarsest mesh of the surface is larger.",
+            f"at least {least} {unit}",
+        )
         raise InvalidRequest(Issue("budget_too_small", message, where, f"{most} {unit}", needed))

@@ -1,4 +1,4 @@
-"""A surface or a curve and points in, their closest points with intervals of distances out."""
+"""Closest points of a surface or a curve, with intervals of distances."""
 
 from dataclasses import dataclass, replace
 
@@ -26,7 +26,7 @@ COLUMNS = 16
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ProjectWork:
-    """Closest points that may be looked for."""
+    """The work of a query of closest points, within the limits, and its cost."""
 
     shape: SurfaceKind | Curve
     query: ProjectQuery
@@ -38,7 +38,7 @@ class ProjectWork:
         Raises
         ------
         InvalidRequest
-            `not_parametric`, of tubes and ribbons.
+            `not_parametric`: a tube or a ribbon has no patches.
         """
         if isinstance(self.shape, BezierCurve | BsplineCurve):
             with Measured("project"):
@@ -54,7 +54,7 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
     Raises
     ------
     InvalidRequest
-        `not_parametric`, of tubes and ribbons.
+        `not_parametric`: a tube or a ribbon has no patches.
     """
     try:
         lowered = surface.lower()
@@ -67,21 +67,21 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
 
 
 def _listed_order(group: GroupModel) -> Ints:
-    """Which of all patches that the members list, one after another, each of a group's is."""
+    """The numbers, in the order of the request, of the patches of a group's members."""
     order, first = [], 0
     for member in group.members:
-        own = group.models[member.model]
-        assert isinstance(own, PatchModel)  # else it would not have become patches
-        numbers = np.arange(own.patch_count) if own.order is None else own.order
+        model = group.models[member.model]
+        assert isinstance(model, PatchModel)  # `to_patches` has refused tubes and ribbons
+        numbers = np.arange(model.patch_count) if model.order is None else model.order
         order.append(first + numbers)
-        first += own.patch_count
+        first += model.patch_count
     return np.concatenate(order)
 
 
 def plan_project(
     shape: SurfaceKind | Curve, query: ProjectQuery, limits: Limits = DEFAULT_LIMITS
 ) -> ProjectWork:
-    """Plan the closest points, which are checked against the limits by the shapes of the arrays.
+    """Plans a query of closest points; checks limits by the shapes of the arrays.
 
     Raises
     ------
@@ -94,13 +94,13 @@ def plan_project(
     file = 1000 + count * COLUMNS * (FLOAT64_CHARS + 2)
     limits.check_bytes(file, "The response could become too large.", where)
     if isinstance(shape, BezierCurve | BsplineCurve):
-        pieces = shape.lower()  # which was done when it was born
-        patches, degree, own = pieces.count, (pieces.degree, 0), pieces.points.nbytes
+        pieces = shape.lower()  # cached since the curve was built
+        patches, degree, memory = pieces.count, (pieces.degree, 0), pieces.points.nbytes
     else:
         size = shape.stored_size()
         check_surface(size, limits)
-        patches, degree, own = 3 * size.patches, size.degree, size.peak
-    cost = project_cost(patches, degree, own, count, file, sign=query.sign)
+        patches, degree, memory = 3 * size.patches, size.degree, size.peak
+    cost = project_cost(patches, degree, memory, count, file, sign=query.sign)
     limits.check_memory(
         cost.memory, "The response", where, "a smaller surface, fewer points at once"
     )

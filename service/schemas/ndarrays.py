@@ -1,7 +1,7 @@
-"""NumPy arrays where a document could have lists of numbers: checked by shape and type, not opened.
+"""Checks NumPy arrays in place of lists of numbers, by shape and type.
 
-A net that was read from a file, or from the store, is an array already. It is refused with the
-codes and the pointers that its lists would have got, each fault at the first place that has it.
+A net from a file or from the store is an array already. Its errors have the codes and pointers that
+lists with the same numbers would get, each at the first place that has the fault.
 """
 
 from math import prod
@@ -36,9 +36,9 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
     Parameters
     ----------
     grid : NumberGrid
-        Its levels are the axes, but that the rows of triangles are one axis of (n+1)(n+2)/2.
+        Its levels are the axes; but the rows of a triangle are one axis of (n+1)(n+2)/2 entries.
     values : ndarray of integers, or of floats up to double precision
-        In any order of bytes. Truth values, texts, objects and longer floats are refused.
+        In any byte order. Booleans, texts, objects and longer floats are refused.
     limits : DocumentLimits
 
     Raises
@@ -65,7 +65,7 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
 def _check_shape(
     grid: "NumberGrid", shape: tuple[int, ...], one: object, limits: DocumentLimits
 ) -> None:
-    """Refuses an array like lists of its lengths with numbers like `one`, the outermost first."""
+    """Refuses a wrong shape as if the array were lists, from the outermost to `one` number."""
     level = 0
     for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
         first, needed = (0,) * level, f"a list of {grid.levels[level]}"
@@ -98,7 +98,7 @@ def _refuse(grid: "NumberGrid", wrong: NDArray[np.bool_], issue: Issue) -> None:
 
 
 def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:
-    """Where in the lists a number is; an entry of a triangle lies in a row."""
+    """The path of a number in the equivalent lists, where a triangle has rows."""
     if grid.triangle_level is None:
         return place
     axis = grid.triangle_level - 1

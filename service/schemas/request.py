@@ -21,7 +21,7 @@ MAX_URL = 8000
 
 
 class SurfaceRequest(RequestModel):
-    """A surface and nothing else: to store it."""
+    """A surface to store."""
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
 
@@ -41,17 +41,17 @@ class SurfaceRequest(RequestModel):
 
 
 class MeshRequest(SurfaceRequest, MeshOptionFields):
-    """A surface to mesh, and how."""
+    """A surface, and the options of its mesh."""
 
     camera: Annotated[CameraDefinition | None, Omittable()] = optional(
-        "From where the mesh will be seen; with `pixel_tolerance`, which must be "
-        "there. In bodies only, not in queries.",
+        "The camera that will see the mesh; needs `pixel_tolerance`. In bodies only, not in "
+        "queries.",
         {"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080},
     )
     pixel_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_PIXELS)] = optional(
-        "Pixels: how large an error may seem, seen from the `camera`, which must be "
-        "there. What is far away is divided less; every part is as near as its least distance from "
-        "the camera demands, and a `tolerance` holds beside it.",
+        "The largest error in pixels, as the `camera` sees it; needs `camera`. The tolerance of "
+        "each part follows from its least distance from the camera; a `tolerance` holds in "
+        "addition.",
         0.5,
     )
 
@@ -60,23 +60,23 @@ class SignRequest(RequestModel):
     """A URL to be signed: until it expires, any client may read it without a key."""
 
     url: Annotated[str, Field(max_length=MAX_URL)] = Field(
-        description="URL of a surface or of a mesh here, without the host: as `links` of a "
-        "stored surface have it, and with any options of a mesh in its query.",
+        description="URL of a surface or of a mesh, without the host, as in the `links` of a "
+        "stored surface; options of a mesh may follow as a query.",
         examples=["/v1/surfaces/utah-teapot/mesh.glb?resolution=16"],
     )
     expires: Annotated[int | None, Omittable(), Field(ge=0, le=MAX_MOMENT)] = optional(
-        "Until when, in seconds since 1970 (Unix time); at most seven days from now. "
-        "The same moment makes the same URL each time, which browsers can keep.",
+        "The time when the URL expires, in seconds since 1970 (Unix time); at most seven days from "
+        "now. The same time always gives the same URL, which browsers can cache.",
         1800000000,
     )
     seconds: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_SECONDS)] = optional(
-        "Instead: for how long from now.", 3600
+        "Seconds from now until the URL expires, in place of `expires`.", 3600
     )
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
         if (self.expires is None) == (self.seconds is None):
-            message = "There must be one end: `expires`, or `seconds`."
+            message = "A request has either `expires` or `seconds`."
             issue = conflict_error("expires", "expires", message, is_neither=self.expires is None)
             raise to_invalid(issue)
         return self

@@ -132,7 +132,7 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def pause_writing(self) -> None:
         super().pause_writing()
-        self._response_due = self._time_to_take()
+        self._response_due = self._send_deadline()
 
     def resume_writing(self) -> None:
         super().resume_writing()
@@ -155,7 +155,7 @@ class BoundedProtocol(HttpToolsProtocol):
         else:
             self.flow.resume_reading()
             self.transport.write_eof()
-            self._response_due = self._time_to_take()
+            self._response_due = self._send_deadline()
 
     def _refuse(self, problem: Problem) -> None:
         """Responds with a problem, after the responses to earlier requests, and closes."""
@@ -178,7 +178,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self._running.disconnected, self._running.waiting_for_100_continue = True, False
             self._running.message_event.set()
 
-    def _time_to_take(self) -> float:
+    def _send_deadline(self) -> float:
         mebibytes = 1 + (self.transport.get_write_buffer_size() >> 20)
         return self.loop.time() + self._settings.send_timeout * mebibytes
 

@@ -15,7 +15,7 @@ HOST, PORT = "127.0.0.1", 8000
 """The default address."""
 
 _WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
-"""A service that listens at all addresses of its machine is asked at the loopback address."""
+"""The loopback address at which a service can be reached that listens at all addresses."""
 
 
 def listening_at(host: str | None, port: str | None) -> tuple[str, int]:

@@ -7,21 +7,21 @@ The header is one line of JSON, in ASCII, its keys sorted, without blanks:
 
     {"arrays":[["float64",[2,2,3]]],"canonical":1,"surface":{"control_net":null,…}}
 
-`surface` is the definition in the language of requests; each null in it stands for an array, whose
-type and shape are the next in `arrays`. Behind the line feed stand the numbers of these arrays one
-after the other, little-endian, 8 bytes each, the last axis fastest. Nets over triangles are one
-axis of (n+1)(n+2)/2.
+`surface` is the definition as in a request; each null in it stands for an array, whose type and
+shape are the next in `arrays`. The numbers of these arrays follow the line feed, one array after
+the other, little-endian, 8 bytes each, the last axis fastest. The net of a triangle is one axis of
+(n+1)(n+2)/2 entries.
 
-Surfaces are what they are when they are born: −0 is 0, a number for two directions is two, the
-objects of JSON are sorted, what a default says is said. Two contents are equal if these values are;
-then so is every mesh. What differs in a single bit of a single number differs in its content, but
-weights beyond 2^±64, of which only the quotients are kept. Names are compared character by
-character: composed and decomposed letters are different.
+The content has the values of a surface after its checks: −0 is 0, one number for two directions is
+two numbers, keys of JSON objects are sorted, and defaults are written out. Two contents are equal
+if and only if these values are equal; then all meshes are equal too. A difference in one bit of one
+number gives another content, except for weights beyond 2^±64, of which only quotients are kept.
+Names are compared character by character: composed and decomposed letters are different.
 
-Ids are for ever, hence a rule for those who extend the language: fields that stand in the header
-now stay there, in this form. A new field of a surface is left out of its `definition` where it has
-its default, and this default never changes; then no surface that is stored gets another id.
-Another form of the content would be `"canonical": 2`, beside this one.
+Ids are permanent. So, when you extend the language: fields that are in the header today stay there,
+in this form. A new field of a surface is left out of its `definition` where it has its default, and
+this default never changes; then no stored surface gets another id. Another form of the content
+would be `"canonical": 2`, in addition to this one.
 """
 
 import json
@@ -76,9 +76,9 @@ def restore_surface(content: bytes, limits: DocumentLimits) -> Surface:
     Raises
     ------
     InvalidRequest
-        If it exceeds the limits, which may have been wider once; with pointers below `/surface`.
+        It exceeds the limits, which may have been larger before; with pointers below `/surface`.
     DamagedObject
-        If this is not the content of a surface.
+        This is not the content of a surface.
     """
     try:
         tree = _definition(content)

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from service.surface import Surface
 
 MAX_MEMBERS = 4096
-"""Most members. Each distinct surface takes at least 0.5 ms, a tube 2 ms, even if small."""
+"""The most members of a group. Each distinct surface takes at least 0.5 ms, a tube 2 ms, even if
+small."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,7 +87,7 @@ class GroupSurface(SurfaceKind):
     up : "y" or "z"
         The group's vertical axis.
     name : str
-        Name of the whole.
+        Name of the group.
 
     Raises
     ------
@@ -183,12 +184,12 @@ def content_key(value: Any) -> Hashable:
 
 def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
     """The distinct surfaces, and the number of each member's surface among them."""
-    found: dict[Hashable, int] = {}
+    number_of: dict[Hashable, int] = {}
     surfaces: list[Surface] = []
     numbers = []
     for member in members:
         surface = member.surface
-        number = found.setdefault((type(surface), *_content_of(surface)), len(surfaces))
+        number = number_of.setdefault((type(surface), *_content_of(surface)), len(surfaces))
         if number == len(surfaces):
             surfaces.append(surface)
         numbers.append(number)
@@ -196,7 +197,7 @@ def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], lis
 
 
 def _check_place(member: Member, up: Up, index: int) -> None:
-    """Refuse a member whose placed control points would exceed float32."""
+    """Refuses a member whose placed control points would exceed float32."""
     matrix = turn_upright(member.matrix, member.surface.up, up)
     low, high = place_bounds(_bounds(member.surface), matrix)
     furthest = float(max(-low.min(), high.max()))
@@ -259,7 +260,7 @@ def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "Colours are between black, 0, and full strength, 1.",
+                    "The numbers of a colour are from 0 (dark) to 1 (full).",
                     f"/color/{index}",
                     f"{value:.6g}",
                     "0 to 1",

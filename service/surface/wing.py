@@ -1,7 +1,7 @@
-"""A wing to look at: a swept one of an airliner, its knots crowded at the leading edge.
+"""An example: the swept wing of an airliner, with many knots close to the leading edge.
 
 Upper and lower skin begin at the leading edge and end at the trailing edge, over the same knots;
-ruled caps close the root and the tip between the very control points of the skins.
+ruled caps close the root and the tip between the same control points as the skins.
 """
 
 from math import cos, radians, sin
@@ -13,7 +13,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.multipatch import MultipatchSurface
 
 CHORDWISE = (0, 0, 0, 0, 1e-8, 8e-7, 2e-5, 3e-4, 2e-3, 8e-3, 0.03, 0.1, 0.3, 0.65, 1, 1, 1, 1)
-"""Knots from the leading edge on: squares of parts of the chord."""
+"""Knots from the leading edge: squares of shares of the chord."""
 
 SPANWISE = (0, 0, 0, 0, 3, 5.5, 8, 11, 13.5, 15, 15.5, 16, 16.5, 17, 17.5, 18.5, 18.5, 18.5, 18.5)
 """Knots along the leading edge, in metres: close where the tip turns up."""
@@ -22,10 +22,11 @@ CHORDS = ((0.0, 5.5, 15.0, 16.8, 18.5), (6.4, 3.9, 1.9, 1.35, 0.6))
 """Metres along the leading edge, and the chord there."""
 
 THICKNESS, CAMBER, SUMMIT = 0.12, 0.02, 0.4
-"""Of the aerofoil, NACA 2412, as parts of its chord."""
+"""Thickness, camber, and place of the largest camber of the aerofoil NACA 2412, as shares of its
+chord."""
 
 BEND, TURN, CANT = 15.2, 1.6, radians(72)
-"""Where the tip begins to turn up, over how many metres, and how far."""
+"""The tip turns up: from here, over this many metres, to this angle."""
 
 
 def wing() -> MultipatchSurface:
@@ -50,7 +51,8 @@ def wing() -> MultipatchSurface:
 def _skin(side: float) -> FloatArray:
     """Control points (chordwise, spanwise, 3) of the upper skin, side = 1, or the lower, −1.
 
-    A control point stands where its Greville abscissae lead: Schoenberg's approximation.
+    Control points are the points of the wing at their Greville abscissae: Schoenberg's
+    approximation.
     """
     along, out = (
         np.convolve(knots[1:-1], np.full(3, 1 / 3), "valid") for knots in (CHORDWISE, SPANWISE)

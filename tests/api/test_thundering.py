@@ -19,11 +19,11 @@ TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
 
 
 async def crowd(
-    monkeypatch: pytest.MonkeyPatch, addresses: list[str], headers: Mapping[str, str]
+    monkeypatch: pytest.MonkeyPatch, urls: list[str], headers: Mapping[str, str]
 ) -> tuple[list[httpx.Response], int]:
-    """The answers to 25 requests for each address, and how often a mesh was computed.
+    """The responses to 25 requests for each URL, and the number of computed meshes.
 
-    The work waits until all have asked.
+    The work waits until all requests are sent.
     """
     calls, gate, run = [], threading.Event(), MeshWork.run
 
@@ -35,9 +35,7 @@ async def crowd(
     monkeypatch.setattr(MeshWork, "run", waiting)
     transport = httpx.ASGITransport(create_app(Settings()))
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
-        asked = [
-            asyncio.create_task(client.get(address, headers=headers)) for address in addresses * 25
-        ]
+        asked = [asyncio.create_task(client.get(url, headers=headers)) for url in urls * 25]
         while not calls:
             await asyncio.sleep(0.001)
         assert (await client.get("/health/live")).status_code == 200
@@ -47,20 +45,22 @@ async def crowd(
         return await asyncio.gather(*asked), len(calls)
 
 
-def test_a_crowd_computes_once_in_whatever_spelling(monkeypatch: pytest.MonkeyPatch) -> None:
-    addresses = [
+def test_many_clients_compute_a_mesh_once_in_any_spelling_of_its_url(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    urls = [
         f"{TEAPOT}?resolution=32&engine={ENGINE}",
         f"{TEAPOT}?engine={ENGINE}&resolution=32,32",
         f"{TEAPOT}?resolution=32&oogl=bez",
         f"{TEAPOT}?weld=true&resolution=032",
     ]
-    answers, calls = asyncio.run(crowd(monkeypatch, addresses, {"Accept-Encoding": "identity"}))
-    assert [answer.status_code for answer in answers] == [200] * 100
-    assert len({answer.content for answer in answers}) == 1
+    responses, calls = asyncio.run(crowd(monkeypatch, urls, {"Accept-Encoding": "identity"}))
+    assert [response.status_code for response in responses] == [200] * 100
+    assert len({response.content for response in responses}) == 1
     assert calls == 1
 
 
-def test_what_is_compressed_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     codings: list[Coding] = []
 
     def counted(coding: Coding, content: bytes) -> bytes | None:
@@ -68,7 +68,7 @@ def test_what_is_compressed_is_compressed_once(monkeypatch: pytest.MonkeyPatch) 
         return compressed(coding, content)
 
     monkeypatch.setattr(meshes_by_url, "compressed", counted)
-    addresses = [f"{TEAPOT}?resolution=32"]
-    answers, calls = asyncio.run(crowd(monkeypatch, addresses, {"Accept-Encoding": "gzip"}))
-    assert {answer.content[:4] for answer in answers} == {b"glTF"}
+    urls = [f"{TEAPOT}?resolution=32"]
+    responses, calls = asyncio.run(crowd(monkeypatch, urls, {"Accept-Encoding": "gzip"}))
+    assert {response.content[:4] for response in responses} == {b"glTF"}
     assert (calls, codings) == (1, ["gzip"])

@@ -15,17 +15,17 @@ from service.surface.examples import find
 SADDLE = {"control_net": [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]}
 
 
-def answer(*arguments: str, capsysbinary: pytest.CaptureFixture[bytes]) -> dict[str, Any]:
+def run_points(*arguments: str, capsysbinary: pytest.CaptureFixture[bytes]) -> dict[str, Any]:
     assert main(["points", *arguments, "-o", "-"]) == 0
-    found: dict[str, Any] = json.loads(capsysbinary.readouterr().out)
-    return found
+    columns: dict[str, Any] = json.loads(capsysbinary.readouterr().out)
+    return columns
 
 
 def test_an_example_at_places_of_the_command_line(
     capsysbinary: pytest.CaptureFixture[bytes],
 ) -> None:
     flags = ("--uv", "0.5,0.5", "--uv", "0,1", "--derivatives", "2")
-    found = answer("saddle", *flags, capsysbinary=capsysbinary)
+    found = run_points("saddle", *flags, capsysbinary=capsysbinary)
     assert found["positions"] == [[0, 0, 0], [-1, 1, -1]]
     assert found["gaussian_curvature"] == [-1, pytest.approx(-1 / 9)]
     query = PointsQuery(np.array([[0.5, 0.5], [0.0, 1.0]]), None, 2)
@@ -37,14 +37,14 @@ def test_flags_take_the_place_of_what_the_file_says(
 ) -> None:
     file = tmp_path / "request.json"
     file.write_text(json.dumps({"surface": SADDLE, "uv": [[0, 0]], "derivatives": 0}), "utf-8")
-    assert answer(str(file), capsysbinary=capsysbinary) == {"positions": [[-1, -1, 1]]}
-    found = answer(str(file), "--uv", "1,1", capsysbinary=capsysbinary)
+    assert run_points(str(file), capsysbinary=capsysbinary) == {"positions": [[-1, -1, 1]]}
+    found = run_points(str(file), "--uv", "1,1", capsysbinary=capsysbinary)
     assert found == {"positions": [[1, 1, 1]]}
 
 
 def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
     flags = ("--barycentric", "0.25,0.25,0.5", "--derivatives", "0")
-    assert len(answer("monkey-saddle", *flags, capsysbinary=capsysbinary)["positions"]) == 1
+    assert len(run_points("monkey-saddle", *flags, capsysbinary=capsysbinary)["positions"]) == 1
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Wireframes in files: what the judges say, what formats hold, what they are predicted to need."""
+"""Wireframes in files: their bytes, colours and limits in every format."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_the_exact_form_takes_lines_and_nothing_else() -> None:
         (MeshOptions(has_faces=False, overlays=("control_net",)), "/faces"),
     ],
 )
-def test_what_has_no_parameters_has_no_isocurves(options: MeshOptions, pointer: str) -> None:
+def test_tubes_have_no_isocurves(options: MeshOptions, pointer: str) -> None:
     with pytest.raises(InvalidRequest) as caught:
         render(find("trefoil-tube").surface(), options, BY_NAME["json"])
     (issue,) = caught.value.issues

@@ -1,4 +1,4 @@
-"""Every kind of surface tells how large it becomes, and it is what comes out, or no less."""
+"""Every kind of surface has a size, which equals or bounds that of its lowered model."""
 
 from abc import ABC
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ def test_a_kind_without_size_cannot_be_created() -> None:
 
 
 def models_of(model: Model) -> list[PatchModel | SweepModel]:
-    """All copies."""
+    """The models of all members of a group, or the model."""
     if isinstance(model, GroupModel):
         return [model.models[member.model] for member in model.members]
     return [model]

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from service.errors import Issue, MalformedBody
-from tools.fuzz.judge import MEMORY, TooDear, judged, most_resident, resident
+from tools.fuzz.judge import MEMORY, TooExpensive, judged, most_resident, resident
 from tools.fuzz.seeds import LARGEST, SEEDS
 from tools.fuzz.targets import TARGETS
 
@@ -46,7 +46,7 @@ def test_other_exceptions_and_too_much_work_are_findings() -> None:
     judged(failing, b"x")
     with pytest.raises(UnicodeDecodeError):
         judged(failing, b"\xff")
-    with pytest.raises(TooDear, match="s for 0 bytes"):
+    with pytest.raises(TooExpensive, match="s for 0 bytes"):
         judged(slow, b"", seconds=0.01)
-    with pytest.raises(TooDear, match="MiB for 0 bytes"):
+    with pytest.raises(TooExpensive, match="MiB for 0 bytes"):
         judged(greedy, b"")

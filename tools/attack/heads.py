@@ -1,4 +1,4 @@
-"""Attacks by the head of a request, and by bytes that are not HTTP."""
+"""Attacks with the heads of requests, and with bytes that are not HTTP."""
 
 import asyncio
 from collections import Counter
@@ -121,7 +121,7 @@ SMUGGLING = tuple(
 
 
 async def smuggling(port: int) -> Counter[str]:
-    """Two lengths in one request: there must not be an answer to what hides in the body."""
+    """Two lengths in one request: the request hidden in its body must get no response."""
     answers: Counter[str] = Counter()
     for request in SMUGGLING * 4:
         seen = b""
@@ -156,7 +156,7 @@ async def upgrades(port: int) -> Counter[str]:
 
 
 async def long_lists(port: int) -> Counter[str]:
-    """Headers that are read, as long as they may be."""
+    """Headers that the service reads, of almost the largest length."""
     address = "/v1/surfaces/saddle/mesh.glb?resolution=2"
     values = (
         "Accept: " + ",".join(["a/b;q=0.5"] * 6000),
@@ -184,7 +184,7 @@ async def long_lists(port: int) -> Counter[str]:
 
 
 async def slow_heads(port: int) -> Counter[str]:
-    """Many connections, each a byte now and then."""
+    """Many connections that send a byte every 0.8 s."""
     head = get("/health")
     slowly = [bytes([byte]) for byte in head]
     asked = (ask(port, slowly, seconds=40, pause=0.8) for _ in range(300))
@@ -192,7 +192,7 @@ async def slow_heads(port: int) -> Counter[str]:
 
 
 async def pipelines(port: int) -> Counter[str]:
-    """Thousands of requests on a connection, without a look at the answers for a while."""
+    """Thousands of requests on a connection, whose responses are read only after 3 s."""
     kinds = (
         b"GET /health/live HTTP/1.1\r\nHost: x\r\n\r\n" * 5000,
         b"GET /v1/surfaces/utah-teapot/mesh.glb?resolution=16 HTTP/1.1\r\nHost: x\r\n\r\n" * 2000,
@@ -209,7 +209,7 @@ async def pipelines(port: int) -> Counter[str]:
 
 
 async def _pipeline(port: int, requests: bytes) -> Counter[str]:
-    """The first answers of many on one connection; those behind are not waited for."""
+    """The first responses of many on one connection; does not wait for all."""
     answers: Counter[str] = Counter()
     with suppress(OSError, TimeoutError):
         async with asyncio.timeout(8), connected(port) as (reader, writer):

@@ -1,9 +1,9 @@
-"""Evaluation against its floor: copying the result once, warm.
+"""Measures evaluation in units of the time to copy its result once.
 
-Seven works, float32 positions and unit normals; every formulation that is fit for the shape is
-shown, the one that `evaluate` chooses is marked. The record is what the best formulation reached,
-without poles or checks of any kind, when formulations were looked for; half as much again is the
-figure to keep. It is a range, as that machine's memory was: so are the figures of any one run.
+Seven shapes of work, float32 positions and unit normals. The table has every formulation that fits
+the shape, and marks the one that `evaluate` chooses. The record is the time of the best prototype,
+without poles or checks; times should stay below 1.5 times the record. It is a range, since times
+depend on how busy the memory of the machine is.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from tools.benchmarks.alternately import alternately
 
 @dataclass(frozen=True)
 class Work:
-    """One shape of work, and the multiple of a copy that it once cost."""
+    """One shape of work, and its record in units of a copy."""
 
     title: str
     patches: TensorPatches

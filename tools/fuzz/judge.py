@@ -1,4 +1,4 @@
-"""Runs one input through one target, and decides whether the result is a finding."""
+"""Calls a target with one input; raises if the target crashes, or takes too long or too much."""
 
 import os
 import resource
@@ -9,7 +9,7 @@ from contextlib import suppress
 from service.errors import SurfaceError
 
 SECONDS = 2.0
-"""Time of the processor that one input may take."""
+"""Seconds of processor time that one input may take."""
 
 MEMORY = 100 << 20
 """Bytes that the process may grow by with one input."""
@@ -17,21 +17,21 @@ MEMORY = 100 << 20
 _PAGE = os.sysconf("SC_PAGESIZE")
 
 
-class TooDear(Exception):
-    """An input that takes more than it may."""
+class TooExpensive(Exception):
+    """An input that takes more time or memory than allowed."""
 
 
 def judged(target: Callable[[bytes], None], content: bytes, seconds: float = SECONDS) -> None:
-    """Calls the target; raises whatever is a finding."""
+    """Calls the target; raises its errors, except refusals, and `TooExpensive`."""
     before, start = resident(), time.process_time()
     most = most_resident()
     with suppress(SurfaceError):  # a refusal
         target(content)
     taken, grown = time.process_time() - start, most_resident()
     if taken > seconds:
-        raise TooDear(f"{taken:.1f} s for {len(content)} bytes")
+        raise TooExpensive(f"{taken:.1f} s for {len(content)} bytes")
     if grown > most and grown - before > MEMORY:
-        raise TooDear(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
+        raise TooExpensive(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
 
 
 def resident() -> int:
@@ -41,5 +41,5 @@ def resident() -> int:
 
 
 def most_resident() -> int:
-    """The most that it has ever held."""
+    """The most bytes of memory that this process has ever held."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

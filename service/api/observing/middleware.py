@@ -31,7 +31,7 @@ from service.api.observing.record import (
 )
 from service.api.problems import INTERNAL_ERROR, problem_response
 from service.errors import InvalidSettings
-from service.measuring import count_in
+from service.measuring import report_times
 from service.settings.values import Settings
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ class RequestMiddleware:
             await send(message)
 
         counters.in_flight += 1
-        count_in(counters.add_engine_seconds)
+        report_times(counters.add_engine_seconds)
         try:
             await self.app(scope, receive, recorded)
         except Exception as error:

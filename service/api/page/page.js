@@ -1,4 +1,4 @@
-// The elements of the page by their ids, and small things that every panel needs.
+// Small functions for the elements of the page, found by their ids.
 
 /**
  * @template {HTMLElement} E
@@ -45,7 +45,7 @@ export function made(tag, text) {
   return fresh;
 }
 
-/** Says something to those who listen to the page instead of looking at it. @param {string} text */
+/** Announces a text to users of screen readers. @param {string} text */
 export function announce(text) {
   write('status', text);
 }

@@ -1,5 +1,5 @@
-// A click on the surface: its parameters there, how the surface bends, and how far it is from the
-// place of the click before.
+// A click on the surface shows the parameters and curvatures there, and the distance from the point of
+// the click before.
 
 import { announce, element } from './page.js';
 import { isParametric } from './settings.js';
@@ -13,7 +13,7 @@ export class Probe {
     this.state = state;
     /** @type {number[] | null} */
     this.before = null;
-    /** Clicks so far: only the last one is answered. */
+    /** Number of clicks: only the result of the last one is shown. */
     this.clicks = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
@@ -27,7 +27,7 @@ export class Probe {
   }
 
   /**
-   * Asks for the point of the surface that is nearest to one of its mesh.
+   * Shows the point of the surface that is closest to a point of its mesh.
    * @param {number[]} point  in the coordinates of the document
    */
   async at(point) {
@@ -54,7 +54,7 @@ export class Probe {
 /** @param {number} value */
 const short = (value) => String(Number(value.toPrecision(4))).replace('-', '−');
 
-/** A row of the readouts, hidden while it says nothing. @param {string} id @param {string} value @param {string} text */
+/** A row of the readouts, hidden while its text is empty. @param {string} id @param {string} value @param {string} text */
 function show(id, value, text) {
   const place = element(id, HTMLDataElement);
   place.value = value;

@@ -2,7 +2,7 @@
 
 It stores POSITION, `_TANGENT` (VEC3; glTF's own TANGENT belongs to normals and textures),
 `_PARAMETER` and `_ARC_LENGTH`. A closed curve repeats its first point at the end, with another
-parameter and length: so it is a strip, not a loop.
+parameter and length; so it is a strip, not a loop.
 
 References
 ----------
@@ -28,7 +28,7 @@ def encode_glb(line: Polyline) -> bytes:
 
 
 def encode_gltf(line: Polyline) -> bytes:
-    """The JSON form, its buffer inside it as base64."""
+    """The JSON form, with the buffer as base64 inside."""
     return textual(*_document(line))
 
 
@@ -66,5 +66,5 @@ def _document(line: Polyline) -> File:
 
 
 def _json_bound(size: CurveSize) -> int:
-    """Most bytes without the buffer, with headers and padding."""
+    """The most bytes of headers, JSON and padding, without the buffer."""
     return 4096 + 17 * FLOAT64_CHARS + 3 * LONGEST_ESCAPE * size.name_bytes

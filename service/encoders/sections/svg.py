@@ -1,8 +1,8 @@
 """Sections as SVG, in the coordinates of their planes: one path for each polyline.
 
-A path has the coordinates (p · x, −p · y) of its points p, x and y the axes of the plane, in model
-units: SVG counts downwards. Closed polylines end in Z. The sections of several planes lie above one
-another, each in a group. The file holds no text of a client.
+The coordinates of a point p in its path are (p · x, −p · y), with the axes x and y of the plane, in
+model units: the y axis of SVG points downwards. Closed polylines end in Z. The sections of several
+planes overlap, each in a group. The file holds no text of a client.
 
 References
 ----------
@@ -17,7 +17,7 @@ from service.encoders.text import FLOAT64_CHARS, digits, rows
 from service.engine.sections.section import Sections
 
 MARGIN = 0.02
-"""Around the lines, in parts of the longer side of their box."""
+"""Margin around the lines, as a share of the longer side of their box."""
 
 
 def encode_svg(sections: Sections) -> bytes:

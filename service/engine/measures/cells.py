@@ -1,4 +1,4 @@
-"""Cells of nets of one degree: rectangles of parameters, halved where an integral needs it.
+"""Cells of nets of one degree: rectangles of parameters, which integrals halve where needed.
 
 Cells are the last, fastest axis of every array, so that a product with one matrix serves them all.
 """
@@ -14,17 +14,17 @@ from service.engine.queries.nets import QueryNets
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cells:
-    """K cells of degree (p, q); q = 0 are pieces of curves, which have one parameter.
+    """K cells of degree (p, q); q = 0 for pieces of curves, which have one parameter.
 
     Attributes
     ----------
     nets : ndarray of float64, shape (d, p+1, q+1, K)
-        d = 3, or 4 of homogeneous coordinates (w x, w y, w z, w), the largest weight of each whole
-        net being at least ½ and less than 1. Coordinates are at most 1.
+        d = 3, or d = 4 for homogeneous coordinates (w x, w y, w z, w). The largest weight of each
+        patch is at least ½ and less than 1; coordinates are at most 1.
     patch : ndarray of int, shape (K,)
         Number of the patch.
     depth : ndarray of int, shape (K,)
-        How often each was halved.
+        Number of halvings of each cell.
     noise : float
         A bound of the errors of control points by lowering, placing and joining.
     """

@@ -1,7 +1,7 @@
 """Isoparametric curves of a model: the lines u = i/n_u and v = j/n_v of every patch.
 
-Borders are the edges that patches share, each drawn once and through the very samples that the
-faces of a mesh of equal divisions use. Curves across a patch are samples along a line; they begin
+Borders are the edges that patches share, each drawn once, through the samples that the faces of a
+mesh by resolution use. Curves across a patch are samples along a line; they begin
 and end at points of the edges, computed from the edge alone, so that the curves of two neighbours
 meet bit for bit. On a triangle the curves are r, s, t = i/n. A curve that is one point is not
 drawn.
@@ -26,7 +26,7 @@ from service.surface.sides import BEGINS, ENDS
 AnyPatches = TypeVar("AnyPatches", TensorPatches, TrianglePatches)
 
 POINT = 2.0**-40
-"""A curve shorter than this, in units of its largest coordinate, is a point and its rounding."""
+"""A curve shorter than this share of its largest coordinate counts as a point."""
 
 
 _CORNERS = np.array(
@@ -65,14 +65,14 @@ class IsoCurves:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Divisions:
-    """How often curves are divided.
+    """Numbers of divisions of curves.
 
     Attributes
     ----------
     edges : ndarray of int, shape (E,)
         The distinct edges of the model.
     along_u, along_v : ndarray of int, shape (P,)
-        Curves of constant v, and of constant u, across each patch; of triangles both are the same.
+        Divisions of curves of constant v, and of constant u, across each patch; equal on triangles.
     """
 
     edges: Ints
@@ -81,14 +81,14 @@ class Divisions:
 
     @staticmethod
     def even(seams: Seams, resolution: tuple[int, int]) -> "Divisions":
-        """Those of a mesh of equal divisions."""
+        """The divisions of a mesh by resolution."""
         along_u, along_v = (np.full(len(seams.edge), divisions) for divisions in resolution)
         triangular = seams.connectivity.triangular
         along_u[triangular] = along_v[triangular] = max(resolution)
         return Divisions(Layout.build(seams.connectivity, resolution).divisions, along_u, along_v)
 
     def size(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
-        """How many curves there are at most, and how many samples they have together."""
+        """Upper bounds of the number of curves, and of their samples together."""
         drawn = np.zeros(len(self.edges), dtype=bool)
         drawn[seams.edge[_find_drawn(seams, counts)]] = True
         curves, samples = int(drawn.sum()), int((self.edges[drawn] + 1).sum())
@@ -106,12 +106,12 @@ class Divisions:
 def sample_isocurves(
     model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> list[IsoCurves]:
-    """All curves of a mesh of equal divisions; see `sample_divided_isocurves`.
+    """All curves of a mesh by resolution; see `sample_divided_isocurves`.
 
     Parameters
     ----------
     resolution : (Ru, Rv)
-        That of the mesh.
+        Divisions of a patch of the mesh.
     """
     seams = find_seams(model.batches)
     return sample_divided_isocurves(model, seams, Divisions.even(seams, resolution), counts)
@@ -125,12 +125,12 @@ def sample_divided_isocurves(
     Parameters
     ----------
     seams : Seams
-        Those of the model.
+        The seams of the model.
     counts : (n_u, n_v)
         Into how many pieces the curves of constant u, and of constant v, cut a patch; 0 draws
         none. A triangle takes the larger for all three directions.
     """
-    found = list(_sample_borders(seams, divisions.edges, counts))
+    runs = list(_sample_borders(seams, divisions.edges, counts))
     across_u, across_v = (_EdgePoints(seams, count) for count in counts)
     # A triangle is divided evenly.
     same = across_u if counts[0] >= counts[1] else across_v
@@ -140,7 +140,7 @@ def sample_divided_isocurves(
         first += batch.count
         if isinstance(batch, TrianglePatches):
             for count, rows in _groups(divisions.along_u[patches], same):
-                found += _sample_across_triangles(
+                runs += _sample_across_triangles(
                     _take_patches(batch, rows), patches[rows], count, same
                 )
             continue
@@ -148,16 +148,16 @@ def sample_divided_isocurves(
             ((divisions.along_v, across_u), (divisions.along_u, across_v))
         ):
             for count, rows in _groups(along[patches], ends):
-                found += _sample_across_grids(
+                runs += _sample_across_grids(
                     _take_patches(batch, rows), patches[rows], count, axis, ends
                 )
-    return [curves for run in found if len((curves := run.take(_find_lines(run.points))).points)]
+    return [curves for run in runs if len((curves := run.take(_find_lines(run.points))).points)]
 
 
 def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tuple[int, Ints]]:
-    """Different numbers of divisions, rising, and the rows that have each.
+    """The distinct numbers of divisions, rising, and the rows that have each.
 
-    None where no curve runs between these `ends`.
+    Yields nothing if no curve runs between these `ends`.
     """
     if ends is not None and ends.count < 2:
         return
@@ -171,7 +171,7 @@ def _take_patches(batch: AnyPatches, rows: Ints) -> AnyPatches:
 
 
 def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
-    """Which sides of patches are curves of the wanted directions, (P, 4)."""
+    """Whether a side of a patch is drawn, by the directions with curves, (P, 4)."""
     drawn = np.zeros(seams.edge.shape, dtype=bool)
     drawn[:, :2], drawn[:, 2:] = counts[0] > 0, counts[1] > 0
     drawn[seams.connectivity.triangular] = True
@@ -200,7 +200,7 @@ class _EdgePoints:
 
 
 def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
-    """Every edge that a curve of the wanted directions is, once; as one patch has it."""
+    """Every drawn edge once, with the parameters of one of its patches."""
     sides = np.flatnonzero(_find_drawn(seams, counts))
     edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
     owner = sides[place]
@@ -226,12 +226,12 @@ def _sample_across_grids(
     axis: int,
     ends: _EdgePoints,
 ) -> Iterator[IsoCurves]:
-    """Curves of constant u (axis 0) or v (axis 1) between the borders, place by place."""
+    """Curves of constant u (axis 0) or v (axis 1) between the borders, a parameter at a time."""
     steps = (ends.count, divisions) if axis == 0 else (divisions, ends.count)
     grids = evaluate(batch, steps, normals=False).positions
     for i in range(1, ends.count):
         points = (grids[:, i] if axis == 0 else grids[:, :, i]).astype(np.float64)
-        # Along u the sides v = 0 and v = 1 are where it begins and ends, and the other way round.
+        # A curve of constant u begins and ends on the sides v = 0 and v = 1, and vice versa.
         low, high = (2, 3) if axis == 0 else (0, 1)
         points[:, 0], points[:, -1] = ends.at(patches, low, i), ends.at(patches, high, i)
         place = np.full(len(patches), i / ends.count)
@@ -267,7 +267,7 @@ def _sample_across_triangles(
 
 
 def _find_lines(points: FloatArray) -> Bools:
-    """Which curves are more than a point."""
+    """Whether a curve is more than a point."""
     size = np.ptp(points, axis=1).max(axis=1)
     longer: Bools = size > POINT * np.abs(points).max(axis=(1, 2))
     return longer
@@ -276,7 +276,7 @@ def _find_lines(points: FloatArray) -> Bools:
 def count_most_isocurves(
     grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[int, int]:
-    """Most curves, and most samples, of these numbers of patches."""
+    """Upper bounds of the curves and of their samples, for these numbers of patches."""
     most = max(resolution)
     # Three borders of a triangle, and between them three directions.
     curves = triangles * 3 * max(counts)
