@@ -2,6 +2,7 @@
 
 import logging
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cache, partial
 
 from service.api.services import Services
@@ -55,7 +56,7 @@ async def surface_of(services: Services, job: Job, id: str) -> Stored:
     if id in EXAMPLES:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
-        raise _unknown()
+        raise _unknown(id)
     # After a deletion, later requests do not share an earlier load.
     key = ("surface", id, services.cache.generation)
     return await services.flights.join(key, partial(_load, services, id), job.until_ready)
@@ -77,14 +78,15 @@ def content_id(id: str) -> str:
     if id in EXAMPLES:
         return _hash_of_example(id)
     if not is_id(id):
-        raise _unknown()
+        raise _unknown(id)
     return id
 
 
-def _unknown() -> UnknownSurface:
-    """The error of an id that no surface has."""
+def _unknown(id: str) -> UnknownSurface:
+    """The error for an id that no surface has, with the nearest id of an example."""
     message, names = "No surface has this id.", ", ".join(EXAMPLES)
-    needed = f"one of {names}; or the id of a stored surface, 64 hexadecimal digits"
+    near = "".join(f"`{name}`, or " for name in get_close_matches(id[:64], EXAMPLES, 1))
+    needed = f"{near}one of {names}; or the id of a stored surface, 64 hexadecimal digits"
     return UnknownSurface(Issue("unknown_surface", message, "/id", "an unknown id", needed))
 
 

@@ -26,7 +26,7 @@ NOT_PATCHES = Issue(
     "Tubes and ribbons are meshed along their curves; they are not made of Bézier patches.",
     "",
     "a tube or a ribbon",
-    "a surface made of patches, or another form",
+    "a surface of patches",
 )
 
 

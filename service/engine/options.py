@@ -163,9 +163,9 @@ class MeshOptions:
             raise InvalidRequest(
                 Issue(
                     "nothing_to_draw",
-                    "Without its faces a surface shows its isoparametric curves or its overlays.",
+                    "A mesh without faces needs isoparametric curves or overlays.",
                     "/faces",
-                    "none of them",
-                    "isocurves or overlays, or faces",
+                    "no faces, isocurves or overlays",
+                    "one of them",
                 )
             )

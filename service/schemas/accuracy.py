@@ -83,6 +83,6 @@ def refuse_conflict(options: BaseModel) -> None:
     """Refuses a resolution that is written out beside an accuracy: only one of them can hold."""
     others = list(given_fields(options))
     if "resolution" in options.model_fields_set and others:
-        message = "A mesh is divided as finely as its resolution says, or as its accuracy needs."
-        got, needed = f"a resolution and {' and '.join(others)}", "one of the two"
+        message = "A request has either a resolution or a tolerance or budget."
+        got, needed = f"resolution and {' and '.join(others)}", "one of them"
         raise to_invalid(Issue("conflicting_options", message, "/resolution", got, needed))

@@ -60,7 +60,7 @@ def length_issue(got: str, needed: str, message: str = "The list has another len
 
 
 def conflict_error(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
-    """The issue of two fields of which there are both or neither, and one is needed."""
+    """The issue of a request with both or neither of two fields, where exactly one is needed."""
     code, got = ("missing_field", "neither") if is_neither else ("conflicting_options", "both")
     return Issue(code, message, f"/{one if is_neither else other}", got, "one of the two")
 
@@ -73,7 +73,7 @@ def list_of_two(value: object, needed: str) -> list[Any]:
     if not isinstance(value, list):
         raise to_invalid(wrong_type(value, needed))
     if len(value) != 2:
-        message = "A list has something for u and something for v."
+        message = "A list has one value for u and one for v."
         raise to_invalid(length_issue(f"a list of {len(value)}", "a list of two", message))
     return value
 

@@ -110,10 +110,10 @@ def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
 
 
 def option_values(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
-    """The values of options of a mesh, as `values_from_text`; what only a body has is refused."""
+    """The values of options of a mesh, as `values_from_text`; refuses fields of bodies."""
     values = values_from_text(pairs)
-    message = "A camera has no place in a query; the body of a POST has one."
-    got, needed = "an option of bodies", "tolerance or relative_tolerance, or POST /v1/mesh"
+    message = "A query cannot have a camera; the body of a POST can."
+    got, needed = "a field of bodies", "tolerance or relative_tolerance, or POST /v1/mesh"
     names = [name for name in SEEN if name in values]
     if seen := [Issue("unknown_field", message, f"/{name}", got, needed) for name in names]:
         raise InvalidRequest(*seen)

@@ -52,8 +52,8 @@ _WRONG_TYPE = {
 
 _SMALL = ("out_of_range", "The number is too small.", "{value:.6g}")
 _LARGE = ("out_of_range", "The number is too large.", "{value:.6g}")
-_SHORT = ("wrong_length", "The value is too short.", "a length of {length}")
-_LONG = ("wrong_length", "The value is too long.", "a length of {length}")
+_SHORT = ("wrong_length", "The list or string is too short.", "a length of {length}")
+_LONG = ("wrong_length", "The list or string is too long.", "a length of {length}")
 
 _TRANSLATED = {
     "missing": ("missing_field", "A required field is missing.", "nothing", "a value"),
@@ -89,11 +89,16 @@ _TRANSLATED = {
 _OTHER = ("wrong_value", "The value is not allowed.", "{kind}", "")
 
 
+def _error_of(issue: Issue) -> PydanticCustomError:
+    """The error of pydantic that carries an issue; its text is the message of the issue."""
+    return PydanticCustomError("issue", "{message}", {"issue": issue, "message": issue.message})
+
+
 def to_refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
     """An exception for a validator to raise: the first `MAX_ISSUES` faults, each at its path."""
     details: list[InitErrorDetails] = [
         {
-            "type": PydanticCustomError("issue", "an issue", {"issue": issue}),
+            "type": _error_of(issue),
             "loc": path,
             "input": None,
         }
@@ -104,7 +109,7 @@ def to_refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
 
 def to_invalid(issue: Issue) -> PydanticCustomError:
     """An exception for a validator to raise; the issue's pointer is relative to the value."""
-    return PydanticCustomError("issue", "an issue", {"issue": issue})
+    return _error_of(issue)
 
 
 def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Model:

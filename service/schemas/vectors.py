@@ -30,7 +30,9 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
     if len(zero):
         message = "A vector of length 0 has no direction."
         where = f"/{name}/{zero[0]}"
-        raise InvalidRequest(Issue("zero_direction", message, where, "about 0", "a vector"))
+        raise InvalidRequest(
+            Issue("zero_direction", message, where, "a length of about 0", "a longer vector")
+        )
     return directions
 
 
@@ -42,11 +44,11 @@ def pair_rows(
     Raises
     ------
     InvalidRequest
-        `conflicting_options`, of other counts.
+        `conflicting_options`: the numbers of rows differ.
     """
     count = max(len(rows), len(others))
     if not {len(rows), len(others)} <= {1, count}:
-        message = f"There must be as many {name} as {other_name}, or one of either."
+        message = f"There must be as many {name} as {other_name}, or only one of them."
         got = f"{len(rows)} {name}, {len(others)} {other_name}"
         needed = f"{len(others)} {name}, or 1"
         raise InvalidRequest(Issue("conflicting_options", message, f"/{name}", got, needed))

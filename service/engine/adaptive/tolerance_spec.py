@@ -119,7 +119,7 @@ class Accuracy:
             raise _build_error(
                 "missing_field",
                 "/tolerance",
-                "The distance from the mesh to the surface is bounded beside the other one.",
+                "`two_sided` needs a tolerance or a budget to bound the second distance by.",
                 "two_sided alone",
                 "a tolerance or a budget as well",
             )
@@ -127,9 +127,9 @@ class Accuracy:
             raise _build_error(
                 "missing_field",
                 "/camera" if self.camera is None else "/pixel_tolerance",
-                "A camera tells what is seen, and a tolerance how much of it matters.",
+                "A camera needs a pixel tolerance, and a pixel tolerance needs a camera.",
                 "nothing",
-                "both of camera and pixel_tolerance, or neither",
+                "both `camera` and `pixel_tolerance`, or neither",
             )
 
     def _has_any(self, *names: str) -> bool:

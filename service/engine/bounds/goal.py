@@ -74,7 +74,7 @@ def build_tolerance_error(got: str, least: float, pointer: str = "") -> InvalidR
     return InvalidRequest(
         Issue(
             "tolerance_too_small",
-            "The numbers of the response are not so precise.",
+            "The tolerance is below the precision of the numbers in the response.",
             pointer,
             got,
             f"at least {least:.3g} for this surface in this format",

@@ -95,7 +95,7 @@ def _check_tolerance(tolerance: float, least: float) -> None:
         raise InvalidRequest(
             Issue(
                 "tolerance_too_small",
-                "The numbers of the response are not so precise.",
+                "The tolerance is below the precision of the numbers in the response.",
                 "/tolerance",
                 f"{tolerance:.6g}",
                 f"at least {least:.3g} for this curve in this format",

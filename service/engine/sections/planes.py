@@ -87,7 +87,7 @@ class SectionTolerance:
             raise InvalidRequest(
                 Issue(
                     "tolerance_too_small",
-                    "The numbers of the response are less precise than the tolerance.",
+                    "The tolerance is below the precision of the numbers in the response.",
                     "/relative_tolerance" if self.distance is None else "/tolerance",
                     f"{tolerance:.6g}",
                     f"at least {least:.3g} for this surface in this format, in model units",

@@ -130,7 +130,7 @@ def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
     return InvalidRequest(
         Issue(
             "tolerance_too_small",
-            "The numbers of the response are not so precise.",
+            "The tolerance is below the precision of the numbers in the response.",
             "/tolerance" if goal.view is None else "/pixel_tolerance",
             f"{allowed:.6g}",
             f"more than {4 * slack:.3g} for this surface",
