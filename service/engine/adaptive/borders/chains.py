@@ -190,8 +190,8 @@ def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
 
 def _join_chains(steps: _Steps, groups: list[_ChainRuns]) -> Chains:
     """All chains in one list, and all runs in the order of their sides."""
-    edges, backward, corners = [], [], []
-    side, first, chain, turned, length = [], [], [], [], []
+    edges, backward, corners, chain = [], [], [], []
+    length = np.repeat([part.steps.shape[1] for part in groups], [len(p.steps) for p in groups])
     count = 0
     for part in groups:
         against = part.turned[:, None]
@@ -201,21 +201,20 @@ def _join_chains(steps: _Steps, groups: list[_ChainRuns]) -> Chains:
         edges.append(steps.edge[part.steps].ravel())
         backward.append((steps.backward[part.steps] ^ against).ravel())
         corners.append(np.concatenate([begin, end], axis=1).ravel())
-        length.append(np.full(len(part.steps), part.steps.shape[1]))
-        side.append(part.side)
-        first.append(part.first)
         chain.append(part.chain + count)
-        turned.append(part.reversed)
         count += len(part.steps)
-    sides, firsts = np.concatenate(side), np.concatenate(first)
-    order = np.lexsort((firsts, sides))
+    side, first, turned = (
+        np.concatenate([getattr(part, name) for part in groups])
+        for name in ("side", "first", "reversed")
+    )
+    order = np.lexsort((first, side))
     return Chains(
-        np.concatenate([[0], np.cumsum(np.concatenate(length))]).astype(np.intp),
+        np.concatenate([[0], np.cumsum(length)]).astype(np.intp),
         np.concatenate(edges),
         np.concatenate(backward),
         np.concatenate(corners),
-        sides[order],
-        firsts[order],
+        side[order],
+        first[order],
         np.concatenate(chain)[order],
-        np.concatenate(turned)[order],
+        turned[order],
     )

@@ -11,7 +11,7 @@ from service.bases.homogeneous import to_homogeneous
 from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curve_shapes import bound_rounding
 from service.engine.adaptive.borders.side_normals import SideNormals
-from service.engine.adaptive.cutting.halving import halve
+from service.engine.adaptive.cutting.cells import halve
 from service.engine.bounds.faces import SPAN
 from service.engine.mesh.seams import Seams
 

@@ -1,12 +1,21 @@
-"""Cells, which are boxes of places of a face, and leaves, which are cells that need no cut."""
+"""Cells, which are boxes of places of a face; leaves, which are cells that need no cut; their nets.
+
+Nets are arrays (p+1, q+1, D, m): the last axis counts cells, and all arithmetic is elementwise, so
+that a cell's net has the same bits whatever is computed beside it. D is 3, or 4 where the net is
+homogeneous.
+"""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from math import comb
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.limits import build_depth_error
+from service.engine.bounds.blossoms import build_blossoms, build_box_nets
 from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.patch_nets import Nets
 from service.engine.bounds.vectors import Columns
 
 SHORTEST = 16
@@ -66,3 +75,101 @@ def build_whole_cells(faces: Faces) -> Cells:
     none = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
     return Cells(np.arange(len(faces.first)), np.array([none, high[:, 0], none, high[:, 1]]))
+
+
+def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
+    """Write nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
+
+    de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
+    of each row make the first half, the last ones the second. Powers of two are exact, so sums are
+    halved at the end.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (p+1, q+1, D, m)
+    halves : ndarray of float64, shape (p+1, q+1, D, 2, m)
+        The array that they are written to.
+    """
+    rest, both = nets.swapaxes(0, axis), halves.swapaxes(0, axis)
+    degree = len(rest) - 1
+    both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
+    for k in range(1, degree + 1):
+        rest = rest[:-1] + rest[1:]
+        np.multiply(rest[0], 0.5**k, out=both[k, ..., 0, :])
+        np.multiply(rest[-1], 0.5**k, out=both[degree - k, ..., 1, :])
+
+
+def elevate(nets: FloatArray) -> FloatArray:
+    """Nets elevated to degrees of at least 2: P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
+    for axis in (0, 1):
+        while nets.shape[axis] < 3:
+            old = nets.swapaxes(0, axis)
+            count = len(old)
+            new = np.empty((count + 1, *old.shape[1:]))
+            new[0], new[-1] = old[0], old[-1]
+            for i in range(1, count):
+                new[i] = (i / count) * old[i - 1] + (1.0 - i / count) * old[i]
+            nets = new.swapaxes(0, axis)
+    return nets
+
+
+def evaluate_nine_points(nets: FloatArray) -> FloatArray:
+    """Points at u, v ∈ {0, ½, 1}, shape (3, 3, 3, m): entry [i, j] is S(i/2, j/2), shape (3, m)."""
+    lines = np.empty((3, *nets.shape[1:]))
+    lines[0], lines[1], lines[2] = nets[0], _evaluate_middle(nets), nets[-1]
+    places = np.empty((3, 3, *nets.shape[2:]))
+    places[:, 0], places[:, 2] = lines[:, 0], lines[:, -1]
+    places[:, 1] = _evaluate_middle(lines.swapaxes(0, 1))
+    return project(places)
+
+
+def project(nets: FloatArray) -> FloatArray:
+    """Control points, weights divided out: shape (p+1, q+1, 3, m)."""
+    return nets if nets.shape[2] == 3 else nets[:, :, :3] / nets[:, :, 3:]
+
+
+def _evaluate_middle(rows: FloatArray) -> FloatArray:
+    """Value at ½ along the first axis: Σ binom(n, i) / 2^n P_i."""
+    degree = len(rows) - 1
+    if degree > 50:  # A binomial or a sum of them would be rounded.
+        while len(rows) > 1:
+            rows = (rows[:-1] + rows[1:]) * 0.5
+        middle: FloatArray = rows[0]
+        return middle
+    shares = _build_binomials(degree).reshape(-1, *[1] * (rows.ndim - 1))
+    value: FloatArray = np.add.reduce(rows * shares, axis=0)
+    return value
+
+
+@lru_cache(maxsize=64)
+def _build_binomials(degree: int) -> FloatArray:
+    return np.array([comb(degree, i) / 2**degree for i in range(degree + 1)])
+
+
+@lru_cache(maxsize=128)
+def build_quadratic_matrix(degree: int) -> FloatArray:
+    """Matrix (n+1, 3) from values of a quadratic at 0, ½ and 1 to its net of degree n ≥ 2.
+
+    As a net of degree 2 they are x_0, 2 x_½ − ½ (x_0 + x_1), x_1. Point i of the net raised to
+    degree n has the shares (n−i)(n−i−1), 2 i (n−i) and i (i−1), over n (n−1).
+    """
+    i = np.arange(degree + 1)[:, np.newaxis]
+    shares = np.concatenate(
+        [(degree - i) * (degree - i - 1), 2 * i * (degree - i), i * (i - 1)], axis=1
+    )
+    values = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
+    net: FloatArray = (shares[:, :, np.newaxis] * values).sum(axis=1) / (degree * (degree - 1))
+    net.flags.writeable = False
+    return net
+
+
+def restrict(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
+    """Nets of patches, given by their rows, over cells of one span; both degrees at least 2."""
+    low, high = cells.box[::2], cells.box[1::2]
+    first = low // SPAN * SPAN
+    if (high - low == SPAN).all():
+        return elevate(nets.take(rows))
+    places = np.array([low - first, high - first]) / SPAN
+    along = (build_blossoms(degree, places[:, k]) for k, degree in enumerate(nets.degree))
+    boxes = build_box_nets(nets.items.take(rows, axis=0), *along)
+    return elevate(np.ascontiguousarray(boxes.transpose(2, 3, 1, 0)))

@@ -8,8 +8,7 @@ its points plus a remainder, of which all control points count (`planes`).
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.cells import Cells, Leaves
-from service.engine.adaptive.cutting.halving import evaluate_nine_points, project
+from service.engine.adaptive.cutting.cells import Cells, Leaves, evaluate_nine_points, project
 from service.engine.adaptive.cutting.normal_variation import (
     Scale,
     compare_normals,
@@ -85,10 +84,10 @@ def estimate_cells(
     form = build_forms(steps, normal, -signed[4:], allowed)
     v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
-        turn = compare_normals(at, goal.angle, scale, nets)
-        turning = turn.exceeds & ~fails
+        turning, turns_along_v = compare_normals(at, goal.angle, scale, nets)
+        turning &= ~fails
         fails |= turning
-        v_first = np.where(turning, turn.along_v, v_first)
+        v_first = np.where(turning, turns_along_v, v_first)
     return fails, Leaves(cells.face, cells.box, v_first, is_rising, form)
 
 

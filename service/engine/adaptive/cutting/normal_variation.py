@@ -12,7 +12,7 @@ from math import pi, sin, tan
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.halving import project
+from service.engine.adaptive.cutting.cells import project
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 NONE = 1e-7
@@ -25,7 +25,7 @@ or `WIDE` in space: where weights differ much, the two differ much."""
 
 FINEST = 1 / 1024
 """A cell is not cut for its normals if it is shorter than this in parameters, or if the cut is not
-cheap (`is_halving_helpful`)."""
+cheap (`_is_halving_helpful`)."""
 
 GRAIN = 2.0**-16
 """A cell is not cut for its normals if it is shorter than this share of the patch's size."""
@@ -64,18 +64,12 @@ class Scale:
     size: FloatArray
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class NormalCuts:
-    """Which of m cells must be cut because normals turn too far, and in which direction."""
-
-    exceeds: Bools
-    along_v: Bools
-
-
 def compare_normals(
     at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None
-) -> NormalCuts:
-    """Which cells must be cut for their normals: those in nine places are compared in pairs.
+) -> tuple[Bools, Bools]:
+    """Which cells must be cut for their normals, and whether v is to be halved, not u.
+
+    Normals in nine places are compared in pairs.
 
     Parameters
     ----------
@@ -96,7 +90,7 @@ def compare_normals(
         wholes.append(np.maximum(ends.max(axis=0), halves[-1]))
         longs.append(length(points[1:] - points[:2]).max(axis=(0, 1)))
     may = [
-        is_halving_helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
+        _is_halving_helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
         for half, whole, share, long, beside in zip(
             halves, wholes, scale.shares, longs, wholes[::-1], strict=True
         )
@@ -108,15 +102,15 @@ def compare_normals(
     exceeds = (gains[0] > most) | (gains[1] > most)
     # A turn across is at most the sum of turns along u and v: one of these has at least half of it.
     exceeds |= helps & (across > most) & (np.maximum(*gains) > 0.5 * most)
-    return NormalCuts(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
+    return exceeds, gains[0] < gains[1] * (1.0 - 1e-9)
 
 
-def is_halving_helpful(
+def _is_halving_helpful(
     turn: tuple[FloatArray, FloatArray],
-    share: FloatArray | float,
+    share: FloatArray,
     extent: FloatArray,
     size: FloatArray,
-    alone: Bools | bool = True,
+    alone: Bools,
 ) -> Bools:
     """Whether halving cells in one direction may help, given the turns of their normals along it.
 

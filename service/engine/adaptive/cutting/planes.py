@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.halving import build_quadratic_matrix
+from service.engine.adaptive.cutting.cells import build_quadratic_matrix
 from service.engine.bounds.distance import maximize_quadratics
 from service.engine.bounds.vectors import Vectors, dot
 

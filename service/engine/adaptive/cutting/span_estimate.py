@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.cells import Cells, Leaves, project
 from service.engine.adaptive.cutting.estimate import (
     build_forms,
     choose_directions,
     find_allowed,
 )
-from service.engine.adaptive.cutting.halving import project
 from service.engine.adaptive.cutting.normal_variation import (
     estimate_normals,
     find_chord,

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.cutting.cells import Cells
-from service.engine.adaptive.cutting.halving import evaluate_nine_points, restrict
+from service.engine.adaptive.cutting.cells import Cells, evaluate_nine_points, restrict
 from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 

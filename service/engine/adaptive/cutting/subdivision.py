@@ -11,9 +11,8 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves
+from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves, halve, restrict
 from service.engine.adaptive.cutting.estimate import estimate_cells
-from service.engine.adaptive.cutting.halving import halve, restrict
 from service.engine.adaptive.cutting.knot_spans import divide_spans
 from service.engine.adaptive.cutting.normal_variation import Scale
 from service.engine.adaptive.cutting.task import Task

@@ -5,10 +5,10 @@ from math import asin, pi, sin
 import numpy as np
 import pytest
 
+from service.bases.arrays import Bools
 from service.engine.adaptive.cutting.normal_variation import (
     FINEST,
     ROUGH,
-    NormalCuts,
     Scale,
     compare_normals,
     estimate_normals,
@@ -39,8 +39,8 @@ def build_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
     return Scale(np.array([[share_u], [share_v]]), np.array([size]))
 
 
-def find_cut(found: NormalCuts) -> tuple[bool, bool]:
-    return bool(found.exceeds[0]), bool(found.along_v[0])
+def find_cut(cuts: tuple[Bools, Bools]) -> tuple[bool, bool]:
+    return bool(cuts[0][0]), bool(cuts[1][0])
 
 
 @pytest.mark.parametrize("turn", [0.05, 0.2, 0.6])

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.cutting.cells import Cells, Leaves, build_whole_cells
-from service.engine.adaptive.cutting.halving import (
+from service.engine.adaptive.cutting.cells import (
+    Cells,
+    Leaves,
     build_quadratic_matrix,
+    build_whole_cells,
     elevate,
     evaluate_nine_points,
     halve,
