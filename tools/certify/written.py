@@ -51,7 +51,7 @@ def _json(content: bytes, diagonal: int) -> Written:
         places = np.array(document["uvs"], dtype=float)[rows]
     parts = {part["name"]: (part["faces"][0], part["faces"][1]) for part in document["parts"]}
     stated = document["report"].get("parts", [])
-    bounds = {part["name"]: part["deviation_bound"] for part in stated}
+    bounds = {part["name"]: part["deviation_bound"] for part in stated if "deviation_bound" in part}
     vertices = np.array(document["vertices"], dtype=float).reshape(-1, 3)
     return Written(vertices, faces, document["report"], places, parts, bounds)
 

@@ -93,11 +93,14 @@ def round_up(bound: float) -> float | None:
 
 
 def bound_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:
-    """For each part of a model the largest bound of its patches, given those of all (P,)."""
+    """For each part the largest bound of its patches, given those of all (P,); None without any."""
     if model.sequence is not None:
         bounds = bounds[model.sequence]
     values = bounds.tolist()
-    return [round_up(max(values[part.first : part.last], default=0.0)) for part in model.parts]
+    return [
+        round_up(max(values[part.first : part.last])) if part.first < part.last else None
+        for part in model.parts
+    ]
 
 
 def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray:

@@ -17,9 +17,9 @@ So positions depend on the nets that meet and not on their order; where all are 
 nothing changes.
 
 No point of the surface moves further than its control points do, d, and than their weights make
-it: S = Σ b_i P_i with b_i = w_i B_i / Σ w_j B_j. If every ln w_i changes by at most h, each b_i
-changes by a factor between e^−2h and e^2h, and S − M = Σ b_i (P_i − M), M the middle of the box, by
-at most (e^2h − 1) D / 2 with D the diagonal.
+it: S = Σ b_i P_i with b_i = w_i B_i / Σ w_j B_j. If the changes of all ln w_i lie in an interval of
+length h, each b_i changes by a factor between e^−h and e^h, and S − M = Σ b_i (P_i − M), M the
+middle of the box about the patch, by at most (e^h − 1) D / 2 with D its diagonal.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import BorderWeights, raise_equal
 from service.engine.joining.thin_patches import flatten
-from service.engine.mesh.connect import weight_reach, weld_reach
+from service.engine.mesh.connect import largest_patch, weight_reach, weld_reach
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -78,9 +78,10 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     if not pattern.is_certain:
         raise_equal(pattern, points, weights, reach)
     if weights is not None:
-        changed = float(np.abs(np.log(weights.values / given)).max())
+        change = np.log(weights.values / given)
+        changed = float(change.max(initial=0.0) - change.min(initial=0.0))
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
-    moved += expm1(2 * changed) * model.diagonal / 2
+    moved += expm1(changed) * largest_patch(model) / 2
     batches, first = list(model.batches), 0
     for number, run in enumerate(runs if moved else ()):
         own = slice(first, first + len(run))

@@ -41,6 +41,10 @@ KNOT_ROUNDINGS = 2.0**-48
 """The cost of a few roundings of a knot, in units of the diagonal, if the knot is as large as the
 range of the knots: along that range a point moves some diagonals."""
 
+WEIGHTS = 4.0
+"""How much coarser weights are compared than points: both change across a narrow patch, the weights
+in places faster, and its sides are one edge only if they are one as the points are."""
+
 
 def connect(model: PatchModel) -> Seams:
     """Distinct edges and corners of all patches of a model.
@@ -134,10 +138,25 @@ def reach_within(diagonal: float, furthest: float, away: float, tolerance: float
 
 
 def weight_reach(model: PatchModel, tolerance: float) -> float:
-    """How far apart the logarithms of weights may be that are one; 0 if the tolerance is 0."""
+    """How far apart the logarithms of weights may be that are one; 0 if the tolerance is 0.
+
+    A change by h moves no point of a patch further than h / 2 times the diagonal of its box: by
+    `WEIGHTS` / 2 times the reach of points in the largest patch.
+    """
     if not tolerance:
         return 0.0
-    return max(tolerance, min(KNOT_ROUNDINGS * knots_away(model), MAX_WELD_TOLERANCE))
+    share = max(tolerance, min(KNOT_ROUNDINGS * knots_away(model), MAX_WELD_TOLERANCE))
+    extent = largest_patch(model)
+    return WEIGHTS * share * model.diagonal / extent if extent else share
+
+
+def largest_patch(model: PatchModel) -> float:
+    """The largest diagonal of the boxes about the nets of single patches."""
+    extent = 0.0
+    for batch in model.batches:
+        sides = np.ptp(batch.points.reshape(batch.count, -1, 3), axis=1)
+        extent = max(extent, float(np.sqrt(np.square(sides).sum(axis=1).max())))
+    return extent
 
 
 def knots_away(model: PatchModel) -> float:

@@ -116,22 +116,25 @@ class Connectivity:
         return bool((ordered[:, 1:] == ordered[:, :-1]).any())
 
     @cached_property
-    def thin(self) -> tuple[Ints, Ints]:
-        """Grids that may be without area: two opposite sides are one edge, the others points.
+    def thin_sides(self) -> Ints:
+        """For each patch a side that is one point while the two beside it are one edge, (P,).
 
-        First those of which the sides u = 0 and u = 1 are one edge, in one direction; then those of
-        which the sides v = 0 and v = 1 are.
+        −1 stands for none. Of a grid the opposite side is a point, too: the number is 0 or 2. Such
+        a patch may be a curve (`service.engine.mesh.curve_patches`).
         """
-        is_one = self.edge[:, ::2] == self.edge[:, 1::2]
-        is_one &= self.backward[:, ::2] == self.backward[:, 1::2]
-        is_one &= (self.collapsed[:, ::2] & self.collapsed[:, 1::2])[:, ::-1]
-        is_one[self.triangular] = False
-        return np.flatnonzero(is_one[:, 0]), np.flatnonzero(is_one[:, 1] & ~is_one[:, 0])
+        found = np.full(len(self.edge), -1)
+        for is_triangle, table in ((False, BESIDE_OF_GRID), (True, BESIDE_OF_TRIANGLE)):
+            for side, (one, other) in table.items():
+                is_thin = self.collapsed[:, side] & (self.edge[:, one] == self.edge[:, other])
+                if not is_triangle:
+                    is_thin &= self.collapsed[:, side + 1]
+                found[is_thin & (self.triangular == is_triangle)] = side
+        return found
 
     @cached_property
     def has_thin(self) -> bool:
-        """Whether any patch is `thin`."""
-        return any(map(len, self.thin))
+        """Whether any patch may be a curve."""
+        return bool((self.thin_sides >= 0).any())
 
     @cached_property
     def cut_corners(self) -> Ints:
@@ -161,6 +164,10 @@ class Connectivity:
         several &= ~points[self.cut_corners >> 1].any(axis=2)
         return several
 
+
+BESIDE_OF_GRID = {0: (2, 3), 2: (0, 1)}
+BESIDE_OF_TRIANGLE = {0: (1, 2), 1: (0, 2), 2: (0, 1)}
+"""The two sides beside a side."""
 
 GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])
 TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]])

@@ -1,12 +1,13 @@
 """Patches that are curves: they have no area, so they are left out of a mesh.
 
-A tensor-product patch is a curve if all lines of its net along one direction are equal, and their
-weights are: as a patch over a knot span of no width would be. Its two long sides are one edge. The
-triangles between them would have no area, and the edge would have more triangles than the two of
-its neighbours.
+A patch is a curve if its control points and weights are equal on each line from one of its long
+sides to the other, as over a knot span of no width. These two sides are one edge. The triangles
+between them would have no area, and the edge would have more than those of its two neighbours.
 
 It is left out if another patch of its part has the edge, or the corner if the patch is one point:
-every point of it is a point of that patch, which the bound of the deviation covers.
+every point of it is a point of that patch, which the bound of the deviation covers. If all patches
+of a part are curves that patches of other parts have, they are left out, too; the part then has no
+triangles, and no bound of its own.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,62 +15,80 @@ from itertools import pairwise
 
 import numpy as np
 
-from service.bases.arrays import Bools, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.triangle_polynomials import exponents, row_number
 from service.engine.mesh.connectivity import Connectivity
-from service.surface.batches import Patches
+from service.surface.batches import Patches, TensorPatches
 from service.surface.lowered import Domain, PatchModel
 from service.surface.repatched import rebuild, surfaces_of
 
 
 def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchModel:
-    """The model without patches that are curves and edges of other patches of their parts."""
+    """The model without patches that are curves and edges of others, as the module says."""
     first = np.cumsum([0, *(batch.count for batch in model.batches)])
-    found, keys = [], []
-    for which, axis, rows in find_thin(model.batches, connectivity):
-        batch = model.batches[which]
-        nets = batch.points[rows]
-        is_curve = (nets == np.take(nets, [0], axis=1 + axis)).all(axis=(1, 2, 3))
-        if batch.weights is not None:
-            own = batch.weights[rows]
-            is_curve &= (own == np.take(own, [0], axis=1 + axis)).all(axis=(1, 2))
-        patches = first[which] + rows[is_curve]
-        # A patch of one point is the corner of others.
-        is_point = connectivity.collapsed[patches, 2 * axis]
-        edge, corner = connectivity.edge[patches, 2 * axis], connectivity.corner[patches, 0]
-        found.append(patches)
-        keys.append(np.where(is_point, -1 - corner, edge))
+    found = []
+    for which, rows, line in find_thin(model.batches, connectivity):
+        points, weights = flat_nets(model.batches[which], rows)
+        is_curve = (points == points[:, line]).all(axis=(1, 2))
+        if weights is not None:
+            is_curve &= (weights == weights[:, line]).all(axis=1)
+        found.append(first[which] + rows[is_curve])
     thin = np.concatenate(found)
+    side = connectivity.thin_sides[thin]
+    edge = connectivity.edge[thin, np.where(side == 2, 0, 2)]
+    # A patch of one point is a corner of others.
+    is_point = connectivity.collapsed[thin, np.where(side == 2, 0, 2)]
+    keys = np.where(is_point, -1 - connectivity.corner[thin, 0], edge)
     stays = np.ones(model.patch_count, dtype=bool)
     stays[thin] = False
     part = model.part_numbers
     there = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
-    low, high = int(there.min()), int(there.max())
-    there += part[:, np.newaxis] * (high - low + 1)
-    own = np.concatenate(keys) + part[thin] * (high - low + 1)
-    stays[thin] = ~np.isin(own, there[stays])
+    stays[thin] = ~np.isin(keys, there[stays])
+    lasts = np.bincount(part[stays], minlength=len(model.parts)) > 0
+    width = int(np.ptp(there)) + 1
+    in_part = np.isin(keys + width * part[thin], (there + width * part[:, np.newaxis])[stays])
+    stays[thin] |= lasts[part[thin]] & ~in_part
     return model if stays.all() else _take_patches(model, stays)
 
 
 def find_thin(
     batches: Sequence[Patches], connectivity: Connectivity
-) -> Iterator[tuple[int, int, Ints]]:
-    """Where the `thin` patches of a connectivity are.
+) -> Iterator[tuple[int, Ints, Ints]]:
+    """Where patches are that may be curves, by batch and by the side that is a point.
 
     Yields
     ------
-    number : int
-        Of a batch.
-    axis : int
-        0 if the sides u = 0 and u = 1 are one edge, 1 if v = 0 and v = 1 are.
+    batch : int
     rows : ndarray of int
         The patches, numbered within the batch.
+    line : ndarray of int, shape (n,)
+        For each control point of a net that one on a long side which is on a line with it.
     """
-    ends = np.cumsum([0, *(batch.count for batch in batches)])
-    for axis, patches in enumerate(connectivity.thin):
-        cuts = np.searchsorted(patches, ends).tolist()
-        for which, (begin, end) in enumerate(pairwise(cuts)):
-            if begin < end:
-                yield which, axis, patches[begin:end] - ends[which]
+    first = 0
+    for number, batch in enumerate(batches):
+        sides = connectivity.thin_sides[first : first + batch.count]
+        first += batch.count
+        for side in np.unique(sides[sides >= 0]).tolist():
+            yield number, np.flatnonzero(sides == side), _find_lines(batch, side)
+
+
+def flat_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
+    """Control points (m, n, 3) and weights (m, n) of some patches, each net in one run."""
+    weights = None if batch.weights is None else batch.weights[rows].reshape(len(rows), -1)
+    return batch.points[rows].reshape(len(rows), -1, 3), weights
+
+
+def _find_lines(batch: Patches, side: int) -> Ints:
+    """`line` of `find_thin`: lines are parallel to the side that is a point."""
+    if isinstance(batch, TensorPatches):
+        p, q = batch.degree
+        number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
+        begin = number[:1] if side == 2 else number[:, :1]
+        return np.broadcast_to(begin, number.shape).ravel()
+    n = batch.side_degrees[0]
+    i, j, k = exponents(n)
+    # On a line k, j or i is constant: it begins on the side s = 0, or on t = 0.
+    return row_number(n, *((0 * j, k), (j, 0 * k), (n - i, 0 * k))[(2, 0, 1).index(side)])
 
 
 def _take_patches(model: PatchModel, stays: Bools) -> PatchModel:

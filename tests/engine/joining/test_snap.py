@@ -45,10 +45,10 @@ def test_noise_within_the_tolerance_closes(seed: int) -> None:
     assert mesh.report.moved <= 3 * case.weld_tolerance * model.diagonal
 
 
-@pytest.mark.parametrize("seed", [73, 74, 102])
+@pytest.mark.parametrize("seed", [73, 102, 292, 326])
 @pytest.mark.parametrize("options", [{"resolution": RESOLUTION}, {"accuracy": COARSE}])
 def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -> None:
-    """Pieces of balls and rings whose knots are 1e-11 and 1e-12 of their range apart."""
+    """Pieces of balls and rings whose knots are 1e-9 to 1e-12 of their range apart."""
     case = NEARLY["crowded knots"][1](seed)
     mesh = mesh_of(case.surface.lower(), **options)
     check_sound(mesh)

@@ -1,16 +1,19 @@
 """Patches that are curves are no part of a mesh, if other patches of their part have the curve."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 import pytest
 
+from service.bases.triangle_polynomials import elevate
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.mesh.counts import count_mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part, PatchModel
+from service.surface.multipatch import MultipatchSurface
+from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import check_sound, mesh_of
 from tests.strategies import Array, model_of
 
@@ -64,14 +67,45 @@ def test_curves_between_patches_are_left_out(options: dict[str, Any], turned: bo
     [
         ((0, 1, 1, 2), (0,), 2),
         ((0, 1, 1, 2), (0, 2), 2),
-        ((0, 1, 1, 2), (0, 1, 2), 3),  # a part would have no patch
+        ((0, 1, 1, 2), (0, 1, 2), 2),  # a part has no triangles
+        ((1, 1, 1, 2), (0, 2), 1),
         ((1, 1, 1), (0,), 2),  # no patch has the curve
         ((0, 1, 1, 1, 2, 2), (0, 3), 2),
     ],
 )
 def test_which_curves_stay(columns: tuple[float, ...], parts: tuple[int, ...], left: int) -> None:
-    mesh = mesh_of(arrange(model_of(strip(*columns)), parts), resolution=(2, 2))
-    assert (mesh.report.patches, len(mesh.parts)) == (left, len(parts))
+    for options in OPTIONS:
+        mesh = mesh_of(arrange(model_of(strip(*columns)), parts), **options)
+        assert (mesh.report.patches, len(mesh.parts)) == (left, len(parts))
+        for part in mesh.parts:
+            has_faces = any(first < last for first, last in (part.triangles, part.quads))
+            assert (part.deviation_bound is not None) == has_faces or max(columns) == 1
+
+
+def test_a_curve_stays_if_another_part_alone_has_it() -> None:
+    """Its own part has other patches, whose bounds say nothing of the curve."""
+    nets = [net for pair in ((0, 1), (1, 1), (2, 3), (1, 2)) for net in strip(*pair)]
+    mesh = mesh_of(arrange(model_of(nets), (0, 1, 3)), resolution=(2, 2))
+    assert mesh.report.patches == 4
+
+
+@pytest.mark.parametrize("degree", [1, 3])
+def test_narrow_triangles_become_curves(degree: int) -> None:
+    """Fans of triangles of which some are 1e-13 wide: closed, whichever side is the narrow one."""
+    angles = np.array([0, 1, 1 + 1e-13, 2, 2 + 2e-13, 4, 4 + 1e-13, 5, 2 * np.pi])
+    rim = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
+    rim[-1] = rim[0]
+    nets = []
+    for top, (k, (a, b)) in product((1.0, -1.0), enumerate(pairwise(rim))):
+        corners = [a, b, np.array([0, 0, top])]
+        net = np.array(corners[k % 3 :] + corners[: k % 3])
+        nets.append(elevate((net[:, np.newaxis], None), degree)[0][:, 0] if degree > 1 else net)
+    surface = MultipatchSurface(tuple(TriangleSurface(net) for net in nets))
+    for options in ({"resolution": (3, 3)}, {"accuracy": Accuracy(tolerance=1e-2)}):
+        mesh = mesh_of(surface.lower(), **options)
+        check_sound(mesh)
+        assert (mesh.report.watertight, mesh.report.patches) == (True, 10)
+        assert not mesh_of(surface.lower(), weld_tolerance=0, **options).report.moved
 
 
 def test_a_patch_of_one_point_is_left_out_beside_others() -> None:
