@@ -16,6 +16,7 @@ from tests.oracles.sheets import TensorSheet, sheets_of
 from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
 from tools.judge.__main__ import Case, cases, document_of, judge
+from tools.judge.enclosures import least_distances
 from tools.judge.exact import nets_of, read_glb
 from tools.judge.proof import Mesh, _distances, _halved, _points, prove
 
@@ -113,3 +114,17 @@ def test_there_are_enough_of_every_family() -> None:
     every = list(cases())
     assert len({case.family for case in every} & set(FAMILIES)) == len(FAMILIES) - 1
     assert len(every) > 200
+
+
+def test_enclosures_hold_the_distances_of_a_cylinder() -> None:
+    """A quarter of a cylinder of radius 1 and height 1, whose distances have a closed form."""
+    arc = np.array([[1, 0, 1], [1, 1, np.sqrt(0.5)], [0, 1, 1]])
+    net = np.array([[[x * w, y * w, z * w, w] for z in (0.0, 1.0)] for x, y, w in arc])
+    x = np.random.default_rng(3).uniform([0, 0, -1], [2, 2, 2], (40, 3))
+    beyond = np.maximum(np.maximum(-x[:, 2], x[:, 2] - 1), 0.0)
+    truth = np.hypot(np.hypot(x[:, 0], x[:, 1]) - 1, beyond)
+    low, high = least_distances([net[np.newaxis]], x, 1e-9)
+    assert ((low <= truth) & (truth <= high)).all()
+    assert (high - low <= 1.001e-9).all()
+    # All of the arc is as near to its axis: no number of pieces is enough.
+    assert np.isnan(least_distances([net[np.newaxis]], np.array([[0.0, 0.0, 0.5]]), 1e-9)[1]).all()

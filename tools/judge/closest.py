@@ -1,4 +1,4 @@
-"""Judges closest points by exhaustive search, with none of the engine's code.
+"""Judges closest points by exhaustive search and by convex hulls, with none of the engine's code.
 
     python -m tools.judge.closest [points] [surfaces] [family …]      (make judge-queries)
 
@@ -6,7 +6,10 @@ It asks for 4500 points near each of 8 surfaces of every family, and of the exam
 beside the box, far away, on the surface, close to it, on its normals up to ten diagonals away, and
 midway between two of its points. A row counts nearer points than the interval allows (`outside`),
 reported points that are not the nearest though the interval was reached (`wrong`), and intervals
-that were not reached. The exit status is 1 if any point is outside or wrong.
+that were not reached. Of every `EACH` points of a family, one is judged by an interval that holds
+the least distance for certain, too (`enclosed`): the two intervals must meet, else the point is
+`outside`. Of some points, as of lines, it takes too many pieces (`undecided`). The exit status is 1
+if any point is outside or wrong.
 """
 
 import sys
@@ -24,10 +27,16 @@ from service.surface.examples import find
 from tests.oracles.closest import nearest
 from tests.oracles.sheets import Array, Sheet, sheets_of
 from tools.certify.surfaces import FAMILIES
+from tools.judge.__main__ import document_of
+from tools.judge.enclosures import least_distances
+from tools.judge.exact import nets_of
 
 FIRST = 7000
 """Number of the first surface of a family: others than tests and `make certify` have."""
 
+
+EACH, WIDTH = 10, 1e-9
+"""One of how many points is enclosed, and how narrowly, in diagonals."""
 
 EXAMPLES = tuple(name for name in ALL_EXAMPLES if name not in ("trefoil-tube", "ribbon", "hair"))
 """Those that are made of patches."""
@@ -83,11 +92,21 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     wrong = reached & (columns["distances"] > least + 1e-9 * diagonal + slack)
     wrong |= np.abs(away - columns["distances"]) > 8 * slack
     outside = (least < bounds[:, 0] - slack) | (columns["distances"] > bounds[:, 1])
+    enclosed = undecided = 0
+    if name in FAMILIES:
+        some = np.arange(seed % EACH, len(points), EACH)
+        origin = (low + high) / 2
+        nets = nets_of(document_of(surface), origin)
+        lows, highs = least_distances(nets, points[some] - origin, WIDTH * diagonal)
+        outside[some] |= (bounds[some, 1] + slack[some] < lows) | (bounds[some, 0] > highs)
+        undecided = int(np.isnan(highs).sum())
+        enclosed = len(some) - undecided
     if (outside | wrong).any():
         print(f"{name}, {seed}: points {np.flatnonzero(outside | wrong)[:9].tolist()}", flush=True)
     return name, Counter(
         points=len(points), outside=int(outside.sum()), wrong=int(wrong.sum()),
-        wider=int((~reached).sum()), tied=int(columns["tied"].sum()),
+        wider=int((~reached).sum()), enclosed=enclosed, undecided=undecided,
+        tied=int(columns["tied"].sum()),
         milliseconds=round(1e3 * seconds),
     )  # fmt: skip
 
@@ -105,9 +124,12 @@ def main(arguments: list[str]) -> int:
     totals: dict[str, Counter[str]] = {}
     with Pool(min(2, cpu_count()), pin_blas) as pool:
         for name, found in pool.imap_unordered(judge, cases):
+            print(f"{name}: {dict(found)}", file=sys.stderr, flush=True)
             for kind in (name, "all"):
                 totals.setdefault(kind, Counter()).update(found)
-    columns = ("points", "outside", "wrong", "wider", "tied", "milliseconds")
+    columns = (
+        "points", "outside", "wrong", "wider", "enclosed", "undecided", "tied", "milliseconds"
+    )  # fmt: skip
     print(f"{'family':28}" + "".join(f"{column:>13}" for column in columns))
     for name in [*names, "all"]:
         print(f"{name:28}" + "".join(f"{totals[name][column]:13}" for column in columns))

@@ -170,6 +170,7 @@ def main(arguments: list[str]) -> int:
     totals: dict[str, Counter[str]] = {}
     with Pool(min(2, cpu_count()), pin_blas) as pool:
         for name, found in pool.imap_unordered(_judge_any, cases):
+            print(f"{name}: {dict(found)}", file=sys.stderr, flush=True)
             for kind in (name, "all"):
                 totals.setdefault(kind, Counter()).update(found)
     columns = ("rays", "hits", "missed", "invented", "wider", "touching", "along", "milliseconds")
