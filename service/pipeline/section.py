@@ -10,7 +10,8 @@ from service.encoders.sections.format import SectionFormat, SectionSize
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
 from service.engine.sections.planes import Planes, SectionTolerance
-from service.engine.sections.section import Sections, cut_surface
+from service.engine.sections.section import cut_surface
+from service.engine.sections.values import Sections
 from service.errors import Issue, TooLarge
 from service.measuring import Measured
 from service.pipeline.checks import check_surface

@@ -9,7 +9,7 @@ import pytest
 
 from service.encoders.sections.format import SectionSize
 from service.encoders.sections.registry import SECTION_FORMATS, SECTIONS_BY_NAME
-from service.engine.sections.section import Sections
+from service.engine.sections.values import Sections
 from service.surface.examples import find
 from tests.clients.gltf_validator import issues
 from tests.encoders.gltf.reader import read_glb

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from service.engine.sections.section import Section
+from service.engine.sections.values import Section
 from tests.oracles.sheets import Array, Sheet, TriangleSheet
 
 HALVINGS = 50

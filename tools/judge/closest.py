@@ -75,9 +75,9 @@ def _with_normals(sheet: Sheet) -> tuple[Array, Array]:
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     """The findings about one surface."""
     name, seed, count = case
-    surface = FAMILIES[name].surface(seed) if name in FAMILIES else find(name).surface()
-    model = to_patches(surface.lower())
-    sheets = sheets_of(surface if name in FAMILIES else model)
+    surface = FAMILIES[name].surface(seed) if name in FAMILIES else None
+    model = to_patches((surface or find(name).surface()).lower())
+    sheets = sheets_of(surface or model)
     low, high = model.bounds
     points = strewn(sheets, low, high, count, seed)
     start = time.process_time()
@@ -93,7 +93,7 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     wrong |= np.abs(away - columns["distances"]) > 8 * slack
     outside = (least < bounds[:, 0] - slack) | (columns["distances"] > bounds[:, 1])
     enclosed = undecided = 0
-    if name in FAMILIES:
+    if surface:
         some = np.arange(seed % EACH, len(points), EACH)
         origin = (low + high) / 2
         nets = nets_of(document_of(surface), origin)

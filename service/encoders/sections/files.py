@@ -10,7 +10,7 @@ import numpy as np
 from service.encoders.obj import identifier
 from service.encoders.sections.format import SectionSize, numbers_of, points_of, report_object
 from service.encoders.text import FLOAT64_CHARS, digits, json_document, rows
-from service.engine.sections.section import Sections
+from service.engine.sections.values import Sections
 
 POINT = 3 * (FLOAT64_CHARS + 1)
 

@@ -9,7 +9,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.encoders.lines import LineFormat
 from service.engine.extent import choose_origin
 from service.engine.mesh.report import ENGINE
-from service.engine.sections.section import Polyline, Section, Sections
+from service.engine.sections.values import Polyline, Section, Sections
 
 SINGLE = float(np.finfo(np.float32).eps)
 

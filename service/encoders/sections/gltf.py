@@ -18,7 +18,7 @@ from service.encoders.gltf.glb import binary
 from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.sections.format import SectionSize, report_object, stored
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
-from service.engine.sections.section import Sections
+from service.engine.sections.values import Sections
 
 POINT_BYTES = 12
 

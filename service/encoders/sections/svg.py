@@ -14,7 +14,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.encoders.sections.format import SectionSize
 from service.encoders.text import FLOAT64_CHARS, digits, rows
-from service.engine.sections.section import Sections
+from service.engine.sections.values import Sections
 
 MARGIN = 0.02
 """Margin around the lines, as a share of the longer side of their box."""

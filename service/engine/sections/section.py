@@ -25,7 +25,7 @@ from service.engine.sections.search import CellSearch
 from service.engine.sections.segments import Segments, find_segments
 from service.engine.sections.sides import CellTable
 from service.engine.sections.trace import trace
-from service.surface.checks import Up
+from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
 PAIRS = 1 << 16
@@ -38,58 +38,14 @@ NEAR = 2.0**-14
 """Distance, in the coordinates of the nets, within which places where a surface touches a plane are
 one: cells that may touch the plane lie about it."""
 
+SURE = 2
+"""How many times too many pieces must be expected for a refusal."""
+
 NODES = 1 << 14
 """Points that are computed at a time."""
 
 ALL = 1 << 20
 """Pairs of a plane and a net whose boxes are compared at a time."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Polyline:
-    """Points (k, 3) in model units; a closed polyline ends in its first point."""
-
-    points: FloatArray
-    closed: bool
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Section:
-    """The section by one plane.
-
-    Attributes
-    ----------
-    polylines : tuple of Polyline
-        Seen from the tip of the plane's normal, the side to which the normals of the surface point
-        is to the right: around a body they run counter-clockwise.
-    touching : ndarray of float64, shape (k, 3)
-        Where the surface touches the plane, or comes so near that rounding hides which.
-    coplanar : ndarray of int, shape (c,)
-        Patches that lie in the plane; polylines run along their border.
-    """
-
-    polylines: tuple[Polyline, ...]
-    touching: FloatArray
-    coplanar: Ints
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Sections:
-    """The sections of a surface by some planes, in their order.
-
-    `deviation_bound`, in model units: no point of a section is farther from its polylines.
-    """
-
-    name: str
-    up: Up
-    planes: Planes
-    sections: tuple[Section, ...]
-    deviation_bound: float
-
-    @property
-    def point_count(self) -> int:
-        """Points of all polylines."""
-        return sum(len(line.points) for each in self.sections for line in each.polylines)
 
 
 def cut_surface(
@@ -106,7 +62,8 @@ def cut_surface(
     tolerance : float
         Model units.
     allow : callable
-        Takes a lower bound of the number of pieces; raises if that is too large.
+        Takes a lower bound of the number of pieces; raises if that is too large. It also takes 1 /
+        `SURE` of the number that is expected, so that a refusal comes before the work.
     """
     nets = surface_nets(model.batches)
     borders = find_borders(nets, seams, triangular_patches(model.batches))
@@ -121,6 +78,7 @@ def cut_surface(
         last = min(first + step, len(planes))
         plane, net = boxes.candidates(local, first, last)
         counts = np.bincount(plane - first, minlength=last - first)
+        search.begin(len(plane))
         for low, high in runs_of_planes(counts, PAIRS // widest):
             checkpoint()
             rows = slice(*np.searchsorted(plane, [first + low, first + high]))
@@ -140,9 +98,19 @@ class _Search:
     allow: Callable[[int], None]
     deviation: float = 0.0
     count: int = 0
+    _before: int = 0
+    """Pieces of the pairs of a plane and a net before those that are cut now."""
+    _pairs: tuple[int, int] = 0, 0
+    """How many these are, and how many of them were begun."""
+
+    def begin(self, pairs: int) -> None:
+        """Prepare to cut a number of pairs of a plane and a net, in several calls."""
+        self._before, self._pairs = self.count, (pairs, 0)
 
     def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
         """The sections by some planes, of pairs of these and of nets."""
+        pairs, begun = self._pairs
+        self._pairs = pairs, begun + len(plane)
         parts: list[Cells] = []
         coplanar = [np.zeros((0, 2), np.intp)]
         for group in self.nets.groups:
@@ -170,8 +138,12 @@ class _Search:
             for k in numbers
         ]
 
-    def _allow(self, count: int) -> None:
+    def _allow(self, count: int, expected: float) -> None:
+        """Ask with a lower bound, and with the number that is expected of all pairs."""
         self.allow(self.count + count)
+        share = self._pairs[1] / self._pairs[0]
+        of_all = self._before + (self.count - self._before + expected) / share
+        self.allow(int(of_all / SURE))
 
     def _draw(
         self, parts: tuple[Cells, ...], first: int, polylines: list[list[Polyline]]

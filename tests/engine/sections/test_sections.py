@@ -8,7 +8,8 @@ import pytest
 from service.engine.mesh.connect import connect
 from service.engine.models import to_patches
 from service.engine.sections.planes import Planes
-from service.engine.sections.section import Section, Sections, cut_surface
+from service.engine.sections.section import cut_surface
+from service.engine.sections.values import Section, Sections
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
@@ -22,6 +23,10 @@ from tools.certify.surfaces import FAMILIES
 RNG = np.random.default_rng
 REACH = 0.4
 """Radius of the tube of the torus, whose centre line has radius 1."""
+
+
+class Refused(Exception):
+    """More pieces than a test allows."""
 
 
 def cut(model: PatchModel, normals: object, offsets: object, relative: float = 1e-3) -> Sections:
@@ -196,3 +201,26 @@ def test_a_surface_that_is_one_point_lies_in_the_plane_through_it() -> None:
         ((0, 0, 0), [0]),
         ((0, 0, 0), []),
     ]
+
+
+def test_too_many_pieces_are_refused_before_they_are_made() -> None:
+    """Of 40 planes at 1e-9 after three levels of some hundred cells; what is allowed is made."""
+    model = to_patches(find("utah-teapot").surface().lower())
+    low, high = model.bounds
+    offsets = np.linspace(low[2], high[2], 42)[1:-1]
+    planes = Planes(np.tile([0.0, 0.0, 1.0], (40, 1)), offsets)
+    seams, counts = connect(model), []
+
+    def allow(count: int) -> None:
+        counts.append(count)
+        if count > most:
+            raise Refused
+
+    most = 20_000
+    with pytest.raises(Refused):
+        cut_surface(model, seams, planes, 1e-9 * model.diagonal, allow)
+    assert max(counts[:-1]) < most / 2
+    assert len(counts) < 8
+    counts.clear()
+    sections = cut_surface(model, seams, planes, 1e-4 * model.diagonal, allow)
+    assert 5_000 < sections.point_count < most

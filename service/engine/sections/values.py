@@ -1,0 +1,54 @@
+"""Sections of a surface by planes, as polylines."""
+
+from dataclasses import dataclass
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.sections.planes import Planes
+from service.surface.checks import Up
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Polyline:
+    """Points (k, 3) in model units; a closed polyline ends in its first point."""
+
+    points: FloatArray
+    closed: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Section:
+    """The section by one plane.
+
+    Attributes
+    ----------
+    polylines : tuple of Polyline
+        Seen from the tip of the plane's normal, the side to which the normals of the surface point
+        is to the right: around a body they run counter-clockwise.
+    touching : ndarray of float64, shape (k, 3)
+        Where the surface touches the plane, or comes so near that rounding hides which.
+    coplanar : ndarray of int, shape (c,)
+        Patches that lie in the plane; polylines run along their border.
+    """
+
+    polylines: tuple[Polyline, ...]
+    touching: FloatArray
+    coplanar: Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sections:
+    """The sections of a surface by some planes, in their order.
+
+    `deviation_bound`, in model units: no point of a section is farther from its polylines.
+    """
+
+    name: str
+    up: Up
+    planes: Planes
+    sections: tuple[Section, ...]
+    deviation_bound: float
+
+    @property
+    def point_count(self) -> int:
+        """Points of all polylines."""
+        return sum(len(line.points) for each in self.sections for line in each.polylines)
