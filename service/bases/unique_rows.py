@@ -46,6 +46,15 @@ def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     return first, number.reshape(-1)
 
 
+def find_first_rows(rows: FloatArray) -> tuple[Ints, Ints]:
+    """First place of every distinct row, ascending; and the number of each row among them."""
+    first, number = unique_rows(rows)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[number]
+
+
 @cache
 def _multipliers(count: int) -> NDArray[np.uint64]:
     """Odd pseudo-random numbers (splitmix64), equal in every run."""

@@ -136,6 +136,15 @@ class PatchModel:
             return self.batches[0].diagonal
         return dist(*(bound.tolist() for bound in self.bounds))
 
+    @property
+    def largest_patch(self) -> float:
+        """The largest diagonal of the boxes about the nets of single patches."""
+        extent = 0.0
+        for batch in self.batches:
+            sides = np.ptp(batch.points.reshape(batch.count, -1, 3), axis=1)
+            extent = max(extent, float(np.sqrt(np.square(sides).sum(axis=1).max())))
+        return extent
+
 
 Color: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue and opacity, sRGB, 0 … 1."""

@@ -34,7 +34,7 @@ from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import BorderWeights, raise_equal
 from service.engine.joining.thin_patches import flatten
-from service.engine.mesh.connect import largest_patch, weight_reach, weld_reach
+from service.engine.mesh.connect import weight_reach, weld_reach
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -81,7 +81,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
         change = np.log(weights.values / given)
         changed = float(change.max(initial=0.0) - change.min(initial=0.0))
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
-    moved += expm1(changed) * largest_patch(model) / 2
+    moved += expm1(changed) * model.largest_patch / 2
     batches, first = list(model.batches), 0
     for number, run in enumerate(runs if moved else ()):
         own = slice(first, first + len(run))

@@ -25,10 +25,8 @@ from service.engine.mesh.edge_patterns import (
     EdgePattern,
     border_points,
     border_weights,
-    find_first_rows,
     find_pattern,
 )
-from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams, find_seams
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
@@ -83,7 +81,7 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
             near = weight_reach(model, tolerance)
             if _are_near(weights, near) or pattern.has_near_weights(weights, near):
                 return None
-    return seams or _renumber(find_seams(batches))
+    return seams or find_seams(batches).renumbered()
 
 
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:
@@ -146,17 +144,8 @@ def weight_reach(model: PatchModel, tolerance: float) -> float:
     if not tolerance:
         return 0.0
     share = max(tolerance, min(KNOT_ROUNDINGS * knots_away(model), MAX_WELD_TOLERANCE))
-    extent = largest_patch(model)
+    extent = model.largest_patch
     return WEIGHTS * share * model.diagonal / extent if extent else share
-
-
-def largest_patch(model: PatchModel) -> float:
-    """The largest diagonal of the boxes about the nets of single patches."""
-    extent = 0.0
-    for batch in model.batches:
-        sides = np.ptp(batch.points.reshape(batch.count, -1, 3), axis=1)
-        extent = max(extent, float(np.sqrt(np.square(sides).sum(axis=1).max())))
-    return extent
 
 
 def knots_away(model: PatchModel) -> float:
@@ -259,39 +248,3 @@ def _plain_columns(batch: Patches, domain: Domain) -> int:
     corners[:-1, -1], corners[-1, -1] = nets[:, -1, 0, -1], nets[-1, -1, -1, -1]
     number = find_equal_points(corners.reshape(-1, 3))
     return grid[1] if (number == np.arange(len(number))).all() else 0
-
-
-def _renumber(seams: Seams) -> Seams:
-    """The seams with edges and corners in the order, and the direction, of their first sides."""
-    connectivity = seams.connectivity
-    _, side = np.unique(connectivity.edge, return_index=True)
-    against = connectivity.backward.ravel()[side]
-    curves, first = [], 0
-    rank = np.empty(len(side), np.intp)
-    for group in seams.curves:
-        order = np.argsort(side[group.ids])
-        old, new = group.ids[order], np.arange(first, first + len(order))
-        rank[old] = new
-        points, turned = group.points[order], against[old]
-        points[turned] = points[turned, ::-1]
-        weights = None if group.weights is None else group.weights[order]
-        if weights is not None:
-            weights[turned] = weights[turned, ::-1]
-        curves.append(EdgeCurves(new, points, weights))
-        first += len(order)
-    stand_in, number = find_first_rows(connectivity.corner.reshape(-1, 1).astype(np.float64))
-    renumbered = Connectivity(
-        counts=connectivity.counts,
-        triangular=connectivity.triangular,
-        edge=rank[connectivity.edge],
-        backward=connectivity.backward ^ against[connectivity.edge],
-        collapsed=connectivity.collapsed,
-        corner=number.reshape(-1, 4),
-        users=np.bincount(rank[connectivity.edge].ravel()),
-        corners=connectivity.corners,
-    )
-    return Seams(
-        renumbered,
-        seams.corner_points[connectivity.corner.ravel()[stand_in]],
-        tuple(curves),
-    )

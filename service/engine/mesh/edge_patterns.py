@@ -17,7 +17,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
-from service.bases.unique_rows import unique_rows
+from service.bases.unique_rows import find_first_rows
 from service.engine.mesh.connectivity import (
     SAME_WEIGHT,
     Connectivity,
@@ -194,15 +194,6 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         is_certain,
         EqualPoints.from_number(numbers),
     )
-
-
-def find_first_rows(rows: FloatArray) -> tuple[Ints, Ints]:
-    """First place of every distinct row, ascending; and the number of each row among them."""
-    first, number = unique_rows(rows)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return first[order], rank[number]
 
 
 def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.unique_rows import unique_rows
+from service.bases.unique_rows import find_first_rows, unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
@@ -63,6 +63,41 @@ class Seams:
     def users(self) -> Ints:
         """How many sides each edge has, shape (E,)."""
         return self.connectivity.users
+
+    def renumbered(self) -> "Seams":
+        """The seams, edges and corners in the order and the direction of their first sides."""
+        connectivity = self.connectivity
+        _, side = np.unique(connectivity.edge, return_index=True)
+        against = connectivity.backward.ravel()[side]
+        curves, first = [], 0
+        rank = np.empty(len(side), np.intp)
+        for group in self.curves:
+            order = np.argsort(side[group.ids])
+            old, new = group.ids[order], np.arange(first, first + len(order))
+            rank[old] = new
+            points, turned = group.points[order], against[old]
+            points[turned] = points[turned, ::-1]
+            weights = None if group.weights is None else group.weights[order]
+            if weights is not None:
+                weights[turned] = weights[turned, ::-1]
+            curves.append(EdgeCurves(new, points, weights))
+            first += len(order)
+        stand_in, number = find_first_rows(connectivity.corner.reshape(-1, 1).astype(np.float64))
+        renumbered = Connectivity(
+            counts=connectivity.counts,
+            triangular=connectivity.triangular,
+            edge=rank[connectivity.edge],
+            backward=connectivity.backward ^ against[connectivity.edge],
+            collapsed=connectivity.collapsed,
+            corner=number.reshape(-1, 4),
+            users=np.bincount(rank[connectivity.edge].ravel()),
+            corners=connectivity.corners,
+        )
+        return Seams(
+            renumbered,
+            self.corner_points[connectivity.corner.ravel()[stand_in]],
+            tuple(curves),
+        )
 
 
 def find_seams(batches: Sequence[Patches]) -> Seams:
