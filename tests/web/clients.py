@@ -19,7 +19,7 @@ from playwright.sync_api import Browser
 
 from tests.live import serve
 from tests.programs import node_package
-from tests.web.browser import FOLDER, WITHOUT_PIXELS, QuietHandler, Stage, open_page
+from tests.web.browser import FOLDER, SLOW_FRAMES, WITHOUT_PIXELS, QuietHandler, Stage, open_page
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
@@ -93,11 +93,14 @@ def site(pages: Mapping[str, str]) -> Iterator[str]:
         yield origin
 
 
-def open_client(browser: Browser, url: str, pixels: bool = False) -> Stage:
+def open_client(
+    browser: Browser, url: str, pixels: bool = False, width: int = 240, height: int = 160
+) -> Stage:
     """A new page at `url`, opened; `held` can be asked about it, and about its picture `pixels`."""
     stage = open_page(browser)
-    stage.page.set_viewport_size({"width": 480, "height": 320})
+    stage.page.set_viewport_size({"width": width, "height": height})
     stage.page.add_init_script(path=HELD)
+    stage.page.add_init_script(SLOW_FRAMES)
     if not pixels:
         stage.page.add_init_script(WITHOUT_PIXELS)
     stage.page.goto(url)

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 
 import httpx
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from tests.live import running_service
-from tests.web.browser import Stage
-from tests.web.clients import client, held, open_client, site
+from tests.web.clients import site
 
 SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
@@ -54,45 +53,58 @@ def links(watched: Watched) -> dict[str, str]:
     return {suffix: watched.url + link for suffix, link in answer.json()["links"]["mesh"].items()}
 
 
-@pytest.fixture(scope="module", params=["three", "babylon"])
-def stage(
-    request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], browser: Browser
-) -> Iterator[Stage]:
-    """A page of another origin that has loaded the mesh once, in a fresh profile.
+EMPTY = "<!doctype html><title>A page</title><link rel=icon href='data:,'>"
+LOADS = {
+    "fetch": "url => fetch(url).then((a) => a.arrayBuffer()).then((b) => b.byteLength)",
+    "XMLHttpRequest": """url => new Promise((resolve) => {
+        const asked = new XMLHttpRequest();
+        asked.open('GET', url);
+        asked.responseType = 'arraybuffer';
+        asked.onload = () => resolve(asked.response.byteLength);
+        asked.send();
+    })""",
+}
+"""The bytes of a file: as three.js and model-viewer ask for it, and as Babylon.js does."""
 
-    The one fetches, the other makes an XMLHttpRequest; model-viewer loads as three.js does.
-    """
-    with site({"/": client(request.param, links["glb"])}) as origin:
+
+@pytest.fixture(scope="module", params=LOADS)
+def loaded(
+    request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], browser: Browser
+) -> Iterator[tuple[Page, str]]:
+    """A page of another origin that has loaded the mesh once, in a fresh profile; and how."""
+    load = LOADS[request.param]
+    with site({"/": EMPTY}) as origin:
+        page = browser.new_page()
+        page.goto(f"{origin}/")
         watched.seen.clear()
-        stage = open_client(browser, f"{origin}/")
-        held(stage)
+        page.evaluate(load, links["glb"])
         assert watched.seen == [(False, 200)]
-        yield stage
-        stage.page.close()
+        yield page, load
+        page.close()
 
 
 def test_a_second_load_sends_no_request(
-    watched: Watched, links: dict[str, str], stage: Stage
+    watched: Watched, links: dict[str, str], loaded: tuple[Page, str]
 ) -> None:
+    page, load = loaded
+    page.goto(page.url)
+    content = httpx.get(links["glb"]).content
     watched.seen.clear()
-    stage.page.goto(stage.page.url)
-    (mesh,) = held(stage)
-    assert len(mesh["positions"]) == 17 * 17
+    assert page.evaluate(load, links["glb"]) == len(content)
     assert watched.seen == []
-    sizes = stage.page.evaluate(
+    sizes = page.evaluate(
         "url => performance.getEntriesByName(url).map((e) => [e.transferSize, e.decodedBodySize])",
         links["glb"],
     )
-    content = httpx.get(links["glb"]).content
     assert sizes == [[0, len(content)]]
 
 
 def test_a_load_past_the_cache_gets_304(
-    watched: Watched, links: dict[str, str], stage: Stage
+    watched: Watched, links: dict[str, str], loaded: tuple[Page, str]
 ) -> None:
     """The browser itself adds the condition, and hands its own copy to the page."""
     watched.seen.clear()
-    status, size = stage.page.evaluate(
+    status, size = loaded[0].evaluate(
         """async (url) => {
             const answer = await fetch(url, { cache: 'no-cache' });
             return [answer.status, (await answer.arrayBuffer()).byteLength];
@@ -118,7 +130,7 @@ def test_what_was_visited_can_be_fetched_by_a_page_of_another_origin(
     watched: Watched, links: dict[str, str], browser: Browser
 ) -> None:
     """A script may read a file that a visit has cached: its headers allow it."""
-    with site({"/": "<title>A page</title><link rel=icon href='data:,'>"}) as origin:
+    with site({"/": EMPTY}) as origin:
         page = browser.new_page()
         watched.seen.clear()
         page.goto(links["json"])

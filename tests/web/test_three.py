@@ -83,7 +83,7 @@ def test_a_mirrored_copy_is_lit_from_the_same_side(stage: Stage) -> None:
 
 def test_the_teapot_as_a_wireframe(server: str, stage: Stage) -> None:
     """One request: tubes where the curves run, and nothing else."""
-    query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&resolution=8"
+    query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&wire_sides=5&resolution=4"
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
     (mesh,) = stage.meshes()
     assert mesh["name"] == "isocurves"
