@@ -17,7 +17,7 @@ os.environ["SSL_CERT_DIR"] = os.path.dirname(__file__)
 
 # The same few examples on every run and every machine; how long one takes is no property of it.
 # `make test-properties` takes others, and many more.
-hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=10)
+hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=6)
 hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)
 hypothesis.settings.load_profile("surface")
 

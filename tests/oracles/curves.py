@@ -70,23 +70,17 @@ def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> fl
     with mpmath.workdps(20):
         w = [mpmath.mpf(1)] * count if weights is None else [mpmath.mpf(float(x)) for x in weights]
         p = [[mpmath.mpf(float(x)) for x in point] for point in points]
+        columns = [w, *([w[i] * p[i][axis] for i in range(count)] for axis in range(dimension))]
+        steps = [[(count - 1) * (b - a) for a, b in pairwise(column)] for column in columns]
 
-        def value(coefficients: list[Any], t: Any) -> Any:
-            n = len(coefficients) - 1
-            terms = (
-                math.comb(n, i) * t**i * (1 - t) ** (n - i) * c for i, c in enumerate(coefficients)
-            )
-            return mpmath.fsum(terms)
+        def bernstein(n: int, t: Any) -> list[Any]:
+            return [math.comb(n, i) * t**i * (1 - t) ** (n - i) for i in range(n + 1)]
 
         def speed(t: Any) -> Any:
-            weight = value(w, t)
-            slope = (count - 1) * value([b - a for a, b in pairwise(w)], t)
-            total = mpmath.mpf(0)
-            for axis in range(dimension):
-                x = [w[i] * p[i][axis] for i in range(count)]
-                steps = [b - a for a, b in pairwise(x)]
-                first = (count - 1) * value(steps, t)
-                total += ((first - value(x, t) / weight * slope) / weight) ** 2
-            return mpmath.sqrt(total)
+            all_, fewer = bernstein(count - 1, t), bernstein(count - 2, t)
+            weight, *values = (mpmath.fdot(all_, column) for column in columns)
+            slope, *firsts = (mpmath.fdot(fewer, step) for step in steps)
+            found = ((d - x / weight * slope) / weight for x, d in zip(values, firsts, strict=True))
+            return mpmath.sqrt(mpmath.fsum(found, squared=True))
 
         return float(mpmath.quad(speed, [0, *breaks, 1]))

@@ -11,6 +11,7 @@ Farin, Curves and Surfaces for CAGD, 5th ed., chapters 4 (de Casteljau), 13 (rat
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
@@ -34,13 +35,26 @@ class Jet(NamedTuple):
 
 def exact_net(points: Any, weights: Any = None) -> Net:
     """The net as fractions; homogeneous, (wx, wy, wz, w), where there are weights."""
-    net = [[tuple(Fraction(float(x)) for x in point) for point in row] for row in points]
+    net = _in_fractions(*_key(points))
     if weights is None:
-        return net
+        return [[*row] for row in net]
+    loads = _in_fractions(*_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis]))
     return [
-        [_homogeneous(point, Fraction(float(w))) for point, w in zip(row, ws, strict=True)]
-        for row, ws in zip(net, weights, strict=True)
+        [_homogeneous(point, w) for point, (w,) in zip(row, ws, strict=True)]
+        for row, ws in zip(net, loads, strict=True)
     ]
+
+
+def _key(values: Any) -> tuple[bytes, tuple[int, ...]]:
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    return array.tobytes(), array.shape
+
+
+@lru_cache(maxsize=256)
+def _in_fractions(content: bytes, shape: tuple[int, ...]) -> Net:
+    """A net is asked for at many parameters, one after the other."""
+    rows = np.frombuffer(content).reshape(shape).tolist()
+    return [[tuple(map(Fraction, point)) for point in row] for row in rows]
 
 
 def _homogeneous(point: Vector, weight: Fraction) -> Vector:

@@ -10,6 +10,7 @@ the polynomials of the last span are continued.
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 from tests.oracles.exact import Vector
 
@@ -23,30 +24,33 @@ def span_of(knots: Sequence[Fraction], degree: int, t: Fraction) -> int:
 
 def basis_values(knots: Sequence[Fraction], degree: int, t: Fraction) -> list[Fraction]:
     """All B-splines of the knot vector at t."""
+    return _basis_values(tuple(knots), degree, t)
+
+
+@lru_cache(maxsize=256)
+def _basis_values(knots: tuple[Fraction, ...], degree: int, t: Fraction) -> list[Fraction]:
     span = span_of(knots, degree, t)
     values = [Fraction(int(i == span)) for i in range(len(knots) - 1)]
     for p in range(1, degree + 1):
         values = [
-            _ratio(t - knots[i], knots[i + p] - knots[i]) * values[i]
-            + _ratio(knots[i + p + 1] - t, knots[i + p + 1] - knots[i + 1]) * values[i + 1]
+            _part(t - knots[i], knots[i + p] - knots[i], values[i])
+            + _part(knots[i + p + 1] - t, knots[i + p + 1] - knots[i + 1], values[i + 1])
             for i in range(len(values) - 1)
         ]
     return values
 
 
-def _ratio(a: Fraction, b: Fraction) -> Fraction:
-    return a / b if b else Fraction(0)
+def _part(a: Fraction, b: Fraction, value: Fraction) -> Fraction:
+    return a / b * value if b and value else Fraction(0)
 
 
 def spline_point(
     points: Sequence[Vector], knots: Sequence[Fraction], degree: int, t: Fraction
 ) -> Vector:
     """Σ N_i(t) P_i."""
-    values = basis_values(knots, degree, t)
-    return tuple(
-        sum((n * p[axis] for n, p in zip(values, points, strict=True)), Fraction(0))
-        for axis in range(len(points[0]))
-    )
+    pairs = zip(basis_values(knots, degree, t), points, strict=True)
+    near = [(n, p) for n, p in pairs if n]
+    return tuple(sum((n * p[axis] for n, p in near), Fraction(0)) for axis in range(len(points[0])))
 
 
 def spline_surface_point(
