@@ -46,7 +46,7 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     return context;
 };"""
 
-# Put into pages that draw without end: 20 frames a second are as many as their pictures need.
+# Put into pages that draw without end: 20 frames a second are enough for a picture.
 SLOW_FRAMES = """window.requestAnimationFrame = (draw) => (
     setTimeout(() => draw(performance.now()), 50));
 window.cancelAnimationFrame = clearTimeout;"""
