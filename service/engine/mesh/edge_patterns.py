@@ -97,7 +97,8 @@ class EdgePattern:
 def border_points(batch: Patches) -> FloatArray:
     """Control points on the borders of all patches, in one run: (P b, 3)."""
     border, _, _ = _border_rows(*_form(batch))
-    return batch.points.reshape(batch.count, -1, 3).take(border, axis=1).reshape(-1, 3)
+    points: FloatArray = batch.points.reshape(batch.count, -1, 3).take(border, axis=1)
+    return points.reshape(-1, 3)
 
 
 def border_weights(batch: Patches) -> FloatArray:
@@ -105,7 +106,8 @@ def border_weights(batch: Patches) -> FloatArray:
     border, _, _ = _border_rows(*_form(batch))
     if batch.weights is None:
         return np.ones(batch.count * len(border))
-    return batch.weights.reshape(batch.count, -1).take(border, axis=1).ravel()
+    weights: FloatArray = batch.weights.reshape(batch.count, -1).take(border, axis=1)
+    return weights.ravel()
 
 
 def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | None) -> Patches:
