@@ -46,6 +46,16 @@ class Nets:
         """Whether the nets have weights."""
         return int(self.values.shape[2]) == 4
 
+    @property
+    def piece_cost(self) -> int:
+        """Cost of certifying a piece over one of the patches, in multiplications, about.
+
+        A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
+        points of the triangle's net is compared with the triangle.
+        """
+        p, q = self.degree
+        return (p + q + 2) * (10 * (p + 1) * (q + 1) + 30 * (p + q + 1))
+
     @cached_property
     def items(self) -> FloatArray:
         """The nets one after another, shape (k, D, p+1, q+1)."""

@@ -164,9 +164,11 @@ def build_halving_tree(count: int, levels: int) -> Tree:
     """The tree of pieces that are all halved `levels` − 1 times; it has at least one level."""
     ends = [count * (2**k - 1) for k in range(max(levels, 1) + 1)]
     level = [slice(*pair) for pair in pairwise(ends)]
-    parents = [np.arange(count)]
-    parents += [np.tile(np.arange(rows.start, rows.stop), 2) for rows in level[:-1]]
-    return Tree(level, np.concatenate(parents))
+    number = np.arange(ends[-1])
+    parent = number.copy()
+    for above, rows in pairwise(level):
+        parent[rows].reshape(2, -1)[:] = number[above]
+    return Tree(level, parent)
 
 
 def halve_nets(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints, FloatArray]:

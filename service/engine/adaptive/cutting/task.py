@@ -46,22 +46,13 @@ class Task:
         return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *inner)
 
     def estimate_work(self, face: Ints, places: Ints) -> float:
-        """Cost of certifying triangles (m, 3, 2) of places of faces, in multiplications, about.
-
-        A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
-        points of the triangle's net is compared with the triangle.
-        """
-        costs = [
-            10 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
-            for p, q in (nets.degree for nets in self.patch_nets.groups)
-        ]
+        """Cost of certifying triangles (m, 3, 2) of places of faces, in multiplications, about."""
         # A triangle has a piece in half of the patches in its box, and along one of its edges.
         first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
         long, wide = np.maximum(last - first, 1).T.astype(np.float64)
-        pieces = long * wide / 2 + (long + wide) / 2
-        group = self.patch_nets.group[self.faces.first[face]]
-        counts = np.bincount(group, pieces, minlength=len(costs))
-        return float(np.dot(counts, costs))
+        pieces = (long * wide + long + wide) / 2
+        costs = np.array([nets.piece_cost for nets in self.patch_nets.groups], dtype=np.float64)
+        return float((pieces * costs[self.patch_nets.group[self.faces.first[face]]]).sum())
 
     def find_eyes(self, patch: Ints) -> Vectors | None:
         """The eye of the goal's view in the coordinates of the nets of these patches."""
