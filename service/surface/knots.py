@@ -207,7 +207,7 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
         lambda k: Issue(
             "knots_decrease",
             "Knots never decrease.",
-            got=f"{vector[k]:.6g} after {vector[k - 1]:.6g}",
+            got=f"{vector.item(k)!r} after {vector.item(k - 1)!r}",
             needed="at least the knot before",
         ),
     )

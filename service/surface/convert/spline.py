@@ -72,6 +72,8 @@ def restrict_spline(
         ends = None
         if given is not None:
             ends = snap_to_knot(surface, axis, given[0]), snap_to_knot(surface, axis, given[1])
+            least = least_span(*find_domain(surface, axis))
+            _check_length(ends[1] - ends[0], least, f"/{'uv'[axis]}")
         pieces.append(("uv"[axis], ends))
     for axis, (name, piece) in enumerate(pieces):
         if piece is not None:
@@ -210,7 +212,8 @@ def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) 
     axis, degree, piece, where = change
     knots, old = surface.knot_vectors[axis], surface.degree[axis]
     target = raise_knots(knots, old, degree, *piece)
-    _check_spans(target, degree, least_span(*find_domain(surface, axis)), where)
+    shortest = float(np.diff(knot.breaks(target, degree)).min())
+    _check_length(shortest, least_span(*find_domain(surface, axis)), where)
     count = len(target) - degree - 1
     own = surface.control_net.shape[:2]
     beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == own)
@@ -303,9 +306,8 @@ def _check_work(work: int, where: str) -> None:
         )
 
 
-def _check_spans(knots: FloatArray, degree: int, least: float, where: str) -> None:
+def _check_length(shortest: float, least: float, where: str) -> None:
     """Refuse a piece so short that rounding would make its parameters equal."""
-    shortest = float(np.diff(knot.breaks(knots, degree)).min())
     if shortest < least:
         raise InvalidRequest(
             Issue(

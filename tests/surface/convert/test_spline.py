@@ -295,6 +295,7 @@ def cubic(**more: object) -> BsplineSurface:
         (Restrict(u=(0, 3.5)), "out_of_range", "/u/1"),
         (Restrict(v=(-1, 2)), "out_of_range", "/v/0"),
         (Restrict(v=(0.5, 0.5 + 1e-15)), "knots_too_close", "/v"),
+        (Restrict(u=(1e-15, 3e-15)), "knots_too_close", "/u"),  # one knot
         (Split(u=0.0), "out_of_range", "/u"),
         (Split(u=1.0, v=3.0), "out_of_range", "/v"),
         (Split(at=(0.25, 0.25, 0.5)), "unknown_field", "/at"),
