@@ -14,10 +14,10 @@ from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_up, validate_points, validate_weights
 from service.surface.knots import (
     Knots,
+    build_knot_vector,
     check_bezier_points,
     check_degree,
     count_merged,
-    knot_vector,
     validate_knots,
 )
 from service.surface.lowered import Domain, Part, PatchModel
@@ -104,7 +104,8 @@ class BsplineSurface(SurfaceKind):
     def knot_vectors(self) -> tuple[FloatArray, FloatArray]:
         """The knots as numbers; those of a periodic direction fit the wrapped control points."""
         u, v = (
-            knot_vector(self.knots[k], self.control_net.shape[k], self.degree[k]) for k in range(2)
+            build_knot_vector(self.knots[k], self.control_net.shape[k], self.degree[k])
+            for k in range(2)
         )
         return u, v
 

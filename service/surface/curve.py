@@ -13,9 +13,9 @@ from service.surface.checks import MAX_DEGREE, Up, check_up, validate_points, va
 from service.surface.curve_pieces import CurvePieces
 from service.surface.knots import (
     Knots,
+    build_knot_vector,
     check_bezier_points,
     check_degree,
-    knot_vector,
     validate_knots,
 )
 
@@ -133,7 +133,7 @@ class BsplineCurve:
     @property
     def knot_vector(self) -> FloatArray:
         """The knots as numbers; those of a periodic curve fit the wrapped control points."""
-        return knot_vector(self.knots, len(self.control_points), self.degree)
+        return build_knot_vector(self.knots, len(self.control_points), self.degree)
 
     def lower(self) -> CurvePieces:
         """One Bézier piece for each span."""

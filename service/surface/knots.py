@@ -110,7 +110,7 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
     return vector
 
 
-def knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
+def build_knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
     """The n + p + 2 knots that a spline is computed with.
 
     Those of "periodic" fit control points after `wrap_points`. If the first and the last knot are
@@ -119,15 +119,15 @@ def knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
     """
     if not isinstance(knots, str):
         knots = _complete(knots, count + degree + 1)
-        return knot.merge_knots(knots, degree, least_span(*knot.domain(knots, degree)))
+        return knot.merge_knots(knots, degree, find_least_span(*knot.domain(knots, degree)))
     return PLANS.array(("knots", knots, count, degree), lambda: NAMED[knots](count, degree))
 
 
 def count_merged(knots: Knots, count: int, degree: int) -> int:
-    """Number of knots that `knot_vector` makes equal to others."""
+    """Number of knots that `build_knot_vector` makes equal to others."""
     if isinstance(knots, str):
         return 0
-    vector = knot_vector(knots, count, degree)
+    vector = build_knot_vector(knots, count, degree)
     given = _complete(knots, len(vector))
     return int(np.count_nonzero((np.diff(vector) == 0) & (np.diff(given) > 0)))
 
@@ -168,7 +168,7 @@ def check_bezier_points(
         )
 
 
-def least_span(low: float, high: float) -> float:
+def find_least_span(low: float, high: float) -> float:
     """Least length of a span in a knot vector from `low` to `high`."""
     return max(MIN_SPAN * (high - low), ROUNDED * max(abs(low), abs(high)), SHORTEST)
 
@@ -224,7 +224,7 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
             needed=f"at most {degree + 1} for degree {degree}",
         ),
     )
-    knots = knot.merge_knots(knots, degree, least_span(*knot.domain(knots, degree)))
+    knots = knot.merge_knots(knots, degree, find_least_span(*knot.domain(knots, degree)))
     low, high = knot.domain(knots, degree)
     if not low < high:
         raise InvalidRequest(

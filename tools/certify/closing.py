@@ -13,7 +13,7 @@ import numpy as np
 
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.mesh.connect import knots_away
+from service.engine.mesh.weld_distance import find_knot_ratio
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.multipatch import MultipatchSurface
@@ -86,7 +86,7 @@ def _judge(near: Near, case: Case, options: MeshOptions) -> None:
         near.wrong.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
     # Surfaces that are cut are snapped anew after every round of cuts.
     rounds = 4 if isinstance(case.surface, MultipatchSurface) else 1
-    reach = max(case.weld_tolerance, 2.0**-48 * knots_away(case.surface.lower()))
+    reach = max(case.weld_tolerance, 2.0**-48 * find_knot_ratio(case.surface.lower()))
     if near.moved > 2.01 * rounds * reach * near.tolerance:
         near.wrong.append(f"moved by {near.moved}")
     if near.moved > near.bound:

@@ -14,8 +14,9 @@ from service.cancellation import checkpoint
 from service.engine.joining.cutting import cut, lines_of
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
-from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut, weld_reach
+from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut
 from service.engine.mesh.seams import Seams
+from service.engine.mesh.weld_distance import find_weld_distance
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64
@@ -57,7 +58,7 @@ def join_further(
     known = model, seams
     most = GROWTH * model.patch_count + ALWAYS
     for _ in range(ROUNDS):
-        cuts = find_cuts(seams, weld_reach(model, tolerance))
+        cuts = find_cuts(seams, find_weld_distance(model, tolerance))
         if not len(cuts.at):
             break
         lines = lines_of(model, cuts)

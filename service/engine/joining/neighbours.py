@@ -10,8 +10,8 @@ import numpy as np
 
 from service.engine.joining.near_points import near_groups
 from service.engine.joining.open_edges import OpenBorder, corners_on_edges, open_border
-from service.engine.mesh.connect import knots_away, reach_within
 from service.engine.mesh.seams import Seams
+from service.engine.mesh.weld_distance import find_knot_ratio, weld_distance
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
 from service.surface.lowered import GroupModel, PatchModel
@@ -42,14 +42,14 @@ def find_neighbours(
     if len(placed) < 2:
         return []
     places = np.concatenate([border.corners for border in placed])
-    diagonal, furthest = np.linalg.norm(np.ptp(places, axis=0)), np.abs(places).max()
+    diagonal, largest = np.linalg.norm(np.ptp(places, axis=0)), np.abs(places).max()
     models = (group.models[number] for number in {group.members[k].model for k in owner})
-    away = max(knots_away(model) for model in models if isinstance(model, PatchModel))
-    reach = reach_within(float(diagonal), float(furthest), away, tolerance)
+    ratio = max(find_knot_ratio(model) for model in models if isinstance(model, PatchModel))
+    distance = weld_distance(float(diagonal), float(largest), ratio, tolerance)
     owners = np.repeat(owner, [len(border.corners) for border in placed])
-    together = near_groups(places, reach)
+    together = near_groups(places, distance)
     pairs = np.stack([owners[together], owners], axis=1)
-    on = np.array(owner)[corners_on_edges(placed, reach)]
+    on = np.array(owner)[corners_on_edges(placed, distance)]
     pairs = np.unique(np.concatenate([pairs, on]), axis=0)
     leader = list(range(len(group.members)))
 

@@ -34,7 +34,6 @@ from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import BorderWeights, raise_equal
 from service.engine.joining.thin_patches import flatten
-from service.engine.mesh.connect import weight_reach, weld_reach
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -44,6 +43,7 @@ from service.engine.mesh.edge_patterns import (
     replace_border,
 )
 from service.engine.mesh.edges import direct_edges
+from service.engine.mesh.weld_distance import find_weight_tolerance, find_weld_distance
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED = 2.0**-47
@@ -59,24 +59,24 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        As of `service.engine.mesh.connect.weld_reach`.
+        As of `service.engine.mesh.weld_distance.find_weld_distance`.
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]
     border = np.concatenate(runs)
-    reach = weld_reach(model, tolerance)
-    group = near_groups(border, reach)
+    distance = find_weld_distance(model, tolerance)
+    group = near_groups(border, distance)
     checkpoint()
     pattern = find_pattern(model.batches, group)
     points = _equal_nets(pattern, border, group)
     weights, changed = None, 0.0
     if any(batch.weights is not None for batch in model.batches):
         given = np.concatenate([border_weights(batch) for batch in model.batches])
-        near, logs = weight_reach(model, tolerance), np.log(given)
+        near, logs = find_weight_tolerance(model, tolerance), np.log(given)
         scale = find_scales(pattern, points, logs, _owners(model, runs), near)
         weights = BorderWeights(_equal_weights(given, logs, scale, group, near), scale, near)
     if not pattern.is_certain:
-        raise_equal(pattern, points, weights, reach)
+        raise_equal(pattern, points, weights, distance)
     if weights is not None:
         change = np.log(weights.values / given)
         changed = float(change.max(initial=0.0) - change.min(initial=0.0))
@@ -91,7 +91,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
         first += len(run)
     if pattern.connectivity.has_thin:
         near = 0.0 if weights is None else weights.near
-        batches, flattened = flatten(batches, pattern.connectivity, reach, near)
+        batches, flattened = flatten(batches, pattern.connectivity, distance, near)
         moved += flattened
     if not moved:
         return model

@@ -22,13 +22,13 @@ from service.engine.mesh.curve_patches import find_thin, flat_nets
 from service.surface.batches import Patches
 
 WIDTH = 2.0
-"""Largest distance of control points from the side, in units of the reach, and of logarithms of
-weights, in units of theirs. Points of one edge are at most one reach apart; those between two sides
-of a knot span are between the sides, up to rounding."""
+"""Largest distance of control points from the side, in units of `distance`, and of logarithms of
+weights, in units of `weight_tolerance`. Points of one edge are at most 1 apart; those between two
+sides of a knot span are between the sides, up to rounding."""
 
 
 def flatten(
-    batches: Sequence[Patches], connectivity: Connectivity, reach: float, weight_reach: float
+    batches: Sequence[Patches], connectivity: Connectivity, distance: float, weight_tolerance: float
 ) -> tuple[list[Patches], float]:
     """The batches with thin patches as curves, and a bound of how far any point moved.
 
@@ -36,7 +36,7 @@ def flatten(
     ----------
     connectivity : Connectivity
         Its sides that are one edge have equal control points, bit for bit.
-    reach, weight_reach : float
+    distance, weight_tolerance : float
         Points, and logarithms of weights, at most this far apart are one.
     """
     flat, furthest = list(batches), 0.0
@@ -45,10 +45,10 @@ def flatten(
         nets, own = flat_nets(batch, rows)
         points, weights = batch.points.copy(), batch.weights
         bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
-        is_thin = bound <= WIDTH * reach
+        is_thin = bound <= WIDTH * distance
         if own is not None and weights is not None:
             change = np.ptp(np.log(own / own[:, line]), axis=1)
-            is_thin &= change <= WIDTH * weight_reach
+            is_thin &= change <= WIDTH * weight_tolerance
             bound += np.expm1(change) * np.linalg.norm(np.ptp(nets, axis=1), axis=1) / 2
             weights = weights.copy()
             weights.reshape(batch.count, -1)[rows[is_thin]] = own[is_thin][:, line]

@@ -28,20 +28,10 @@ from service.engine.mesh.edge_patterns import (
     find_pattern,
 )
 from service.engine.mesh.seams import Seams, find_seams
+from service.engine.mesh.weld_distance import find_projected_distance, find_weight_tolerance
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, PatchModel
-
-ROUNDINGS = 2.0**-50
-"""Eight roundings of a coordinate at most: what turning and moving it in float64 costs."""
-
-KNOT_ROUNDINGS = 2.0**-48
-"""The cost of a few roundings of a knot, in units of the diagonal, if the knot is as large as the
-range of the knots: along that range a point moves some diagonals."""
-
-WEIGHTS = 4.0
-"""How much coarser weights are compared than points: both change across a narrow patch, the weights
-in places faster, and its sides are one edge only if they are one as the points are."""
 
 
 def connect(model: PatchModel) -> Seams:
@@ -67,9 +57,9 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
     points = [border_points(batch) for batch in batches]
     border = points[0] if len(points) == 1 else np.concatenate(points)
     forms = tuple((isinstance(b, TrianglePatches), b.degree, b.count) for b in batches)
-    reach = _reach(model, tolerance) if tolerance else 0.0
-    pattern, is_apart = _find_pattern(model, border, forms, reach)
-    if reach and not is_apart and _may_be_near(model, border, reach):
+    distance = find_projected_distance(model, tolerance)
+    pattern, is_apart = _find_pattern(model, border, forms, distance)
+    if distance and not is_apart and _may_be_near(model, border, distance):
         return None
     seams = None
     if pattern.is_certain:
@@ -78,8 +68,8 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
             weights = np.concatenate([border_weights(batch) for batch in batches])
         seams = pattern.seams(border, weights)
         if tolerance and seams is None and weights is not None:
-            near = weight_reach(model, tolerance)
-            if _are_near(weights, near) or pattern.has_near_weights(weights, near):
+            apart = find_weight_tolerance(model, tolerance)
+            if _are_near(weights, apart) or pattern.has_near_weights(weights, apart):
                 return None
     return seams or find_seams(batches).renumbered()
 
@@ -115,63 +105,7 @@ def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool
     return False
 
 
-def weld_reach(model: PatchModel, tolerance: float) -> float:
-    """The largest distance of points that are treated as one, in model units.
-
-    A part of the diagonal; far from zero, where coordinates or knots are less precise, the size of
-    the rounding errors of a computation. 0 if the tolerance is 0.
-    """
-    return reach_within(model.diagonal, _furthest(model), knots_away(model), tolerance)
-
-
-def reach_within(diagonal: float, furthest: float, away: float, tolerance: float) -> float:
-    """The value of `weld_reach` for points with this diagonal and this largest coordinate.
-
-    `away` as of `knots_away`.
-    """
-    if not tolerance:
-        return 0.0
-    rounding = max(ROUNDINGS * furthest, KNOT_ROUNDINGS * away * diagonal)
-    return max(tolerance * diagonal, min(rounding, MAX_WELD_TOLERANCE * diagonal))
-
-
-def weight_reach(model: PatchModel, tolerance: float) -> float:
-    """How far apart the logarithms of weights may be that are one; 0 if the tolerance is 0.
-
-    A change by h moves no point of a patch further than h / 2 times the diagonal of its box: by
-    `WEIGHTS` / 2 times the reach of points in the largest patch.
-    """
-    if not tolerance:
-        return 0.0
-    share = max(tolerance, min(KNOT_ROUNDINGS * knots_away(model), MAX_WELD_TOLERANCE))
-    extent = model.largest_patch
-    return WEIGHTS * share * model.diagonal / extent if extent else share
-
-
-def knots_away(model: PatchModel) -> float:
-    """The largest knot in units of the range of its knot vector, of all surfaces; at least 1."""
-    away = 1.0
-    for domain in model.domains:
-        for knots in (domain.u, domain.v):
-            low, high = knots.item(0), knots.item(-1)
-            if max(-low, high) > away * (high - low):
-                away = max(-low, high) / (high - low)
-    return away
-
-
-def _furthest(model: PatchModel) -> float:
-    """The largest coordinate of all control points."""
-    return max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])
-
-
-def _reach(model: PatchModel, tolerance: float) -> float:
-    """How far apart projections of near points may be: as far as these, and their rounding."""
-    furthest = _furthest(model)
-    reach = reach_within(model.diagonal, furthest, knots_away(model), tolerance)
-    return reach + 2.0**-49 * furthest
-
-
-def _may_be_near(model: PatchModel, border: FloatArray, reach: float) -> bool:
+def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool:
     """Whether any two points may be near and not equal, `border` being those on all borders.
 
     A patch that is alone has no two sides, and no side that is a point, unless two corners are
@@ -182,13 +116,13 @@ def _may_be_near(model: PatchModel, border: FloatArray, reach: float) -> bool:
     if isinstance(batch, TensorPatches) and model.patch_count == 1:
         p, q = batch.degree
         (a, b), (c, d) = batch.points[0, ::p, ::q].tolist()
-        if min(map(dist, (a, a, a, b, b, c), (b, c, d, c, d, d))) > reach:
+        if min(map(dist, (a, a, a, b, b, c), (b, c, d, c, d, d))) > distance:
             return False
     elif isinstance(batch, TensorPatches) and domain is not None:
         grid = batch.points.reshape(len(domain.u) - 1, len(domain.v) - 1, *batch.points.shape[1:])
         lines = grid[0, :, 0], grid[-1, :, -1], grid[:, 0, :, 0], grid[:, -1, :, -1], batch.corners
         border = np.concatenate([line.reshape(-1, 3) for line in lines])
-    return has_near_points(border, reach)
+    return has_near_points(border, distance)
 
 
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
@@ -199,11 +133,11 @@ def _are_near(weights: FloatArray, tolerance: float) -> bool:
 
 
 def _find_pattern(
-    model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...], reach: float
+    model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...], distance: float
 ) -> tuple[EdgePattern, bool]:
     """The pattern of the border points of a model: mostly that of the last model of its form.
 
-    The second result is true if unequal points are known to be further apart than `reach`.
+    The second result is true if unequal points are known to be further apart than `distance`.
     """
     found: object
     if len(border) <= FEW_POINTS:
@@ -215,7 +149,7 @@ def _find_pattern(
         return found, False
     last = ("last edges", forms)
     found = MESH_PLANS.find(last)
-    if isinstance(found, EdgePattern) and found.equal.is_right_for(border, reach):
+    if isinstance(found, EdgePattern) and found.equal.is_right_for(border, distance):
         return found, True
     columns = 0 if model.domain is None else _plain_columns(model.batches[0], model.domain)
     numbers = None if columns else find_equal_points(border)

@@ -39,7 +39,7 @@ from service.surface.convert.operations import (
 )
 from service.surface.convert.sharing import Batch, share_vertices
 from service.surface.group import GroupSurface, Member
-from service.surface.knots import Knots, check_bezier_points, least_span
+from service.surface.knots import Knots, check_bezier_points, find_least_span
 from service.surface.patches import PatchSurface
 
 MAX_WORK = 1 << 26
@@ -72,7 +72,7 @@ def restrict_spline(
         ends = None
         if given is not None:
             ends = snap_to_knot(surface, axis, given[0]), snap_to_knot(surface, axis, given[1])
-            least = least_span(*find_domain(surface, axis))
+            least = find_least_span(*find_domain(surface, axis))
             _check_length(ends[1] - ends[0], least, f"/{'uv'[axis]}")
         pieces.append(("uv"[axis], ends))
     for axis, (name, piece) in enumerate(pieces):
@@ -189,7 +189,7 @@ def snap_to_knot(surface: BsplineSurface, axis: int, parameter: float) -> float:
     """The knot nearest to a parameter if they differ by rounding alone, else the parameter."""
     breaks = knot.breaks(surface.knot_vectors[axis], surface.degree[axis])
     nearest = float(breaks[np.abs(breaks - parameter).argmin()])
-    is_knot = abs(parameter - nearest) < least_span(*find_domain(surface, axis))
+    is_knot = abs(parameter - nearest) < find_least_span(*find_domain(surface, axis))
     return nearest if is_knot else parameter
 
 
@@ -213,7 +213,7 @@ def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) 
     knots, old = surface.knot_vectors[axis], surface.degree[axis]
     target = raise_knots(knots, old, degree, *piece)
     shortest = float(np.diff(knot.breaks(target, degree)).min())
-    _check_length(shortest, least_span(*find_domain(surface, axis)), where)
+    _check_length(shortest, find_least_span(*find_domain(surface, axis)), where)
     count = len(target) - degree - 1
     own = surface.control_net.shape[:2]
     beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == own)
