@@ -601,7 +601,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -1029,7 +1029,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -1372,7 +1372,7 @@ export interface components {
             closed: boolean;
             /**
              * Deviation Bound
-             * @description Bound, in the unit of the curve: no point of it is further from the written lines.
+             * @description In model units, proved: no point of the curve is further than this from the written lines.
              */
             deviation_bound: number;
             bounds: components["schemas"]["CurveBounds"];
@@ -1497,15 +1497,15 @@ export interface components {
             quads: number;
             /**
              * Exact
-             * @description Whether these three are those of the report. Else they are upper bounds: for a tolerance
-             *     (usually 10 times the result) or a budget, for tubes and ribbons, for wires with faces, and for
-             *     a mesh with too many vertices.
+             * @description Whether these three numbers will be exactly those of the report. If not, they are upper
+             *     bounds: for a tolerance (usually 10 times the result) or a budget, for tubes and ribbons, for
+             *     wires with faces, and for a mesh with too many vertices.
              */
             exact: boolean;
             /**
              * Bytes
-             * @description Bytes of the response in every format that has a place for the mesh: upper bounds, but for
-             *     `exact_bytes`. Numbers written as text count as long as they can be.
+             * @description Bytes of the response in every format that can store the mesh: upper bounds, except for
+             *     `exact_bytes`. Numbers in text count with their largest length.
              */
             bytes: {
                 /** @description Bytes as glb. */
@@ -1560,14 +1560,14 @@ export interface components {
             accepted: boolean;
             /**
              * Certain
-             * @description Whether nothing else can be refused. Under a tolerance it is so if the bounds above are
-             *     within all limits; else, and under a budget, a mesh may turn out to be too large, or the
+             * @description Whether an accepted mesh cannot be refused later. With a tolerance this is true if the bounds
+             *     above are within all limits. Otherwise, and with a budget, the mesh may prove too large, or the
              *     tolerance too small, when it is made.
              */
             certain: boolean;
             /**
              * Refused
-             * @description Why it would not, in the formats in which it would not.
+             * @description The reasons for refusals, by format.
              */
             refused: components["schemas"]["Refusal"][];
         };
@@ -1636,27 +1636,27 @@ export interface components {
             suffix: string;
             /**
              * Quads
-             * @description Whether it can hold quads.
+             * @description Whether it can store quads.
              */
             quads: boolean;
             /**
              * Overlays
-             * @description Whether it can hold lines.
+             * @description Whether it can store lines.
              */
             overlays: boolean;
             /**
              * Uvs
-             * @description Whether it can hold texture coordinates.
+             * @description Whether it can store texture coordinates.
              */
             uvs: boolean;
             /**
              * Colors
-             * @description Whether it can hold colours of vertices.
+             * @description Whether it can store colours of vertices.
              */
             colors: boolean;
             /**
              * Attributes
-             * @description Whether it can hold attributes.
+             * @description Whether it can store attributes.
              */
             attributes: boolean;
             /**
@@ -1755,7 +1755,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the whole: of the root node of a glTF file.
+             * @description Name of the group, and of the root node of a glTF file.
              * @default group
              * @example tea service
              */
@@ -1763,7 +1763,7 @@ export interface components {
         };
         /**
          * Health
-         * @description How the service is.
+         * @description The health of the service.
          */
         Health: {
             /**
@@ -1774,13 +1774,13 @@ export interface components {
             status: "live" | "ready" | "unready" | "draining";
             /**
              * Computing
-             * @description Whether meshes come out right.
+             * @description Whether the self-test computes the right mesh.
              * @enum {string}
              */
             computing?: "ready" | "unavailable";
             /**
              * Store
-             * @description Whether surfaces can be kept.
+             * @description Whether the store works.
              * @enum {string}
              */
             store?: "ready" | "unavailable";
@@ -2048,8 +2048,8 @@ export interface components {
             };
             /**
              * Attribute Faces
-             * @description There if a position has several normals, colours or the like, as at a crease: in the shape
-             *     of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
+             * @description If a position has several normals, colours or other values, as at a crease: in the shape of
+             *     `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
              *     face.
              */
             attribute_faces?: number[][];
@@ -2060,7 +2060,7 @@ export interface components {
             parts: components["schemas"]["MeshPart"][];
             /**
              * Lines
-             * @description Overlays, if any were asked for.
+             * @description The overlays of the request, if any.
              */
             lines?: components["schemas"]["MeshLines"][];
             report: components["schemas"]["MeshReport"];
@@ -2165,8 +2165,8 @@ export interface components {
             poles_repaired: number;
             /**
              * Closed U
-             * @description Whether the surface closes along u: its last line is its first one. Left out, as the next
-             *     three, for several patches that are not one surface.
+             * @description Whether the surface closes along u: its last line is its first one. This and the next three
+             *     fields are left out for several patches without a common domain.
              */
             closed_u?: boolean;
             /**
@@ -2176,52 +2176,50 @@ export interface components {
             closed_v?: boolean;
             /**
              * Continuity U
-             * @description There if it closes along u: whether it does so with one partial du (C1), with one tangent
-             *     plane (G1), or with neither (C0).
+             * @description If the surface closes along u: with equal partials du (C1), with equal tangent planes (G1),
+             *     or neither (C0).
              * @enum {string}
              */
             continuity_u?: "C0" | "G1" | "C1";
             /**
              * Continuity V
-             * @description There if it closes along v: whether with one partial dv, as above.
+             * @description If the surface closes along v: as `continuity_u`, with dv.
              * @enum {string}
              */
             continuity_v?: "C0" | "G1" | "C1";
             /**
              * Deviation Bound
              * @description Proved, in model units: no point of the surface is further than this from the faces as they
-             *     are written, their rounding included. Never above a tolerance that was asked for; left out where
+             *     are written, their rounding included. Never above the tolerance of the request; left out if
              *     there are no faces of a parametric surface.
              */
             deviation_bound?: number;
             /**
              * Mesh Deviation Bound
-             * @description There if it was asked for (`two_sided`), and proved as well: no point of the faces is further
-             *     than this from the surface.
+             * @description With `two_sided`; proved: no point of the faces is further than this from the surface.
              */
             mesh_deviation_bound?: number;
             /**
              * Normal Angle
-             * @description There if it was asked for (`angle_tolerance`): radians, the largest measured between the
-             *     normals at two vertices that an edge joins.
+             * @description With `angle_tolerance`: the largest measured angle, in radians, between the normals at the
+             *     two ends of an edge.
              */
             normal_angle?: number;
             /**
              * Curvature
-             * @description There if it was asked for (`curvatures`): least and greatest curvature of the vertices.
+             * @description With `curvatures`: the least and greatest curvatures at the vertices.
              */
             curvature?: components["schemas"]["CurvatureRange"];
             /**
              * Merged Knots
-             * @description Number of knots that were taken for equal to the knot before, from which they differ by
-             *     rounding alone; left out if there are none.
+             * @description Number of knots that differed from the knot before by rounding alone and were made equal to
+             *     it; left out if there are none.
              */
             merged_knots?: number;
             /**
              * Moved
-             * @description Model units: control points that were equal up to rounding (`weld_tolerance`) were made
-             *     equal, and no point of the surface moved further than this, which is part of the bounds; left
-             *     out if none moved.
+             * @description The largest distance, in model units, by which a point of the surface was moved to join
+             *     control points (`weld_tolerance`). All bounds include it; left out if nothing moved.
              */
             moved?: number;
             /**
@@ -2242,7 +2240,7 @@ export interface components {
         MeshRequest: {
             /**
              * Resolution
-             * @description Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget.
+             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget.
              * @example 16
              * @example [
              *       16,
@@ -2255,44 +2253,44 @@ export interface components {
             ];
             /**
              * Tolerance
-             * @description How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
+             * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
              * @example 0.001
              */
             tolerance?: number;
             /**
              * Relative Tolerance
-             * @description The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
+             * @description The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`.
              * @example 0.001
              */
             relative_tolerance?: number;
             /**
              * Angle Tolerance
-             * @description How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
+             * @description The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance.
              * @example 0.2
              */
             angle_tolerance?: number;
             /**
              * Max Triangles
-             * @description The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+             * @description The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
              * @example 2000
              */
             max_triangles?: number;
             /**
              * Max Bytes
-             * @description The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles.
+             * @description The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles.
              * @example 100000
              */
             max_bytes?: number;
             /**
              * Two Sided
-             * @description Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+             * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
              * @default false
              * @example true
              */
             two_sided?: boolean;
             /**
              * Faces
-             * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
+             * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays.
              * @default triangles
              * @example quads
              * @enum {string}
@@ -2306,20 +2304,20 @@ export interface components {
             normals?: boolean;
             /**
              * Uvs
-             * @description Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here.
+             * @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead.
              * @default false
              */
             uvs?: boolean;
             /**
              * Curvatures
-             * @description Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
+             * @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons.
              * @default false
              * @example true
              */
             curvatures?: boolean;
             /**
              * Weld
-             * @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses.
+             * @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v.
              * @default true
              */
             weld?: boolean;
@@ -2332,14 +2330,14 @@ export interface components {
             crease_angle?: number;
             /**
              * Weld Tolerance
-             * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit.
+             * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; a group wider than the tolerance stays as it is. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined.
              * @default 1e-12
              * @example 1e-9
              */
             weld_tolerance?: number;
             /**
              * Overlays
-             * @description Lines to draw beside the faces, where the format has lines.
+             * @description Lines to draw in addition to the faces, if the format has lines.
              * @default []
              * @example [
              *       "control_net",
@@ -2349,7 +2347,7 @@ export interface components {
             overlays?: ("control_net" | "boundary")[];
             /**
              * Isocurves
-             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction.
+             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction.
              * @default [
              *       0,
              *       0
@@ -2366,7 +2364,7 @@ export interface components {
             ];
             /**
              * Wires
-             * @description What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces.
+             * @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces.
              * @default lines
              * @example tubes
              * @enum {string}
@@ -2374,7 +2372,7 @@ export interface components {
             wires?: "lines" | "tubes" | "ribbons";
             /**
              * Wire Width
-             * @description Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out.
+             * @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points.
              * @example 0.02
              */
             wire_width?: number;
@@ -2387,7 +2385,7 @@ export interface components {
             wire_sides?: number;
             /**
              * Method
-             * @description How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
+             * @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures.
              * @default matrix
              * @example de_casteljau
              * @enum {string}
@@ -2395,21 +2393,21 @@ export interface components {
             method?: "matrix" | "de_casteljau" | "forward_difference";
             /**
              * Oogl
-             * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
+             * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it.
              * @example bez
              * @enum {string}
              */
             oogl?: "cquad" | "mesh" | "off" | "bez";
             /**
              * Quantize
-             * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+             * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`).
              * @default false
              * @example true
              */
             quantize?: boolean;
             /**
              * Compression
-             * @description How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
+             * @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions.
              * @default none
              * @example meshopt
              * @enum {string}
@@ -2442,7 +2440,7 @@ export interface components {
          * @description Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
          *
          *     Each is a part, with its own degrees, knots and parameters, and its `name` is that of the part.
-         *     Where the borders of two are equal they share the vertices; nothing else says what meets.
+         *     Two of them share the vertices of their border where their borders are equal.
          */
         MultipatchDefinition: {
             /**
@@ -2453,7 +2451,7 @@ export interface components {
             type: "multipatch";
             /**
              * Surfaces
-             * @description The patches and splines. All carry the same `colors`, `uvs` and `attributes`, if any; the `up` of the whole counts. Their control points count together.
+             * @description The patches and splines. All carry the same `colors`, `uvs` and `attributes`, if any; the `up` of the multipatch counts. Their control points count together.
              * @example [
              *       {
              *         "control_net": [
@@ -2571,13 +2569,13 @@ export interface components {
             name: string;
             /**
              * Deviation Bound
-             * @description As in the whole report; left out if the part has no parameters.
+             * @description The bound of the part, as in the report; left out for tubes and ribbons.
              */
             deviation_bound?: number;
         };
         /**
          * PatchesDefinition
-         * @description Many Bézier patches over shared vertices, as the files of the teapot are.
+         * @description Many Bézier patches over shared vertices, as in the files of the teapot.
          *
          *     Patches are grids of one degree or of several, triangles of one degree, or both. Neighbouring
          *     patches name the same vertices, or vertices with equal coordinates: their seams close exactly.
@@ -2703,7 +2701,7 @@ export interface components {
             };
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. One value for every vertex, blended over the patches as the vertices are.
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. One value for every vertex, blended over the patches as the vertices are.
              * @example [
              *       [
              *         1,
@@ -2941,21 +2939,21 @@ export interface components {
             ][];
             /**
              * Gaussian Curvature
-             * @description Gaussian curvatures, k1 · k2; null where it grows beyond all bounds, as at the apex of a
-             *     cone, or has no limit.
+             * @description Gaussian curvatures, k1 · k2; null where they are infinite, as at the apex of a cone, or
+             *     have no limit.
              */
             gaussian_curvature?: (number | null)[];
             /**
              * Mean Curvature
              * @description Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its normal, so that a
-             *     sphere with outward normals has −1/r; null where it grows beyond all bounds, as at the apex of a
-             *     cone, or has no limit.
+             *     sphere with outward normals has −1/r; null where they are infinite, as at the apex of a cone, or
+             *     have no limit.
              */
             mean_curvature?: (number | null)[];
             /**
              * Principal Curvatures
-             * @description Principal curvatures [k1, k2], k1 ≥ k2; null where it grows beyond all bounds, as at the apex
-             *     of a cone, or has no limit.
+             * @description Principal curvatures [k1, k2], k1 ≥ k2; null where they are infinite, as at the apex of a
+             *     cone, or have no limit.
              */
             principal_curvatures?: [
                 number | null,
@@ -3072,31 +3070,31 @@ export interface components {
         RayHits: {
             /**
              * Reached
-             * @description Of each ray: whether all of its hits, or its first one, are listed. False where the budget of
-             *     work ended, as where a surface is a line along the ray, or where the ray comes from so far away
+             * @description For each ray, whether its first hit, or all of its hits, are listed. False if the limit of
+             *     work was reached, as where the surface is a line along the ray, or if the ray begins so far away
              *     that rounding is larger than the thickness.
              */
             reached: boolean[];
             /**
              * Counts
-             * @description Of each ray: how many hits it has here.
+             * @description For each ray, the number of its hits in this response.
              */
             counts: number[];
             /**
              * Ray
-             * @description The number of the ray.
+             * @description The index of the ray.
              */
             ray: number[];
             /**
              * T
-             * @description Where the hit is, origin + t · direction: in units of the direction as it was given. Of a
-             *     segment, where it begins.
+             * @description The hit is at origin + t · direction, with the direction of the request. For a segment, its
+             *     beginning.
              */
             t: number[];
             /**
              * T Bounds
-             * @description Intervals [low, high] of t that hold all points of the surface on the ray for which this hit
-             *     stands: this is proved, rounding included. Of a segment within the surface, the segment.
+             * @description Intervals [low, high] of t that contain all common points of ray and surface that this hit
+             *     represents. Proved, rounding included. For a segment within the surface, the segment.
              */
             t_bounds: [
                 number,
@@ -3104,19 +3102,19 @@ export interface components {
             ][];
             /**
              * Positions
-             * @description Points of the surface there, nearer to the ray than the thickness.
+             * @description The points of the surface, closer to the ray than the thickness.
              */
             positions: number[][];
             /**
              * Patch
-             * @description The number of the patch, in the order of the request, one of those that meet there; of a
-             *     group, Bézier patches of one member follow those of the other. Left out where there is but one
-             *     surface with parameters of its own.
+             * @description The index of the patch, in the order of the request; where several patches meet, one of them.
+             *     In a group, the Bézier patches of each member follow those of the member before. Left out for
+             *     a surface with one domain.
              */
             patch?: number[];
             /**
              * Uv
-             * @description Parameters (u, v) there, of the surface where it has a domain, else of the patch; on
+             * @description Parameters (u, v), in the domain of the surface if it has one, else in that of the patch; for
              *     triangles the last two barycentric coordinates, (s, t).
              */
             uv: [
@@ -3125,7 +3123,7 @@ export interface components {
             ][];
             /**
              * Normals
-             * @description Unit normals along du × dv, or their limits.
+             * @description Unit normals in the direction of du × dv, or their limits at poles.
              */
             normals: [
                 number,
@@ -3134,14 +3132,14 @@ export interface components {
             ][];
             /**
              * Kind
-             * @description Whether the ray crosses the surface, touches it (it is tangent, or passes through an edge
-             *     from one side of it), or goes along within it for a while.
+             * @description Whether the ray crosses the surface, touches it (it is tangent, or meets an edge without
+             *     crossing), or runs within it along a segment.
              */
             kind: ("crossing" | "touching" | "along")[];
             /**
              * Entering
-             * @description Of a crossing: whether the ray goes against the normal, into what the normals of a closed
-             *     surface point out of.
+             * @description For a crossing, whether the ray runs against the normal: into a closed surface whose normals
+             *     point outwards.
              */
             entering: (boolean | null)[];
         };
@@ -3195,7 +3193,7 @@ export interface components {
         Refusal: {
             /**
              * Formats
-             * @description The formats that it applies to.
+             * @description The formats that would be refused.
              */
             formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
             /**
@@ -3330,7 +3328,7 @@ export interface components {
             curve: components["schemas"]["CurveDefinition"];
             /**
              * Width
-             * @description Width. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. None negative, not all 0.
+             * @description Width. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. No coefficient is negative, and at least one is above 0.
              * @example 0.2
              * @example [
              *       0,
@@ -3355,7 +3353,7 @@ export interface components {
             ];
             /**
              * Camera
-             * @description Instead of a direction: a point that it faces.
+             * @description A point that it faces, in place of a direction.
              * @example [
              *       0,
              *       2,
@@ -3427,7 +3425,7 @@ export interface components {
             polylines: components["schemas"]["SectionLine"][];
             /**
              * Touching
-             * @description Points where the surface touches the plane, or comes so near that rounding hides which.
+             * @description Points where the surface touches the plane, or is so close that rounding cannot tell.
              */
             touching: [
                 number,
@@ -3454,7 +3452,7 @@ export interface components {
             /**
              * Points
              * @description Points of the surface and of the plane, in model units. Seen from the tip of the plane's
-             *     normal, the side to which the normals of the surface point is to the right.
+             *     normal, the normals of the surface point to the right of the polyline.
              */
             points: [
                 number,
@@ -3484,7 +3482,7 @@ export interface components {
             points: number;
             /**
              * Deviation Bound
-             * @description No point of a section is farther from its polylines: this is proved, in model units.
+             * @description In model units, proved: no point of a section is further than this from its polylines.
              */
             deviation_bound: number;
             /**
@@ -3541,7 +3539,7 @@ export interface components {
             url: string;
             /**
              * Expires
-             * @description When it expires, in Unix time.
+             * @description The time when it expires, in Unix time.
              */
             expires: number;
         };
@@ -3926,7 +3924,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -4061,7 +4059,7 @@ export interface components {
             curve: components["schemas"]["CurveDefinition"];
             /**
              * Radius
-             * @description Radius. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. None negative, not all 0.
+             * @description Radius. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. No coefficient is negative, and at least one is above 0.
              * @example 0.1
              * @example [
              *       0.2,
@@ -4106,7 +4104,7 @@ export interface components {
         Issue: {
             /**
              * Code
-             * @description Stable code of the error, for programs; the list stands at the head of this document. Later
+             * @description Stable code of the error, for programs; the description of this document lists them. Later
              *     versions may add codes.
              * @example ragged
              */
@@ -4171,7 +4169,7 @@ export interface components {
             code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /**
              * Detail
-             * @description Kind of problem, for people.
+             * @description The problem in words, for people.
              */
             detail: string;
             /**
@@ -4559,57 +4557,57 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description With a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`. */
                 relative_tolerance?: number;
-                /** @description With a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance. */
                 angle_tolerance?: number;
-                /** @description With a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description With a file: The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description With a file: The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
+                /** @description With a file: The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles. */
                 max_bytes?: number;
-                /** @description With a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
+                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
-                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Default: "triangles". */
+                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
                 /** @description With a file: Whether vertices carry analytic unit normals. Default: true. */
                 normals?: boolean;
-                /** @description With a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Default: false. */
+                /** @description With a file: Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. Default: false. */
                 uvs?: boolean;
-                /** @description With a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
+                /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description With a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Default: true. */
+                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. Default: true. */
                 weld?: boolean;
                 /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit. Default: 1e-12. */
+                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; a group wider than the tolerance stays as it is. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
-                /** @description With a file: Lines to draw beside the faces, where the format has lines. Default: []. */
+                /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Default: "lines". */
+                /** @description With a file: The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces. Default: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
+                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points. */
                 wire_width?: number;
                 /** @description With a file: Sides of a tube. Default: 8. */
                 wire_sides?: number;
-                /** @description With a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Default: "matrix". */
+                /** @description With a file: The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures. Default: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
+                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
-                /** @description With a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Default: "none". */
+                /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions. Default: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -4701,57 +4699,57 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description With a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`. */
                 relative_tolerance?: number;
-                /** @description With a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance. */
                 angle_tolerance?: number;
-                /** @description With a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description With a file: The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description With a file: The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
+                /** @description With a file: The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles. */
                 max_bytes?: number;
-                /** @description With a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
+                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
-                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Default: "triangles". */
+                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
                 /** @description With a file: Whether vertices carry analytic unit normals. Default: true. */
                 normals?: boolean;
-                /** @description With a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Default: false. */
+                /** @description With a file: Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. Default: false. */
                 uvs?: boolean;
-                /** @description With a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
+                /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description With a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Default: true. */
+                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. Default: true. */
                 weld?: boolean;
                 /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit. Default: 1e-12. */
+                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; a group wider than the tolerance stays as it is. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
-                /** @description With a file: Lines to draw beside the faces, where the format has lines. Default: []. */
+                /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Default: "lines". */
+                /** @description With a file: The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces. Default: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
+                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points. */
                 wire_width?: number;
                 /** @description With a file: Sides of a tube. Default: 8. */
                 wire_sides?: number;
-                /** @description With a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Default: "matrix". */
+                /** @description With a file: The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures. Default: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
+                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
-                /** @description With a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Default: "none". */
+                /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions. Default: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -5322,7 +5320,7 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget.
+                 * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget.
                  * @example 16
                  */
                 resolution?: number | [
@@ -5330,50 +5328,50 @@ export interface operations {
                     number
                 ];
                 /**
-                 * @description How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
+                 * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
                  * @example 0.001
                  */
                 tolerance?: number;
                 /**
-                 * @description The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
+                 * @description The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`.
                  * @example 0.001
                  */
                 relative_tolerance?: number;
                 /**
-                 * @description How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
+                 * @description The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance.
                  * @example 0.2
                  */
                 angle_tolerance?: number;
                 /**
-                 * @description The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+                 * @description The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
                  * @example 2000
                  */
                 max_triangles?: number;
                 /**
-                 * @description The most bytes of the response in its format; alone and beside a tolerance as `max_triangles` is for triangles.
+                 * @description The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles.
                  * @example 100000
                  */
                 max_bytes?: number;
                 /**
-                 * @description Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+                 * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
                  * @example true
                  */
                 two_sided?: boolean;
                 /**
-                 * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
+                 * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays.
                  * @example quads
                  */
                 faces?: "triangles" | "quads" | "none";
                 /** @description Whether vertices carry analytic unit normals. */
                 normals?: boolean;
-                /** @description Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                /** @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. */
                 uvs?: boolean;
                 /**
-                 * @description Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
+                 * @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons.
                  * @example true
                  */
                 curvatures?: boolean;
-                /** @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
+                /** @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. */
                 weld?: boolean;
                 /**
                  * @description Angle in radians above which the normals of neighbouring patches stay apart.
@@ -5381,12 +5379,12 @@ export interface operations {
                  */
                 crease_angle?: number;
                 /**
-                 * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest one counts as near. How far anything moved is `moved` in the report and part of every bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal bit for bit.
+                 * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; a group wider than the tolerance stays as it is. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined.
                  * @example 1e-9
                  */
                 weld_tolerance?: number;
                 /**
-                 * @description Lines to draw beside the faces, where the format has lines.
+                 * @description Lines to draw in addition to the faces, if the format has lines.
                  * @example [
                  *       "control_net",
                  *       "boundary"
@@ -5394,7 +5392,7 @@ export interface operations {
                  */
                 overlays?: ("control_net" | "boundary")[];
                 /**
-                 * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction.
+                 * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction.
                  * @example 4
                  */
                 isocurves?: number | [
@@ -5402,12 +5400,12 @@ export interface operations {
                     number
                 ];
                 /**
-                 * @description What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces.
+                 * @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces.
                  * @example tubes
                  */
                 wires?: "lines" | "tubes" | "ribbons";
                 /**
-                 * @description Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out.
+                 * @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points.
                  * @example 0.02
                  */
                 wire_width?: number;
@@ -5417,22 +5415,22 @@ export interface operations {
                  */
                 wire_sides?: number;
                 /**
-                 * @description How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
+                 * @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures.
                  * @example de_casteljau
                  */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /**
-                 * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
+                 * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it.
                  * @example bez
                  */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
                 /**
-                 * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+                 * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`).
                  * @example true
                  */
                 quantize?: boolean;
                 /**
-                 * @description How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
+                 * @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions.
                  * @example meshopt
                  */
                 compression?: "none" | "meshopt";

@@ -221,7 +221,7 @@ def test_garbage_is_sought_seldom() -> None:
 def test_half_of_the_memory_is_that_of_the_control_group(
     group: str, files: dict[str, str], tmp_path: Path
 ) -> None:
-    """Of its own or of one above it, version 2 and version 1."""
+    """The limit of the own control group or of a parent, version 2 and version 1."""
     process = tmp_path / "proc" / "self"
     process.mkdir(parents=True)
     (process / "cgroup").write_text(f"9:pids:/\n{group}\n", encoding="ascii")

@@ -78,7 +78,7 @@ def find_highest_degree(model: Model) -> int:
 
 
 def to_patches(model: Model) -> PatchModel:
-    """The model as Bézier patches in the coordinates of the whole.
+    """The model as Bézier patches in the coordinates of the whole model.
 
     A placed patch is the patch of the placed control points: Bézier patches are affinely
     invariant, rational ones too. Where a placement mirrors, u and v change places, so that

@@ -209,7 +209,7 @@ def require_patches(model: Model) -> PatchModel:
 
 
 def require_all_patches(model: Model) -> PatchModel:
-    """All patches, in the coordinates of the whole; raises `InvalidRequest`: `not_parametric`."""
+    """All patches in the coordinates of the model; raises `InvalidRequest`: `not_parametric`."""
     try:
         return to_patches(model)
     except InvalidRequest as error:

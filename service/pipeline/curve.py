@@ -55,7 +55,7 @@ def plan_curve(
     ------
     TooLarge
     """
-    pieces = curve.lower()  # which was done when it was born
+    pieces = curve.lower()  # cached since the curve was built
     degree, numbers = pieces.degree, pieces.points.size
     hard = max(1.0, (degree / EASY_DEGREE) ** 3)
     effort = POINT_EFFORT + SQUARE * degree**2

@@ -82,7 +82,7 @@ class SectionWork:
             raise TooLarge(
                 Issue(
                     "too_many_vertices",
-                    "To be so near to the sections the polylines would need too many points.",
+                    "Polylines with this tolerance would have too many points.",
                     "/planes" if self.tolerance.distance is None else "/tolerance",
                     f"more than {self.most} pieces",
                     f"at most {self.most}; fewer planes, or a larger tolerance",

@@ -50,7 +50,7 @@ _ATTRIBUTES = (
 
 _COLORS_TEXT = (
     "sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without "
-    "colours leave them out; glTF has them linear, as it must."
+    "colours leave them out; in glTF they are linear, as its specification says."
 )
 _UVS_TEXT = (
     "Texture coordinates [u, v], written as they are. A surface that has them comes out with them, "

@@ -15,7 +15,7 @@ from service.schemas.scan import MAX_PREFIX, find_pointer, find_repeated_key, is
 from service.surface.checks import MAX_DEGREE
 
 MAX_BYTES = 16 << 20
-"""Bytes of a JSON text that arrives in a request, if the operator says nothing else."""
+"""Bytes of a JSON text that arrives in a request, by default."""
 
 MAX_VALUES = 1_500_000
 """Commas and opening brackets of such a text: a surface of some 370,000 control points."""

@@ -94,7 +94,7 @@ class GroupDefinition(StrictModel):
     up: UpField = "y"
     name: Name = Field(
         default="group",
-        description="Name of the whole: of the root node of a glTF file.",
+        description="Name of the group, and of the root node of a glTF file.",
         examples=["tea service"],
     )
 

@@ -26,7 +26,7 @@ class MultipatchDefinition(StrictModel):
     """Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
 
     Each is a part, with its own degrees, knots and parameters, and its `name` is that of the part.
-    Where the borders of two are equal they share the vertices; nothing else says what meets.
+    Two of them share the vertices of their border where their borders are equal.
     """
 
     type: Literal["multipatch"] = Field(description="The kind of surface.")
@@ -35,7 +35,7 @@ class MultipatchDefinition(StrictModel):
         Field(strict=False, min_length=1, max_length=MAX_SURFACES, fail_fast=True),
     ] = Field(
         description="The patches and splines. All carry the same `colors`, `uvs` and `attributes`, "
-        "if any; the `up` of the whole counts. Their control points count together.",
+        "if any; the `up` of the multipatch counts. Their control points count together.",
         examples=[
             [
                 {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], "name": "left"},

@@ -42,55 +42,54 @@ class MeshOptionFields(StrictModel):
         # Not a default in the schema: clients that write out defaults would conflict with a
         # tolerance.
         default_factory=lambda: _DEFAULTS.resolution,
-        description="Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A "
-        "patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides "
-        "and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget.",
+        description="Divisions of every patch: one number, or [u, v]; by default 16. A patch has "
+        "(u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has "
+        "(n + 1)(n + 2)/2. Not together with a tolerance or a budget.",
         examples=[16, [16, 32]],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
-        "How far the surface may be from the mesh, in model units. No point of it is further than "
-        "this from the mesh as it is written, which is proved and not sampled: the report has the "
-        "bound. It takes the place of a resolution. Patches are divided where the surface bends "
-        "and in the direction in which it bends; shared edges by rules that depend on the edge "
-        "alone. Below what the rounding of the written vertices allows it is refused "
+        "The largest distance of the surface from the mesh, in model units. No point of the "
+        "surface is further from the written mesh, which is proved, not sampled: the report has "
+        "the bound. It replaces a resolution. Patches are divided where the surface bends and in "
+        "the direction in which it bends; the division of a shared edge depends on the edge "
+        "alone. A tolerance below the rounding of the written vertices is refused "
         "(`tolerance_too_small`).",
         0.001,
     )
     relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = optional(
-        "The tolerance as a share of the model's diagonal. The diagonal is that of the box about "
-        "all control points; of a group, those of all members in their places. Not beside "
-        "`tolerance`.",
+        "The tolerance as a share of the model's diagonal: the diagonal of the bounding box of "
+        "all control points, in a group of all placed members. Not together with `tolerance`.",
         0.001,
     )
     angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = optional(
-        "How many radians apart the normals at the two ends of an edge may point. Sought and not "
-        "proved: the report has the largest measured, `normal_angle`. Alone, or beside a "
-        "tolerance.",
+        "The largest angle in radians between the normals at the two ends of an edge. An aim, "
+        "not proved: the report has the largest measured angle, `normal_angle`. Alone, or "
+        "together with a tolerance.",
         0.2,
     )
     max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The most triangles: alone, the mesh with the least deviation that they allow. Fewer than "
-        "the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
-        "it is a limit, and a mesh that needs more is refused (`too_many_triangles`).",
+        "The most triangles of the mesh. Alone, it asks for the mesh of least deviation within "
+        "this number; a number below that of the coarsest mesh is refused (`budget_too_small`). "
+        "Together with a tolerance it is a limit, and a mesh that needs more is refused "
+        "(`too_many_triangles`).",
         2000,
     )
     max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The most bytes of the response in its format; alone and beside a tolerance as "
-        "`max_triangles` is for triangles.",
+        "The most bytes of the response in its format. Alone and together with a tolerance it "
+        "acts as `max_triangles` does for triangles.",
         100_000,
     )
     two_sided: bool = Field(
         default=False,
-        description="Whether the distance from the mesh to the surface is bounded, too. No point "
-        "of the mesh is then further from the surface than twice the tolerance. The report has "
-        "the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.",
+        description="Whether to bound the distance from the mesh to the surface too. No point of "
+        "the mesh is then further from the surface than twice the tolerance. The report has the "
+        "bound, `mesh_deviation_bound`. Needs a tolerance or a budget.",
         examples=[True],
     )
     faces: Literal["triangles", "quads", "none"] = Field(
         default=_DEFAULTS.faces,
-        description="Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format "
-        "has them; `none` leaves the surface out, so that its isoparametric curves or its "
-        "overlays are all there is.",
+        description="Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format "
+        "has them; with `none` the file has only isoparametric curves and overlays.",
         examples=["quads"],
     )
     normals: bool = Field(
@@ -98,30 +97,27 @@ class MeshOptionFields(StrictModel):
     )
     uvs: bool = Field(
         default=_DEFAULTS.uvs,
-        description="Whether vertices carry their parameters (u, v). They are those of the "
-        "surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 "
-        "to 1. A "
-        "surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is "
-        "said here.",
+        description="Whether vertices carry their parameters (u, v). For a B-spline they are in "
+        "the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with "
+        "texture coordinates (`uvs`) always carries those instead.",
     )
     curvatures: bool = Field(
         default=_DEFAULTS.curvatures,
-        description="Whether vertices carry the surface's Gaussian and mean curvature. They are "
-        "attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for "
-        "attributes, and those of the surface itself, not of the mesh. Signs are those of `POST "
-        "/v1/points`: mean curvature is positive where the surface bends towards its normal, so "
-        "that a sphere of radius r whose normals point outwards has −1/r. In a group they are "
-        "those of the surfaces as they are placed. Where a curvature is infinite or has no limit, "
-        "as at the apex of a cone, it is 0, and so it is on wires. The report has the least and "
-        "the greatest. Not for tubes and ribbons.",
+        description="Whether vertices carry the Gaussian and mean curvature of the exact "
+        "surface. Formats with attributes write them as `gaussian_curvature` and "
+        "`mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive "
+        "where the surface bends towards its normal, so a sphere of radius r with outward "
+        "normals has −1/r. In a group they are the curvatures of the placed surfaces. A "
+        "curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; "
+        "so are those of wires. The report has the least and the greatest. Not for tubes and "
+        "ribbons.",
         examples=[True],
     )
     weld: bool = Field(
         default=_DEFAULTS.weld,
-        description="Whether patches share the vertices of the edges that they share. `false` "
-        "keeps every sample of every patch as a vertex of its own, patch after patch, sample "
-        "(i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that "
-        "no face uses.",
+        description="Whether patches share the vertices of common edges. With `false` every "
+        "sample of every patch is a vertex of its own, also samples at a pole that no face uses: "
+        "patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v.",
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
         default=_DEFAULTS.crease_angle,
@@ -131,38 +127,38 @@ class MeshOptionFields(StrictModel):
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
         default=_DEFAULTS.weld_tolerance,
         description="The share of the model's diagonal within which control points on borders of "
-        "patches count as one. So sides that are equal up to rounding are one edge, surfaces "
-        "close, and sides are poles. Points that are near, or have near points between them, are "
-        "a group; a group wider than the tolerance is left as it is. An edge has the positions of "
-        "the side whose control points come first in dictionary order, whatever the order of the "
-        "patches. Far from zero, where coordinates are too coarse for that, 2^-50 of the largest "
-        "one counts as near. How far anything moved is `moved` in the report and part of every "
-        "bound. Surfaces are cut where borders are one curve in other knots. 0: only what is equal "
-        "bit for bit.",
+        "patches count as one. So sides that are equal up to rounding become one edge, closed "
+        "surfaces close, and collapsed sides become poles. Near points, and points connected by "
+        "a chain of near points, form a group; a group wider than the tolerance stays as it is. "
+        "An edge has the positions of the side whose control points come first in dictionary "
+        "order, in any order of the patches. Far from zero, where coordinates are too coarse for "
+        "that, points within 2^-50 of the largest coordinate count as near. The report has the "
+        "largest move as `moved`, and every bound includes it. Surfaces are cut where borders "
+        "are the same curve with other knots. With 0, only points equal bit for bit are joined.",
         examples=[1e-9],
     )
     overlays: Overlays = Field(
         default=_DEFAULTS.overlays,
-        description="Lines to draw beside the faces, where the format has lines.",
+        description="Lines to draw in addition to the faces, if the format has lines.",
         examples=[["control_net", "boundary"]],
     )
     isocurves: IsoCurves = Field(
         default=_DEFAULTS.isocurves,
         description="Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a "
-        "B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a "
-        "shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction.",
+        "B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, "
+        "shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction.",
         examples=[4, [1, 2]],
     )
     wires: WireForm = Field(
         default=_DEFAULTS.wires,
-        description="What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines "
-        "only where the format has them; ribbons lie flat on the surface, a twentieth of their "
-        "width above its faces.",
+        description="The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only "
+        "if the format has them; ribbons lie flat on the surface, 1/20 of their width above its "
+        "faces.",
         examples=["tubes"],
     )
     wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
-        "Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of "
-        "the control points if left out.",
+        "Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the "
+        "diagonal of the control points.",
         0.02,
     )
     wire_sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
@@ -170,44 +166,44 @@ class MeshOptionFields(StrictModel):
     )
     method: Method = Field(
         default=_DEFAULTS.method,
-        description="How samples are computed: by one of three algorithms. `matrix`: products "
-        "with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the "
-        "stablest and by far the slowest. `forward_difference`: additions along rows, for degrees "
-        "up to 8 (16 where the format stores float64), with an error that grows with the "
-        "resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.",
+        description="The algorithm that computes samples: `matrix`, `de_casteljau` or "
+        "`forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated "
+        "interpolation of control points, the most stable and by far the slowest. "
+        "`forward_difference`: additions along rows, for degrees up to 8 (16 if the format "
+        "stores float64), with an error that grows with the resolution. They agree up to the "
+        "accuracy of each; `docs/methods.md` has figures.",
         examples=["de_casteljau"],
     )
     oogl: Annotated[OoglForm | None, Omittable()] = optional(
-        "Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids "
-        "of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one "
-        "side in a point). Other formats do not read it.",
+        "Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids "
+        "of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one "
+        "side collapsed to a point). Other formats ignore it.",
         "bez",
     )
     quantize: bool = Field(
         default=False,
         description="Whether glTF is written in whole numbers of 16 bits "
-        "(`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a "
-        "32 766th of the longest side of the box about the control points; normals within 0.002°; "
-        "texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 "
-        "steps at most, which the certified deviation counts, and a tolerance holds for the "
-        "written file. All parts of a surface have one grid, and so have members of a group that "
-        "meet in the same place: seams stay closed. Other formats refuse it "
-        "(`unsupported_by_format`).",
+        "(`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most "
+        "1/32,766 of the longest side of the bounding box of the control points; normals within "
+        "0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by "
+        "at most 0.87 steps; the certified deviation includes this, and a tolerance holds for "
+        "the written file. All parts of a surface have one grid, and so have members of a group "
+        "that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`).",
         examples=[True],
     )
     compression: Compression = Field(
         default="none",
-        description="How the arrays of a glTF are compressed: `none` or `meshopt`. "
-        "With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. "
-        "No number changes; beside `quantize` the "
-        "normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). "
-        "Other formats refuse it, and so does a service without the library "
-        "(`compression_unavailable`; `GET /v1/formats` tells).",
+        description="Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` "
+        "(`EXT_meshopt_compression`) vertices and triangles have another order. No number "
+        "changes, but together with `quantize` normals change by at most 0.1°. Readers need a "
+        "decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a "
+        "service without the library (`compression_unavailable`); `GET /v1/formats` lists the "
+        "compressions.",
         examples=["meshopt"],
     )
 
     @model_validator(mode="after")
-    def _divided_by_one_rule(self) -> "MeshOptionFields":
+    def _check_conflicts(self) -> "MeshOptionFields":
         if not self.model_fields_set.isdisjoint(ACCURACY):
             refuse_conflict(self)
         return self
@@ -218,7 +214,7 @@ class MeshOptionFields(StrictModel):
         Raises
         ------
         InvalidRequest
-            Where options that are right by themselves do not go together; pointers `/name`.
+            Options are valid alone but conflict; pointers `/name`.
         """
         is_stated = not self.model_fields_set.isdisjoint(ACCURACY)
         return _mesh_options(_of_engine(self), build_accuracy(self) if is_stated else None)
@@ -227,14 +223,14 @@ class MeshOptionFields(StrictModel):
 _OF_ENGINE = [
     field.name for field in fields(MeshOptions) if field.name in MeshOptionFields.model_fields
 ]
-"""Options that the engine reads as they are."""
+"""Options that the engine reads unchanged."""
 
 _of_engine = attrgetter(*_OF_ENGINE)
 
 
 @lru_cache(256)
 def _mesh_options(of_engine: tuple[object, ...], accuracy: Accuracy | None) -> MeshOptions:
-    """The options of the engine, made and checked once: clients repeat them."""
+    """The options for the engine, cached: clients repeat them."""
     values: dict[str, Any] = dict(zip(_OF_ENGINE, of_engine, strict=True))
     if values["faces"] == "none":
         values |= {"faces": "triangles", "has_faces": False}

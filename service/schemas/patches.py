@@ -54,7 +54,7 @@ def _shape(grid: object) -> tuple[int, ...]:
 
 
 class PatchesDefinition(StrictModel):
-    """Many Bézier patches over shared vertices, as the files of the teapot are.
+    """Many Bézier patches over shared vertices, as in the files of the teapot.
 
     Patches are grids of one degree or of several, triangles of one degree, or both. Neighbouring
     patches name the same vertices, or vertices with equal coordinates: their seams close exactly.

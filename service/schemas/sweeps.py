@@ -45,7 +45,8 @@ Spread: TypeAlias = Annotated[
 
 _ALONG = (
     "A list holds the coefficients of a Bézier function over the whole curve: the first at its "
-    "beginning, the last at its end, pulled towards those between. None negative, not all 0."
+    "beginning, the last at its end, pulled towards those between. No coefficient is negative, "
+    "and at least one is above 0."
 )
 _CURVE = (
     "The curve that it runs along. Its `up` and `name` are not read: those of the surface count."
@@ -96,7 +97,7 @@ class RibbonDefinition(StrictModel):
         [0, 1, 0],
     )
     camera: Annotated[FloatArray | None, _VECTOR] = optional(
-        "Instead of a direction: a point that it faces.", [0, 2, 10]
+        "A point that it faces, in place of a direction.", [0, 2, 10]
     )
     up: UpField = "y"
     name: NameField = "ribbon"

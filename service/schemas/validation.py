@@ -167,7 +167,7 @@ def kind(value: object) -> str:
 def wrong_type(value: object, needed: str) -> Issue:
     """The issue of a value of the wrong type, null included.
 
-    Leaving a field out is how its default is asked for; null says nothing.
+    A field that is left out has its default; null has no meaning.
     """
     if value is None:
         return Issue("null_value", "null is not a value here.", got="null", needed=needed)

@@ -141,7 +141,7 @@ class GroupSurface(SurfaceKind):
         for surface in surfaces:
             model = surface.lower()
             if isinstance(model, GroupModel):
-                raise InvalidRequest(nested_issue(""))  # refused when the member was born
+                raise InvalidRequest(nested_issue(""))  # refused when the member was built
             models.append(model)
         placed = tuple(
             PlacedModel(
@@ -225,7 +225,7 @@ def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
     else:
         model = surface.lower()
         if isinstance(model, GroupModel):
-            raise InvalidRequest(nested_issue(""))  # refused when the member was born
+            raise InvalidRequest(nested_issue(""))  # refused when the member was built
         return model.bounds
     return points.min(axis=0), points.max(axis=0)
 

@@ -38,7 +38,7 @@ class MultipatchSurface(SurfaceKind):
     up : "y" or "z"
         The model's vertical axis.
     name : str
-        Name of the whole.
+        Name of the surface.
 
     Raises
     ------

@@ -254,7 +254,7 @@ def test_objects_without_patches_are_counted_too(nothing: bytes) -> None:
 
 
 def test_long_texts_are_refused_before_much_is_made_of_them() -> None:
-    """Of 8 MiB, as much as the limit allows is ever a number in memory."""
+    """From 8 MiB of text, only the allowed number of values is read into memory."""
     for piece in (b"1 ", b"#\n", b"1e1 ", b"{BEZ113 " + FLAT + b"}", b"\n"):
         text = b"LIST {BBP " + piece * ((8 << 20) // len(piece))
         tracemalloc.start()

@@ -17,7 +17,7 @@ from tests.oracles.sheets import Array, Sheet, TensorSheet
 Ints: TypeAlias = NDArray[np.intp]
 
 STEP = 1e-6
-"""Of differences, in parts of the domain."""
+"""Step of differences, as a share of the domain."""
 
 
 def crossings(

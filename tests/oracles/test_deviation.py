@@ -84,7 +84,7 @@ def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
 
 
 def random_triangles(rng: np.random.Generator, count: int) -> Array:
-    """Of any shape: some thin, some lines, some points."""
+    """Triangles of any shape: some thin, some lines, some points."""
     corners = rng.uniform(-1, 1, (count, 3, 3))
     corners[: count // 3, 2] = corners[: count // 3, 0] + 1e-3 * corners[: count // 3, 1]
     corners[-2, 2] = (corners[-2, 0] + corners[-2, 1]) / 2

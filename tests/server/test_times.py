@@ -118,7 +118,7 @@ async def test_an_answer_must_be_taken_in_its_time(unsent: int, seconds: int) ->
 
 
 def test_a_client_that_does_not_read_loses_its_connection() -> None:
-    """Of an answer of 36 MB, more than the system keeps for a connection."""
+    """The response has 36 MB, more than the system buffers for a connection."""
     with running_service(Settings(send_timeout=0.1)) as url, connected(url) as stalled:
         stalled.sendall(GET.replace(b"/", b"/v1/surfaces/saddle/mesh.stl?resolution=600", 1))
         assert stalled.recv(15, socket.MSG_WAITALL) == b"HTTP/1.1 200 OK"

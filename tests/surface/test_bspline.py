@@ -233,7 +233,7 @@ def test_the_issue_names_the_number_of_knots() -> None:
 
 
 ROUNDED = 1e-13
-"""Of the domain: what knots that were computed differ by."""
+"""Differences of computed knots, as a share of the domain."""
 
 
 @pytest.mark.parametrize(
@@ -285,7 +285,7 @@ def test_accepts_surfaces_just_within_the_limits() -> None:
 
 
 def test_too_many_patches_are_refused_by_number() -> None:
-    """Of degree 1 they have few control points and cost as much."""
+    """Patches of degree 1 have few control points, and cost as much."""
     (issue,) = issues_of(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
     assert (issue.code, issue.pointer) == ("too_many_spans", "/control_net")
     assert issue.got == "709 × 709 spans"

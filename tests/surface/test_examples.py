@@ -170,7 +170,7 @@ def test_the_monkey_saddle_is_its_polynomial() -> None:
 
 
 def test_the_rounded_box_is_smooth_all_over() -> None:
-    """Of 24 flat places and as many vertices at its seams each has one normal, the exact one."""
+    """Each vertex of 24 flat places and of the seams has one normal, the exact one."""
     mesh = tessellate(patches_of("rounded-box"), MeshOptions((6, 6)))
     assert mesh.normals is not None
     assert mesh.report.watertight

@@ -22,7 +22,7 @@ ROWS = [[[0, 0, 0], [2, 0, 2], [4, 0, 0]], [[0, 2, 2], [2, 2, 0]], [[0, 4, 0]]]
 POLYGON = [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]
 
 POWERS = [-1070, -500, 500, 1020]
-"""Of two: to where float64 ends, and with the largest weight here, 8, a little within."""
+"""Powers of two up to the ends of float64; the largest weight here is 8 times as large."""
 
 
 def surfaces(w: float) -> dict[str, dict[str, Any]]:

@@ -34,7 +34,7 @@ def client() -> Iterator[Client]:
     [("rational", "glb"), ("NURBS", "stl"), ("rational triangles", "glb"), ("far away", "stl")],
 )
 def test_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
-    """Those of the other families are `make judge`'s."""
+    """A few families; `make judge` has all."""
     verdict = judge(client, Case(family, 7, LIKE, suffix))
     if verdict is None:  # STL is too coarse so far away
         assert (family, suffix) == ("far away", "stl")

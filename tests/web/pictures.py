@@ -43,6 +43,6 @@ class Difference:
 
 
 def difference(stage: Stage, one: bytes, other: bytes) -> Difference:
-    """Of two PNG files of one size, computed in any page."""
+    """The difference of two PNG files of one size, computed in a page."""
     pictures = [f"data:image/png;base64,{base64.b64encode(p).decode()}" for p in (one, other)]
     return Difference(**stage.page.evaluate(COMPARE, pictures))

@@ -109,7 +109,7 @@ class Row:
 
 
 def percentile(seen: list[Seen], part: int) -> float:
-    """Of the latencies of some requests, in seconds; nothing where there are none."""
+    """A percentile of the latencies of requests, in seconds; 0 without requests."""
     if len(seen) < 2:
         return sum(s.seconds for s in seen)
     return statistics.quantiles((s.seconds for s in seen), n=100, method="inclusive")[part - 1]

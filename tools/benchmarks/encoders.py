@@ -26,7 +26,7 @@ FORMS = {
     "both": EncodeOptions(quantize=True, compression="meshopt"),
 }
 LEVEL = 6
-"""Of gzip: what zlib takes where nothing is said."""
+"""The level of gzip: zlib's default."""
 
 
 def run() -> None:

@@ -100,7 +100,7 @@ def options_of(case: Case) -> MeshOptions:
 
 
 def diagonal_of(surface: Any) -> float:
-    """Of the box about the control points."""
+    """The diagonal of the bounding box of the control points."""
     points = surface.control_net.reshape(-1, 3)
     return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
 

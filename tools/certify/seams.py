@@ -183,7 +183,7 @@ def _check_alone(
 def check_deviation(
     joint: Joint, sheets: Sequence[Sheet], mesh: Written, part: str, count: int
 ) -> None:
-    """Of every sheet, at samples, against the bound of its part and that of the whole."""
+    """Compares samples of every sheet with the bounds of its part and of the whole mesh."""
     joint.bound = mesh.report.get("deviation_bound", np.nan)
     if not joint.bound <= joint.tolerance:
         joint.wrong.append(f"bound {joint.bound} above the tolerance")

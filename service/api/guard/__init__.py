@@ -1,1 +1,1 @@
-"""Who may do what: keys, signed addresses, rates, and who it is that asks."""
+"""Access: keys, signed URLs, rates, and the address of the client."""

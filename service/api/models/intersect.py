@@ -13,33 +13,33 @@ class RayHits(ResponseModel):
     """
 
     reached: list[bool]
-    """Of each ray: whether all of its hits, or its first one, are listed. False where the budget of
-    work ended, as where a surface is a line along the ray, or where the ray comes from so far away
+    """For each ray, whether its first hit, or all of its hits, are listed. False if the limit of
+    work was reached, as where the surface is a line along the ray, or if the ray begins so far away
     that rounding is larger than the thickness."""
     counts: list[Count]
-    """Of each ray: how many hits it has here."""
+    """For each ray, the number of its hits in this response."""
     ray: list[Count]
-    """The number of the ray."""
+    """The index of the ray."""
     t: list[Length]
-    """Where the hit is, origin + t · direction: in units of the direction as it was given. Of a
-    segment, where it begins."""
+    """The hit is at origin + t · direction, with the direction of the request. For a segment, its
+    beginning."""
     t_bounds: list[Pair]
-    """Intervals [low, high] of t that hold all points of the surface on the ray for which this hit
-    stands: this is proved, rounding included. Of a segment within the surface, the segment."""
+    """Intervals [low, high] of t that contain all common points of ray and surface that this hit
+    represents. Proved, rounding included. For a segment within the surface, the segment."""
     positions: list[Point]
-    """Points of the surface there, nearer to the ray than the thickness."""
+    """The points of the surface, closer to the ray than the thickness."""
     patch: list[Count] | Missing = None
-    """The number of the patch, in the order of the request, one of those that meet there; of a
-    group, Bézier patches of one member follow those of the other. Left out where there is but one
-    surface with parameters of its own."""
+    """The index of the patch, in the order of the request; where several patches meet, one of them.
+    In a group, the Bézier patches of each member follow those of the member before. Left out for
+    a surface with one domain."""
     uv: list[Pair]
-    """Parameters (u, v) there, of the surface where it has a domain, else of the patch; on
+    """Parameters (u, v), in the domain of the surface if it has one, else in that of the patch; for
     triangles the last two barycentric coordinates, (s, t)."""
     normals: list[Vector]
-    """Unit normals along du × dv, or their limits."""
+    """Unit normals in the direction of du × dv, or their limits at poles."""
     kind: list[Literal["crossing", "touching", "along"]]
-    """Whether the ray crosses the surface, touches it (it is tangent, or passes through an edge
-    from one side of it), or goes along within it for a while."""
+    """Whether the ray crosses the surface, touches it (it is tangent, or meets an edge without
+    crossing), or runs within it along a segment."""
     entering: list[bool | None]
-    """Of a crossing: whether the ray goes against the normal, into what the normals of a closed
-    surface point out of."""
+    """For a crossing, whether the ray runs against the normal: into a closed surface whose normals
+    point outwards."""

@@ -79,7 +79,7 @@ class PartReport(ResponseModel):
     name: str
     """Name of the part; of a group, of the member."""
     deviation_bound: Length | Missing = None
-    """As in the whole report; left out if the part has no parameters."""
+    """The bound of the part, as in the report; left out for tubes and ribbons."""
 
 
 class MeshReport(ResponseModel):
@@ -101,34 +101,32 @@ class MeshReport(ResponseModel):
     poles_repaired: Count
     """Samples where du × dv vanishes, so that the normal is a limit."""
     closed_u: bool | Missing = None
-    """Whether the surface closes along u: its last line is its first one. Left out, as the next
-    three, for several patches that are not one surface."""
+    """Whether the surface closes along u: its last line is its first one. This and the next three
+    fields are left out for several patches without a common domain."""
     closed_v: bool | Missing = None
     """Whether it closes along v."""
     continuity_u: Continuity | Missing = None
-    """There if it closes along u: whether it does so with one partial du (C1), with one tangent
-    plane (G1), or with neither (C0)."""
+    """If the surface closes along u: with equal partials du (C1), with equal tangent planes (G1),
+    or neither (C0)."""
     continuity_v: Continuity | Missing = None
-    """There if it closes along v: whether with one partial dv, as above."""
+    """If the surface closes along v: as `continuity_u`, with dv."""
     deviation_bound: Length | Missing = None
     """Proved, in model units: no point of the surface is further than this from the faces as they
-    are written, their rounding included. Never above a tolerance that was asked for; left out where
+    are written, their rounding included. Never above the tolerance of the request; left out if
     there are no faces of a parametric surface."""
     mesh_deviation_bound: Length | Missing = None
-    """There if it was asked for (`two_sided`), and proved as well: no point of the faces is further
-    than this from the surface."""
+    """With `two_sided`; proved: no point of the faces is further than this from the surface."""
     normal_angle: Length | Missing = None
-    """There if it was asked for (`angle_tolerance`): radians, the largest measured between the
-    normals at two vertices that an edge joins."""
+    """With `angle_tolerance`: the largest measured angle, in radians, between the normals at the
+    two ends of an edge."""
     curvature: CurvatureRange | Missing = None
-    """There if it was asked for (`curvatures`): least and greatest curvature of the vertices."""
+    """With `curvatures`: the least and greatest curvatures at the vertices."""
     merged_knots: Count | Missing = None
-    """Number of knots that were taken for equal to the knot before, from which they differ by
-    rounding alone; left out if there are none."""
+    """Number of knots that differed from the knot before by rounding alone and were made equal to
+    it; left out if there are none."""
     moved: Length | Missing = None
-    """Model units: control points that were equal up to rounding (`weld_tolerance`) were made
-    equal, and no point of the surface moved further than this, which is part of the bounds; left
-    out if none moved."""
+    """The largest distance, in model units, by which a point of the surface was moved to join
+    control points (`weld_tolerance`). All bounds include it; left out if nothing moved."""
     parts: list[PartReport] | Missing = None
     """The bound of every part by itself, in the order of the parts."""
     engine: int
@@ -180,13 +178,13 @@ class Mesh(ResponseModel):
     ) = None
     """Values of the surface's attributes by name, float64. In the rows of `normals`."""
     attribute_faces: list[Corners] | Missing = None
-    """There if a position has several normals, colours or the like, as at a crease: in the shape
-    of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
+    """If a position has several normals, colours or other values, as at a crease: in the shape of
+    `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
     face."""
     parts: list[MeshPart]
     """Named runs [first, last) of `faces`."""
     lines: list[MeshLines] | Missing = None
-    """Overlays, if any were asked for."""
+    """The overlays of the request, if any."""
     report: MeshReport
 
 
@@ -194,7 +192,7 @@ class Refusal(ResponseModel):
     """A reason for which `POST /v1/mesh` would refuse the request."""
 
     formats: Annotated[list[FormatName], Field(min_length=1)]
-    """The formats that it applies to."""
+    """The formats that would be refused."""
     code: str
     """As in an error of `POST /v1/mesh`."""
     pointer: str
@@ -217,12 +215,12 @@ class Estimate(ResponseModel):
     quads: Count
     """Number of quads."""
     exact: bool
-    """Whether these three are those of the report. Else they are upper bounds: for a tolerance
-    (usually 10 times the result) or a budget, for tubes and ribbons, for wires with faces, and for
-    a mesh with too many vertices."""
+    """Whether these three numbers will be exactly those of the report. If not, they are upper
+    bounds: for a tolerance (usually 10 times the result) or a budget, for tubes and ribbons, for
+    wires with faces, and for a mesh with too many vertices."""
     bytes: Annotated[dict[str, int], _sizes("Bytes as")]
-    """Bytes of the response in every format that has a place for the mesh: upper bounds, but for
-    `exact_bytes`. Numbers written as text count as long as they can be."""
+    """Bytes of the response in every format that can store the mesh: upper bounds, except for
+    `exact_bytes`. Numbers in text count with their largest length."""
     exact_bytes: list[FormatName]
     """The formats whose number of bytes is exact."""
     memory: Annotated[dict[str, int], _sizes("Bytes of memory for the mesh as")]
@@ -231,8 +229,8 @@ class Estimate(ResponseModel):
     accepted: bool
     """Whether `POST /v1/mesh` would return a mesh for this body in one of the formats."""
     certain: bool
-    """Whether nothing else can be refused. Under a tolerance it is so if the bounds above are
-    within all limits; else, and under a budget, a mesh may turn out to be too large, or the
+    """Whether an accepted mesh cannot be refused later. With a tolerance this is true if the bounds
+    above are within all limits. Otherwise, and with a budget, the mesh may prove too large, or the
     tolerance too small, when it is made."""
     refused: list[Refusal]
-    """Why it would not, in the formats in which it would not."""
+    """The reasons for refusals, by format."""

@@ -36,15 +36,15 @@ class Points(ResponseModel):
     dvv: list[VectorOrNull] | Missing = None
     """Second partials along v."""
     gaussian_curvature: list[float | None] | Missing = None
-    """Gaussian curvatures, k1 · k2; null where it grows beyond all bounds, as at the apex of a
-    cone, or has no limit."""
+    """Gaussian curvatures, k1 · k2; null where they are infinite, as at the apex of a cone, or
+    have no limit."""
     mean_curvature: list[float | None] | Missing = None
     """Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its normal, so that a
-    sphere with outward normals has −1/r; null where it grows beyond all bounds, as at the apex of a
-    cone, or has no limit."""
+    sphere with outward normals has −1/r; null where they are infinite, as at the apex of a cone, or
+    have no limit."""
     principal_curvatures: list[PairOrNull] | Missing = None
-    """Principal curvatures [k1, k2], k1 ≥ k2; null where it grows beyond all bounds, as at the apex
-    of a cone, or has no limit."""
+    """Principal curvatures [k1, k2], k1 ≥ k2; null where they are infinite, as at the apex of a
+    cone, or have no limit."""
 
 
 class CurveBounds(ResponseModel):
@@ -68,7 +68,7 @@ class CurveReport(ResponseModel):
     closed: bool
     """Whether it ends where it begins; the last point is then the first."""
     deviation_bound: Length
-    """Bound, in the unit of the curve: no point of it is further from the written lines."""
+    """In model units, proved: no point of the curve is further than this from the written lines."""
     bounds: CurveBounds
     engine: int
     """Version of the numbers."""

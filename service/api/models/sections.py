@@ -13,7 +13,7 @@ class SectionLine(ResponseModel):
     """Whether it is closed; its last point is then its first."""
     points: list[Vector]
     """Points of the surface and of the plane, in model units. Seen from the tip of the plane's
-    normal, the side to which the normals of the surface point is to the right."""
+    normal, the normals of the surface point to the right of the polyline."""
 
 
 class Section(ResponseModel):
@@ -30,7 +30,7 @@ class Section(ResponseModel):
     polylines: list[SectionLine]
     """The polylines; empty where the plane does not cut the surface."""
     touching: list[Vector]
-    """Points where the surface touches the plane, or comes so near that rounding hides which."""
+    """Points where the surface touches the plane, or is so close that rounding cannot tell."""
     coplanar: list[Count]
     """Numbers of patches that lie in the plane, in the order of the request; the polylines are
     their border."""
@@ -46,7 +46,7 @@ class SectionReport(ResponseModel):
     points: Count
     """Number of their points."""
     deviation_bound: Length
-    """No point of a section is farther from its polylines: this is proved, in model units."""
+    """In model units, proved: no point of a section is further than this from its polylines."""
     engine: int
     """Version of the numbers."""
 

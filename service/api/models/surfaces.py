@@ -32,7 +32,7 @@ class Issue(ResponseModel):
     """One error, and where it is: a pointer, a parameter or a header."""
 
     code: Annotated[str, Field(examples=["ragged"])]
-    """Stable code of the error, for programs; the list stands at the head of this document. Later
+    """Stable code of the error, for programs; the description of this document lists them. Later
     versions may add codes."""
     pointer: str | Missing = None
     """JSON pointer (RFC 6901) into the body; empty for the whole body."""
@@ -60,7 +60,7 @@ class Problem(ResponseModel):
     code: ProblemCode
     """Stable code of the kind of problem, for programs."""
     detail: str
-    """Kind of problem, for people."""
+    """The problem in words, for people."""
     errors: list[Issue] = Field(
         max_length=MAX_ISSUES,
         description=f"The errors; at most {MAX_ISSUES} of them.",
@@ -131,7 +131,7 @@ class SignedAddress(ResponseModel):
     url: str
     """The URL, with `expires` and `signature` at its end."""
     expires: int
-    """When it expires, in Unix time."""
+    """The time when it expires, in Unix time."""
 
 
 class Format(ResponseModel):
@@ -146,15 +146,15 @@ class Format(ResponseModel):
     suffix: str
     """Suffix of files and of mesh URLs."""
     quads: bool
-    """Whether it can hold quads."""
+    """Whether it can store quads."""
     overlays: bool
-    """Whether it can hold lines."""
+    """Whether it can store lines."""
     uvs: bool
-    """Whether it can hold texture coordinates."""
+    """Whether it can store texture coordinates."""
     colors: bool
-    """Whether it can hold colours of vertices."""
+    """Whether it can store colours of vertices."""
     attributes: bool
-    """Whether it can hold attributes."""
+    """Whether it can store attributes."""
     precision: Literal["float32", "float64"]
     """Precision of positions."""
     quantize: bool
@@ -171,14 +171,14 @@ class FormatList(ResponseModel):
 
 
 class Health(ResponseModel):
-    """How the service is."""
+    """The health of the service."""
 
     status: Literal["live", "ready", "unready", "draining"]
     """State of the service."""
     computing: State | Missing = None
-    """Whether meshes come out right."""
+    """Whether the self-test computes the right mesh."""
     store: State | Missing = None
-    """Whether surfaces can be kept."""
+    """Whether the store works."""
     version: str | Missing = None
     """Version of the service."""
     engine: int | Missing = None

@@ -1,4 +1,4 @@
-"""Where surfaces are intersected: hits of rays, sections by planes."""
+"""The route of intersections: hits of rays, sections by planes."""
 
 from typing import Any
 

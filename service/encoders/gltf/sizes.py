@@ -30,9 +30,9 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
 
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
     numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
-    whole is written twice, too, and the report names every part. Another vertex attribute adds its
-    name, an accessor and a view. The constant part holds the asset with the report, two materials,
-    the root and the scene.
+    surface is written twice, too, and the report names every part. Another vertex attribute adds
+    its name, an accessor and a view. The constant part holds the asset with the report, two
+    materials, the root and the scene.
 
     A grid adds a scaling to the node; compression, more about each view.
     """

@@ -52,7 +52,7 @@ class Chunk:
 
 
 def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
-    """Of samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
+    """Partials at the samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
     columns = resolution[1] + 1
     at_once = choose_formulation(patches, resolution, normals=False) == "kronecker"
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
@@ -69,7 +69,7 @@ def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterat
 
 
 def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chunk]:
-    """Of all samples of triangles; partials along s and t."""
+    """Partials along s and t at all samples of triangles."""
     n = patches.degree
     starts = triangle.row_starts(divisions)
     for first, last in _patch_runs(patches, triangle.count_points(divisions)):

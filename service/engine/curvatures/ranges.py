@@ -8,11 +8,11 @@ from service.bases.arrays import RealArray
 from service.engine.mesh.report import Ranges
 
 NAMES = ("gaussian_curvature", "mean_curvature")
-"""Of the attributes that hold them."""
+"""The names of the attributes with curvatures."""
 
 
 def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
-    """Those among the attributes of a mesh; None where it has none, or no vertices."""
+    """The ranges of the curvatures of a mesh; None without curvatures or vertices."""
     found = [rows for name, rows in attributes if name in NAMES and len(rows)]
     if len(found) < len(NAMES):
         return None
@@ -20,9 +20,9 @@ def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
     return gaussian, mean
 
 
-def merge_ranges(found: Iterable[Ranges | None]) -> Ranges | None:
-    """Those of several meshes; None where no mesh has any."""
-    known = [ranges for ranges in found if ranges is not None]
+def merge_ranges(several: Iterable[Ranges | None]) -> Ranges | None:
+    """The ranges over several meshes; None if no mesh has any."""
+    known = [ranges for ranges in several if ranges is not None]
     if not known:
         return None
     gaussian, mean = (
@@ -33,7 +33,7 @@ def merge_ranges(found: Iterable[Ranges | None]) -> Ranges | None:
 
 
 def round_to_single(ranges: Ranges | None) -> Ranges | None:
-    """Those of the values after they were rounded to float32."""
+    """The ranges of the values rounded to float32."""
     if ranges is None:
         return None
     gaussian, mean = ((float(np.float32(low)), float(np.float32(high))) for low, high in ranges)

@@ -109,7 +109,7 @@ def _check_count(count: int, most: int) -> None:
         raise TooLarge(
             Issue(
                 "too_many_vertices",
-                "To be so near to the curve its polyline would need too many points.",
+                "A polyline with this tolerance would have too many points.",
                 "/tolerance",
                 f"more than {most} points",
                 f"at most {most}",

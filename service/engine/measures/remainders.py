@@ -139,7 +139,7 @@ class _Spread:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Spreads:
-    """Of S_u and, of surfaces, S_v; and s, a bound of |S − c| on each ellipse, (R, K)."""
+    """Spreads of S_u and, for surfaces, S_v; and s, a bound of |S − c| on each ellipse, (R, K)."""
 
     partials: list[_Spread]
     reach: FloatArray

@@ -63,7 +63,7 @@ class _Piece:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Source:
-    """Patches in the coordinates of the whole.
+    """Patches in the coordinates of the whole model.
 
     Attributes
     ----------

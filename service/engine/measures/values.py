@@ -31,8 +31,8 @@ class MeasureQuery:
     Attributes
     ----------
     tolerance : float
-        Largest width of an interval, relative to the area, the length or the volume of the whole;
-        for the centroid relative to the diagonal.
+        Largest width of an interval, relative to the area, the length or the volume of the whole
+        surface; for the centroid relative to the diagonal.
     weld_tolerance : float
         The part of the diagonal within which borders are joined.
     budget : int
@@ -111,7 +111,7 @@ class Measures:
     Attributes
     ----------
     area, volume, centroid
-        Of the whole; without volume and centroid if it is not closed.
+        Of the whole surface; without volume and centroid if it is not closed.
     closed : bool
         Whether every edge is balanced (`service.engine.mesh.orientation`).
     boundary_length : Interval

@@ -26,7 +26,7 @@ SURE = 6
 """Halvings of cells that may be made only because they are coarse."""
 
 MOST_BYTES = 96 << 20
-"""Of the cells at a time, nets included, beyond the whole nets."""
+"""The most bytes of the cells at a time, with their nets, without the nets of whole patches."""
 
 MOST_ADDITIONS = 600_000_000
 """Additions of numbers that halve the cells of a request, some 6 to 40 ns each. With low degrees

@@ -19,7 +19,7 @@ multiplied by, and the corners in the order of the border."""
 
 
 def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
-    """Of cells with nets (K, p+1, q+1, 3 or 4): ball, error, corners and Σ A, (COLUMNS, K)."""
+    """Ball, error, corners and Σ A, (COLUMNS, K), of cells with nets (K, p+1, q+1, 3 or 4)."""
     p, q = nets.shape[1] - 1, nets.shape[2] - 1
     points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
     table = np.empty((COLUMNS, len(nets)))

@@ -33,7 +33,7 @@ COARSE = 0.2
 """Strain of cells about which a close look says almost nothing, which are halved at once."""
 
 STEPS = 8
-"""Of Newton's method, before a cell is halved instead."""
+"""The most steps of Newton's method; then the cell is halved."""
 
 ENOUGH = 1 / 2
 """Width of an interval at which a cell is not halved any more, in units of the tolerance."""
@@ -115,7 +115,7 @@ class ClosestLevels:
         return self.halve(point[rows], cell[rows], low[rows])
 
     def affordable(self, near: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
-        """Of the pairs `near` those of points that go on; the others wait, or end."""
+        """The rows of `near` whose points go on; the other points wait, or end."""
         goes, ends = self.share.allot(np.bincount(point[near], minlength=self.x.shape[1]))
         if goes.all():
             return near

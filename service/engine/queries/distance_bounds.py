@@ -77,7 +77,7 @@ class Minima:
     loss: FloatArray
 
     def take(self, rows: Ints) -> "Minima":
-        """Those of some pairs."""
+        """The bounds of selected pairs."""
         return Minima(*(getattr(self, name).take(rows, axis=-1) for name in Minima.__slots__))
 
     @staticmethod

@@ -14,7 +14,7 @@ from service.errors import Issue, TooLarge
 from service.surface.lowered import PatchModel
 
 RELATIVE_THICKNESS = 1e-9
-"""Of the diagonal, if nothing is said."""
+"""The default thickness of rays, as a share of the diagonal."""
 
 NAMES = np.array([kind.name.lower() for kind in Kind])
 """The name of each `Kind`, in lower case."""

@@ -17,7 +17,7 @@ APART = 1e-3
 about a minimum the distance changes little."""
 
 STEPS = 8
-"""Of Newton's method where nothing was proved."""
+"""Steps of Newton's method where no minimum was proved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,7 +59,7 @@ class Nearest:
         self._cells, self._x, self._tolerance = cells, x, tolerance
         self.best = np.full(m, np.inf)
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
-        """Of the nearest centre of a cell: its square, and the cell."""
+        """The square of the distance of the nearest centre of a cell, and the cell."""
         self._low = np.full(m, np.inf)
         self._places: list[tuple[Ints, Ints, Place]] = []
         self._left: list[tuple[Ints, Ints, FloatArray]] = []

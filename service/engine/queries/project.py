@@ -27,7 +27,7 @@ SMALL = 1e-4
 """Sine of the angle of S_u and S_v below which the normal is computed as a limit."""
 
 RELATIVE_TOLERANCE = 1e-9
-"""Of distances, if nothing is said."""
+"""The default width of intervals of distances, as a share of the diagonal."""
 
 ON_SIDE = 1e-12
 """How far a parameter may be from the end of its patch for a place on the side of it."""

@@ -142,7 +142,7 @@ class RayLevels:
         return self.halve(*(np.concatenate(each) for each in zip(*left, strict=True)))
 
     def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
-        """Of the pairs `near` those of rays that go on; the others wait, or end."""
+        """The rows of `near` whose rays go on; the other rays wait, or end."""
         counts = np.bincount(ray[near], minlength=len(self.reached))
         goes, ends = self.share.allot(counts, self.is_later)
         self.reached &= ~ends

@@ -15,10 +15,10 @@ from service.engine.queries.ray_bounds import Rays, RootBounds
 from service.engine.queries.ray_hits import Hits, Kind, Origin
 
 STEPS = 8
-"""Of Newton's method, before a cell is halved instead."""
+"""The most steps of Newton's method; then the cell is halved."""
 
 STRIP_STEPS = 4
-"""Of Newton's method across a strip."""
+"""The most steps of Newton's method across a strip."""
 
 OBLIQUE = 1 / 2
 """|x₁| from which on a strip may end at a side x = ±1 (Theorem 2 of `grazing`)."""

@@ -57,7 +57,7 @@ SMALL = (2.0**-4, 2.0**-7, 2.0**-10)
 than `ROOM`."""
 
 ROUNDING = 1e-6
-"""Of sums of solid angles: each is wrong by at most some 1e-13."""
+"""A bound of the error of sums of solid angles: each angle is wrong by at most some 1e-13."""
 
 CLEAR = 0.1
 """How far outside the ball of a cell x must be, in radii, for the solid angle to be computed."""
@@ -182,7 +182,7 @@ class _Chunk:
 
 
 def _solid_angles(corners: FloatArray) -> FloatArray:
-    """Of quadrilaterals of two triangles each, corners (4, 3, n) seen from the origin."""
+    """Solid angles at the origin of pairs of triangles with corners (4, 3, n)."""
     a, b, c, d = corners
     length = np.sqrt((corners * corners).sum(axis=1))
     return _solid_angle((a, b, c), length[[0, 1, 2]]) + _solid_angle((a, c, d), length[[0, 2, 3]])

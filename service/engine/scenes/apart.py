@@ -1,6 +1,6 @@
 """The mesh of joined members told apart again: a node for each member, in its own name and colour.
 
-Positions on a common edge stay the same in all of them; the report is that of the whole.
+Positions on a common edge stay the same in all of them; the report is that of the whole mesh.
 """
 
 from dataclasses import replace

@@ -215,7 +215,7 @@ class _Search:
 
 
 def _apart(points: FloatArray, some: Ints, crossings: Ints) -> Ints:
-    """Those of some points that are not where a section crosses itself, nor one of them before."""
+    """The rows of points that are no crossings of the section, and no repetitions."""
     kept: list[int] = []
     others = points[crossings]
     for k in some.tolist():

@@ -32,7 +32,7 @@ LIFT = 1 / 20
 and now those would be seen."""
 
 COLOR: Color = (0.93, 0.54, 0.25, 1.0)
-"""Of wires that have faces; lines look the same."""
+"""The colour of tubes and ribbons; lines have the same."""
 
 
 def draw_without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:

@@ -94,7 +94,7 @@ def test_quaternions_of_all_turns(axis: int, angle: float) -> None:
 
 
 def test_equal_surfaces_share_one_mesh() -> None:
-    """Of one colour one mesh; in another colour another mesh over the same arrays."""
+    """One mesh for each colour, over the same arrays."""
     ball, ramp = find("sphere").surface(), find("saddle").surface()
     group = group_of(
         Member(ball, "a"),

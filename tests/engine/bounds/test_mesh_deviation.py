@@ -116,7 +116,7 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
 
 
 def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:
-    """Of one batch, the patches with a frame are evaluated apart from a huge one."""
+    """Patches with a frame are evaluated apart from a huge patch of the same batch."""
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     nets = [plane, turned(moved(plane, 1), 5), moved(plane * 1e9, 5)]
     parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "framed", "huge")))

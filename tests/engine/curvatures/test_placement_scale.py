@@ -84,7 +84,7 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
 
 @pytest.mark.parametrize("name", ["utah-teapot", "saddle", "octahedral-sphere", "bspline-hills"])
 def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
-    """Of triangles, too, and of rational patches."""
+    """For triangles and rational patches too."""
     options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
     group = group_of(SHEAR, name=name)
     found, right = build(group, options), build(to_patches(group), options)

@@ -127,7 +127,7 @@ def rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
 
 
 def test_an_edge_has_the_positions_of_its_first_net() -> None:
-    """Of the net that comes first in dictionary order, run along in either direction."""
+    """The net that comes first in dictionary order, in either direction."""
     rng = np.random.default_rng(5)
     nets = rng.uniform(0, 1, (2, 4, 4, 3))
     nets[1, -1] = nets[0, 0, ::-1] + rng.uniform(-1e-13, 1e-13, (4, 3))

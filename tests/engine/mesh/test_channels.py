@@ -71,7 +71,7 @@ def close(found: Any, right: Any, net: Array, single: bool = False) -> None:
 def test_every_channel_is_its_own_polynomial(
     data: st.DataObject, net: Array, resolution: tuple[int, int], single: bool
 ) -> None:
-    """Of a degree of its own, and whatever the weights of the points."""
+    """With another degree than the surface, and with any weights."""
     weights = data.draw(st.none() | weights_like(net))
     colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
     uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))

@@ -12,7 +12,7 @@ from tests.oracles import exact
 from tests.strategies import Array, example_batch, moved, nets, weighted_nets
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
-"""Of S, S_u, S_v, S_uu, S_uv, S_vv relative to the size of the net."""
+"""Tolerances of S, S_u, S_v, S_uu, S_uv, S_vv, relative to the size of the net."""
 
 parameters = st.lists(
     st.tuples(*[st.sampled_from([0.0, 1.0, 0.5]) | st.integers(0, 97).map(lambda k: k / 97)] * 2),

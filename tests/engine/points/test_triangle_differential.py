@@ -16,7 +16,7 @@ from tests.oracles import exact, triangles
 from tests.strategies import Array
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
-"""Of S, S_s, S_t, S_ss, S_st, S_tt relative to the size of the net."""
+"""Tolerances of S, S_s, S_t, S_ss, S_st, S_tt, relative to the size of the net."""
 
 
 @st.composite

@@ -35,13 +35,13 @@ def values_at(net: Any, weights: Any, channels: Sequence[Any], u: Fraction, v: F
 
 
 def bezier_values(surface: BezierSurface) -> Evaluation:
-    """Those of a surface of one patch."""
+    """Exact values of a surface of one patch."""
     nets = [net for _, _, _, net in surface.channels.each()]
     return lambda u, v: values_at(surface.control_net, surface.weights, nets, u, v)
 
 
 def patch_values(surface: PatchSurface, patch: int) -> Evaluation:
-    """Those of one patch of many."""
+    """Exact values of one patch of many."""
     grid = surface.patches[patch]
     weights = None if surface.weights is None else surface.weights[grid]
     nets = [values[grid] for _, _, _, values in surface.channels.each()]
