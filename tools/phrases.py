@@ -42,7 +42,6 @@ PHRASES: Mapping[str, str] = {
     "holds? on to": "keeps",
     "as many as": _NUMBER,
     "given out": "sent, served",
-    '"""(Of|Those of|That of)': "begin with the noun: the steps of …, the bounds of …",
     "(if|where) nothing is said|unless told": "by default",
     "name of the whole": "name of the group, of the surface",
     "(was|were|is|are) born": "was built",

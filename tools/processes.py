@@ -1,4 +1,4 @@
-"""Servers as processes of their own, and what a process takes of the machine.
+"""Servers as processes of their own, and the memory and files that a process uses.
 
 Linux only: the memory of a process is read from /proc.
 """
@@ -34,12 +34,12 @@ def free_port() -> int:
 
 
 def resident_memory(pid: int | str = "self") -> int:
-    """Bytes of memory that a process holds now."""
+    """Bytes of memory that a process uses now."""
     return _status(pid, "VmRSS")
 
 
 def peak_memory(pid: int | str = "self") -> int:
-    """The most bytes that a process held since its start or since `reset_peak`."""
+    """The most bytes that a process used since its start or since `reset_peak`."""
     return _status(pid, "VmHWM")
 
 
@@ -50,16 +50,16 @@ def reset_peak(pid: int | str = "self") -> None:
 
 def _status(pid: int | str, name: str) -> int:
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
-    found = re.search(rf"^{name}:\s+(\d+) kB", status, re.MULTILINE)
-    if found is None:
+    match = re.search(rf"^{name}:\s+(\d+) kB", status, re.MULTILINE)
+    if match is None:
         raise RuntimeError(f"process {pid} has ended")
-    return int(found[1]) * 1024
+    return int(match[1]) * 1024
 
 
 class Server:
-    """A program that listens on one port, whenever it is started, and writes to a log.
+    """A program that listens on a port and writes to a log; it can be started repeatedly.
 
-    As a context manager it starts the program, waits until it answers, and ends it.
+    As a context manager it starts the program, waits until it responds, and ends it.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Server:
     environment : mapping
         All environment variables of the program.
     probe : str, optional
-        A path that answers 200 once the program is ready; without one, a connection is enough.
+        A path that responds with 200 once the program is ready; default: a connection is enough.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Server:
             raise RuntimeError(f"the program ended by itself; its log is {self.log}")
 
     def start(self) -> None:
-        """Starts the program; `wait_until_ready` waits until it answers."""
+        """Starts the program; `wait_until_ready` waits until it responds."""
         self.log.parent.mkdir(parents=True, exist_ok=True)
         with self.log.open("ab") as log:
             self._process = subprocess.Popen(
@@ -136,7 +136,7 @@ class Server:
         return self._process is not None and self._process.poll() is None
 
     def wait_until_ready(self) -> None:
-        """Returns once the program answers.
+        """Returns once the program responds.
 
         Raises
         ------

@@ -5,8 +5,8 @@ A file is 6 magic bytes, the version (2 bytes), the length of the header (2 byte
 
     {'descr': '<f8', 'fortran_order': False, 'shape': (100, 100, 3), }
 
-which a grammar of our own reads: nothing is evaluated, and the array must hold numbers. Before any
-work, the number of bytes must be that of the shape.
+which a small grammar of this module reads, without `eval`. The array must have numbers, and the
+number of bytes must match the shape, before any other work.
 
 References
 ----------
@@ -68,9 +68,9 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     Raises
     ------
     MalformedBody
-        This is no complete .npy file.
+        The file is not a complete .npy file.
     InvalidRequest
-        The array is no control net, or has more than `most` control points.
+        The shape is not that of a control net, or there are more than `most` control points.
     """
     header = _read_header(content)
     _check_shape(header.shape)
@@ -84,8 +84,8 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
         return tree | ({"weights": array[..., 3]} if array.shape[-1] == 4 else {})
     count, rows, columns, width = array.shape
     points = array.reshape(-1, width)
-    own = np.arange(len(points)).reshape(count, rows, columns)
-    tree = {"type": "patches", field: points[:, :3], "patches": own}
+    indices = np.arange(len(points)).reshape(count, rows, columns)
+    tree = {"type": "patches", field: points[:, :3], "patches": indices}
     return tree | ({"weights": points[:, 3]} if width == 4 else {})
 
 
@@ -95,7 +95,7 @@ def read_array(content: bytes) -> NDArray[Any]:
     Raises
     ------
     MalformedBody, InvalidRequest
-        This is no complete .npy file, or has numbers of another type.
+        The file is not a complete .npy file, or has numbers of another type.
     """
     return _window(content, _read_header(content))
 
@@ -104,7 +104,7 @@ def _read_header(content: bytes) -> _Header:
     """The header, fully checked, and the number of bytes that follow it."""
     length_bytes = _LENGTH_BYTES.get(content[6:8])
     if not content.startswith(MAGIC):
-        raise malformed("This is no .npy file.", "other first bytes", _NEEDED)
+        raise malformed("The file is not a .npy file.", "other first bytes", _NEEDED)
     if length_bytes is None:
         raise malformed(
             "The .npy file has an unknown version.",
@@ -144,11 +144,11 @@ def _entries(text: str) -> dict[str, str]:
     text = text.strip(" \n")
     entries: dict[str, str] = {}
     place = 1
-    while text.startswith("{") and (found := _ENTRY.match(text, place)):
-        if found["key"] in entries:
+    while text.startswith("{") and (match := _ENTRY.match(text, place)):
+        if match["key"] in entries:
             break
-        entries[found["key"]] = found["value"]
-        place = found.end()
+        entries[match["key"]] = match["value"]
+        place = match.end()
     if text[place:].strip() != "}" or entries.keys() != _KEYS:
         raise malformed(
             "The header of the .npy file cannot be read.",
@@ -194,7 +194,7 @@ def _check_shape(shape: tuple[int, ...]) -> None:
         raise InvalidRequest(
             Issue(
                 "wrong_dimension",
-                "The array is no control net.",
+                "The shape of the array is not that of a control net.",
                 "",
                 f"{len(shape)} axes" + (f", {shape[-1]} numbers in the last" if shape else ""),
                 "axes (p+1, q+1, 3) or (P, p+1, q+1, 3); 4 numbers where points have weights",

@@ -1,4 +1,4 @@
-"""Surface and options in, what a mesh would be and whether it would be made out."""
+"""The size of a mesh, and the reasons for which it would be refused, before it is made."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -33,8 +33,8 @@ from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
 
-SURE = 2.0**-16
-"""A tolerance above this part of the largest coordinate is above whatever is rounded."""
+ROUNDING_SHARE = 2.0**-16
+"""A tolerance above this share of the largest coordinate is above all rounding."""
 
 GRID_SHARE = 4
 """A tolerance leaves room for quantizing if it is at least this many times the largest error."""
@@ -42,7 +42,7 @@ GRID_SHARE = 4
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """One thing for which some formats would be refused."""
+    """A reason for a refusal, and the formats that it applies to."""
 
     formats: tuple[str, ...]
     issue: Issue
@@ -50,8 +50,8 @@ class Refusal:
     def to_object(self) -> dict[str, object]:
         """The refusal as a JSON object."""
         issue = self.issue
-        what = {"code": issue.code, "pointer": issue.pointer, "detail": issue.message}
-        return {"formats": list(self.formats), **what, "got": issue.got, "needed": issue.needed}
+        texts = {"code": issue.code, "pointer": issue.pointer, "detail": issue.message}
+        return {"formats": list(self.formats), **texts, "got": issue.got, "needed": issue.needed}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +62,17 @@ class Estimate:
     ----------
     counts : Counts
     exact : bool
-        Whether they are those of the report; else upper bounds of them.
+        Whether the counts will be those of the report; if not, they are upper bounds.
     sizes : tuple of (name of a format, bytes, whether they are exact)
-        Of the formats that can hold the mesh; else upper bounds.
+        For the formats that can store the mesh; upper bounds unless exact.
     memory : tuple of (name of a format, bytes)
-        What the work would take at most, in the formats in which the mesh would be returned.
+        An upper bound for each format in which the mesh would be returned.
     refusals : tuple of Refusal
-        Each thing that is refused once, with the formats for which it is.
+        Each reason once, with its formats.
     accepted : bool
         Whether there is a format in which the mesh would be returned.
     certain : bool
-        Whether nothing else can be refused once the mesh is made.
+        Whether an accepted mesh cannot be refused later.
     """
 
     counts: Counts
@@ -86,14 +86,16 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class _Prediction:
-    """Counts of a mesh, of every different surface once and of all copies.
+    """Expected counts of a mesh.
 
     Attributes
     ----------
+    once, copies : Counts
+        With every distinct surface counted once, and with all copies.
     exact, certain : bool
         As in `Estimate`.
     pieces : int or None
-        Of a mesh by tolerance, segments of the boundary beyond those of its upper bound.
+        For a mesh by tolerance: segments of the boundary in addition to those of its bound.
     """
 
     once: Counts
@@ -103,18 +105,18 @@ class _Prediction:
     pieces: int | None = None
 
     def within(self, size: MeshSize, *, shared: bool) -> MeshSize:
-        """An upper bound with the counts that are known better.
+        """The upper bound `size`, with those of these counts that are better.
 
-        Vertices that are welded are stored several times where their normals differ.
+        Welded vertices are stored several times where their normals differ.
         """
-        known, pieces = self.once if shared else self.copies, self.pieces or 0
+        counts, pieces = self.once if shared else self.copies, self.pieces or 0
         if not self.exact and self.pieces is None:
             return size
         return replace(
             size,
-            vertices=size.vertices if self.pieces is None else known.vertices,
-            triangles=known.triangles,
-            quads=known.quads,
+            vertices=size.vertices if self.pieces is None else counts.vertices,
+            triangles=counts.triangles,
+            quads=counts.quads,
             overlay_points=size.overlay_points + pieces,
             overlay_segments=size.overlay_segments + pieces,
         )
@@ -122,7 +124,7 @@ class _Prediction:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EstimateWork:
-    """An estimate that may be made."""
+    """The work of an estimate, and its cost."""
 
     surface: SurfaceKind
     options: MeshOptions
@@ -134,7 +136,7 @@ class EstimateWork:
     def run(self) -> Estimate:
         """The sizes of the files of each format, and the refusals.
 
-        At a small part of its cost: shared edges are found, and nothing is evaluated.
+        This finds shared edges and evaluates no points, so it costs much less than the mesh.
         """
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
         model, is_joined = surface.lower(), False
@@ -144,23 +146,23 @@ class EstimateWork:
         elif isinstance(model, PatchModel):
             model, _ = join(model, options.weld_tolerance)
         if options.curvatures:
-            # Copies that are bent in different ways are stored apart.
+            # Copies with different curvatures are stored separately.
             model = add_stretches(model)
         bounds = count_models(model, options)
-        whole = mesh_size(surface.size(), options, self.formats[0], bounds[1])
-        expected = self._predict(model, whole)
+        largest = mesh_size(surface.size(), options, self.formats[0], bounds[1])
+        expected = self._predict(model, largest)
         if is_joined:
-            # Members that meet have vertices of their own there.
+            # Members that meet each have vertices on their common border.
             expected = _Prediction(*bounds, exact=False, certain=expected.certain)
         sizes: list[tuple[str, int, bool]] = []
         memory: list[tuple[str, int]] = []
         refused: dict[Issue, list[str]] = {}
         accepted, certain = False, expected.certain
         for fmt in self.formats:
-            own, own_options = carried_channels(model, options, fmt)
+            carried, carried_options = carried_channels(model, options, fmt)
             try:
                 work = plan_mesh(surface, options, fmt, encode, limits)
-                work.check(own, own_options, bounds)
+                work.check(carried, carried_options, bounds)
                 accepted = True
                 memory.append((fmt.name, work.cost.memory))
                 if options.accuracy is not None:
@@ -172,7 +174,7 @@ class EstimateWork:
                     continue
             shared = member_shares(fmt, encode)
             stored = estimate_stored_size(surface, options, fmt, encode)
-            size = mesh_size(stored, own_options, fmt, bounds[0] if shared else bounds[1])
+            size = mesh_size(stored, carried_options, fmt, bounds[0] if shared else bounds[1])
             most = fmt.byte_bound(expected.within(size, shared=shared), encode)
             if options.accuracy is not None:
                 certain &= most <= limits.max_bytes
@@ -185,13 +187,13 @@ class EstimateWork:
     def _predict(self, model: Model, size: MeshSize) -> _Prediction:
         """Bounds of the mesh of a model that has at most this size.
 
-        Exact at a resolution, except for sweeps and for wires with faces, whose bends are counted
-        only when they are built, and for meshes that are too large anyway.
+        Exact with a resolution, except for sweeps and wires with faces, whose corners are counted
+        only when they are built, and for meshes that exceed the limits.
 
         Raises
         ------
         InvalidRequest
-            `tolerance_too_small`, as the mesh itself.
+            `tolerance_too_small`, as for the mesh.
         """
         options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
         patches = [own for own in models if isinstance(own, PatchModel)]
@@ -202,11 +204,11 @@ class EstimateWork:
             return self._by_tolerance(model, patches, options.accuracy)
         if options.has_solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(most, most, exact=False)
-        found = [
+        counts = [
             count_mesh(own, options) if options.has_faces else Counts(0, 0, 0) for own in patches
         ]
         certain = not options.curvatures or is_affordable(patches, size.vertices)
-        return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
+        return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
 
     def _by_tolerance(
         self, model: PatchModel | GroupModel, patches: list[PatchModel], accuracy: Accuracy
@@ -215,14 +217,14 @@ class EstimateWork:
         options, limits = self.options, self.limits
         moved = find_grid_error(model, options) if self.encode.quantize else 0.0
         try:
-            once, copies = _take_largest(model, options, accuracy, moved)
+            once, copies = _bound_meshes(model, options, accuracy, moved)
         except InvalidRequest as error:
             issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*issues) from None
         if not (options.has_faces or options.has_wires):
             return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)
         allowed = adaptive_triangles(accuracy, limits)
-        # What a budget or an angle leads to has no other bound.
+        # Meshes by budget or angle have no other bound.
         bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
         degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
         effort = 16 * (degree + 1) ** 2 * (2 * degree)
@@ -251,7 +253,7 @@ def plan_estimate(
     limits: Limits = DEFAULT_LIMITS,
     formats: Sequence[Format] = FORMATS,
 ) -> EstimateWork:
-    """Plan an estimate, after the surface is checked against the limits by its shapes.
+    """Plans an estimate; checks limits by the shapes of the surface.
 
     Raises
     ------
@@ -263,10 +265,10 @@ def plan_estimate(
     return EstimateWork(surface, options, encode, limits, formats, cost)
 
 
-def _take_largest(
+def _bound_meshes(
     model: PatchModel | GroupModel, options: MeshOptions, accuracy: Accuracy, moved: float
 ) -> tuple[MostTriangles, MostTriangles]:
-    """Bounds for the stored meshes, and for all copies; storing moves vertices by `moved`.
+    """Bounds of the stored meshes, and of all copies; storing moves vertices by `moved`.
 
     Raises
     ------
@@ -279,12 +281,12 @@ def _take_largest(
         return alone, alone
     group = model if goal.view is None else separate_copies(model)
     goals = build_model_goals(goal, group, moved)
-    found = [
+    bounds = [
         bound_triangles(own, aim, options)
         for own, aim in zip(group.models, goals, strict=True)
         if isinstance(own, PatchModel)
     ]
-    return _sum(found), _sum(found[member.model] for member in group.members)
+    return _sum(bounds), _sum(bounds[member.model] for member in group.members)
 
 
 def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
@@ -296,18 +298,18 @@ def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, mo
     goal = build_goal(accuracy, model)
     seen = inf if goal.view is None else goal.view.rate * goal.view.near
     least = min(goal.tolerance, seen)
-    return least >= SURE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
+    return least >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
 
 
-def estimate_object(found: Estimate) -> dict[str, object]:
+def estimate_object(estimate: Estimate) -> dict[str, object]:
     """The estimate as a JSON object."""
     return {
-        **asdict(found.counts),
-        "exact": found.exact,
-        "bytes": {name: size for name, size, _ in found.sizes},
-        "exact_bytes": [name for name, _, exact in found.sizes if exact],
-        "memory": dict(found.memory),
-        "accepted": found.accepted,
-        "certain": found.certain,
-        "refused": [refusal.to_object() for refusal in found.refusals],
+        **asdict(estimate.counts),
+        "exact": estimate.exact,
+        "bytes": {name: size for name, size, _ in estimate.sizes},
+        "exact_bytes": [name for name, _, exact in estimate.sizes if exact],
+        "memory": dict(estimate.memory),
+        "accepted": estimate.accepted,
+        "certain": estimate.certain,
+        "refused": [refusal.to_object() for refusal in estimate.refusals],
     }

@@ -1,4 +1,4 @@
-"""A surface and planes in, the polylines of its sections out, in a format."""
+"""Sections of a surface by planes, as polylines in a format."""
 
 from dataclasses import dataclass, replace
 
@@ -25,16 +25,16 @@ from service.surface.sizes import SurfaceKind
 MOST_PLANES = 1_000
 
 PIECE_EFFORT, FEWEST = 1200, 500
-"""Multiplications that a piece of a section takes, times the control points of a patch; and pieces
-that are computed in any case."""
+"""Multiplications for each piece of a section and each control point of a patch; and the number of
+pieces that is always allowed."""
 
 COMPARED = 20
-"""Multiplications that tell whether a plane may cut a patch."""
+"""Multiplications to test whether a plane may cut a patch."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SectionWork:
-    """Sections that may be computed: of at most `most` pieces."""
+    """The work of sections within the limits, of at most `most` pieces, and its cost."""
 
     surface: SurfaceKind
     planes: Planes
@@ -50,7 +50,7 @@ class SectionWork:
         Raises
         ------
         InvalidRequest
-            `not_parametric`, of tubes and ribbons; `tolerance_too_small`.
+            `not_parametric`: a tube or a ribbon has no patches; `tolerance_too_small`.
         TooLarge
             `too_many_vertices`, `too_many_bytes`.
         """
@@ -64,7 +64,7 @@ class SectionWork:
         return self.fmt.encode(sections)
 
     def cut(self, model: PatchModel) -> Sections:
-        """The sections of the model, its patches joined as those of a mesh are."""
+        """The sections of the model; patches are joined as for a mesh."""
         tolerance = self.tolerance.within(model, single=self.fmt.single)
         joined, seams = join(model, MeshOptions().weld_tolerance, self._check_patches)
         sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
@@ -96,7 +96,7 @@ def plan_sections(
     fmt: SectionFormat,
     limits: Limits = DEFAULT_LIMITS,
 ) -> SectionWork:
-    """Plan the sections, which are checked against the limits by the shapes of the arrays.
+    """Plans sections; checks limits by the shapes of the arrays.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def plan_sections(
     limits.check_effort(effort, "The sections could take too long.", where, instead)
     p, q = size.degree
     net = (p + 1) * (q + 1)
-    # Bytes of 1,000 pieces, for 2 points each at most.
+    # Bytes of 1,000 pieces, with at most 2 points each.
     file = fmt.byte_bound(_size_of(2001)) - fmt.byte_bound(_size_of(1))
     each = piece_memory(net, file)
     fixed = sections_cost(size, count, 0, each)
@@ -130,7 +130,7 @@ def _size_of(points: int) -> SectionSize:
 
 
 def _requested(model: PatchModel, patches: Ints) -> Ints:
-    """Numbers that the request has for patches of a model."""
+    """The numbers, in the order of the request, of patches of a model."""
     if len(model.domains) > 1:
         firsts = np.array([domain.first for domain in model.domains])
         order = np.argsort(firsts)

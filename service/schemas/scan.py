@@ -1,7 +1,6 @@
 """Scans of a JSON text for facts that the parser drops: positions, repeated keys, depth.
 
-These scanners look at strings and brackets only, and most of them only where something is wrong, or
-may be.
+The scanners read only strings and brackets. Most run only after the parser has found an error.
 """
 
 import re
@@ -11,13 +10,13 @@ import orjson
 from service.errors import pointer
 
 MAX_PREFIX = 1 << 19
-"""Bytes that `find_pointer` is willing to read: a tenth of a second at worst."""
+"""The most bytes that `find_pointer` reads: at most 0.1 s."""
 
 MAX_KEY = 64
-"""Characters of a key that a pointer repeats; keys of ours are shorter."""
+"""The most characters of a key in a pointer; all keys of the service are shorter."""
 
 MAX_LEVELS = 32
-"""Levels that a pointer names; documents of ours are not so deep."""
+"""The most levels of a pointer; valid documents have fewer."""
 
 _STRING = rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\Z)'
 _BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
@@ -29,7 +28,7 @@ _OTHERS = bytes(set(range(256)) - set(b"[]{}"))
 
 
 class _Level:
-    """One open bracket: the index or the key at which the scanner stands."""
+    """An open bracket, and the index or key at the position of the scanner."""
 
     __slots__ = ("expects_key", "is_object", "label")
 
@@ -49,7 +48,7 @@ class _Level:
 def find_pointer(body: bytes, end: int) -> str:
     """JSON pointer of the value that begins at or contains byte `end` of `body`.
 
-    An empty pointer where that would mean reading more than `MAX_PREFIX` bytes.
+    Empty if `end` is beyond `MAX_PREFIX`.
     """
     if end > MAX_PREFIX:
         return ""

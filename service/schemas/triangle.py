@@ -1,4 +1,4 @@
-"""One triangular Bézier patch as a document says it, and the rows of its nets.
+"""The JSON language of a triangular Bézier patch, and the rows of its nets.
 
 A document has rows of n + 1, n, … 1 entries; arrays have one axis of (n+1)(n+2)/2.
 """
@@ -68,7 +68,7 @@ class TriangleDefinition(StrictModel):
 
 
 def define_triangle(surface: TriangleSurface) -> dict[str, Any]:
-    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    """The definition of the surface, with arrays; without the fields that it does not have."""
     return define_surface("triangle", surface, "control_net", "weights")
 
 
@@ -81,7 +81,7 @@ def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
-    """The rows of n+1, n, … 1 entries that an array over a triangle stands for."""
+    """The rows of n+1, n, … 1 entries of an array over a triangle."""
     starts = row_starts(degree_of(len(values)))
     return np.split(values, starts[1:-1])
 
@@ -97,12 +97,12 @@ def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
     starts = row_starts(degree)
 
     def moved(issue: Issue) -> Issue:
-        found = re.match(rf"({prefix})/(\d+)(/.*)?\Z", issue.pointer)
-        if found is None:
+        match = re.match(rf"({prefix})/(\d+)(/.*)?\Z", issue.pointer)
+        if match is None:
             return issue
-        entry = int(found[2])
+        entry = int(match[2])
         row = int(np.searchsorted(starts, entry, side="right")) - 1
-        where = f"{found[1]}/{row}/{entry - int(starts[row])}{found[3] or ''}"
+        where = f"{match[1]}/{row}/{entry - int(starts[row])}{match[3] or ''}"
         return replace(issue, pointer=where)
 
     return InvalidRequest(*map(moved, error.issues))

@@ -22,14 +22,14 @@ Body: TypeAlias = bytes | Iterable[bytes] | AsyncIterable[bytes]
 
 
 _ALWAYS = {"X-Request-Id": "a-test"}
-"""One id for all, so that answers can be compared, heads and all."""
+"""All requests have this id, so that responses can be compared with their headers."""
 
 
 class Client:
     """Requests to one application, on one event loop."""
 
     def __init__(self, app: ASGIApp, portal: BlockingPortal) -> None:
-        # As behind a server: what the application raises after a 500 is the log's business.
+        # As a server does: an exception that the application raises after a 500 goes to the log.
         self._transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         self._portal = portal
 
@@ -40,14 +40,14 @@ class Client:
         content: Body | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> httpx.Response:
-        """The answer; an iterable body arrives in its pieces and without a length."""
+        """The response; an iterable body arrives in its pieces and without a length."""
         return self._portal.call(self._request, method, url, content, headers)
 
     def get(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
         return self.request("GET", url, headers=headers)
 
     def raw(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
-        """The answer to a GET, its body as it was sent: no coding undone, none asked for."""
+        """The response to a GET without `Accept-Encoding`, its body not decoded."""
         return self._portal.call(self._raw, url, headers)
 
     def post(
@@ -75,11 +75,11 @@ class Client:
             transport=self._transport, base_url="http://service", headers=_ALWAYS
         ) as client:
             client.headers.pop("Accept-Encoding")
-            async with client.stream("GET", url, headers=headers) as answer:
-                body = b"".join([chunk async for chunk in answer.aiter_raw()])
-        coded = [pair for pair in answer.headers.multi_items() if pair[0] != "content-encoding"]
-        whole = httpx.Response(answer.status_code, headers=coded, content=body)
-        whole.headers = answer.headers
+            async with client.stream("GET", url, headers=headers) as response:
+                body = b"".join([chunk async for chunk in response.aiter_raw()])
+        coded = [pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"]
+        whole = httpx.Response(response.status_code, headers=coded, content=body)
+        whole.headers = response.headers
         return whole
 
 

@@ -1,4 +1,4 @@
-"""Every form of a surface, and every example, in files: programs of others read what was meant."""
+"""Every form of a surface, and every example, in files that other programs read correctly."""
 
 from io import BytesIO
 from pathlib import Path
@@ -32,33 +32,33 @@ LINES_ALONE = "isocurves as lines alone"
 each_form = pytest.mark.parametrize("form", REQUESTS)
 
 
-def wanted(form: str) -> MeshRequest:
+def request_of(form: str) -> MeshRequest:
     return validate_document(MeshRequest, REQUESTS[form])
 
 
-def written(form: str, name: str) -> bytes:
-    request = wanted(form)
+def write(form: str, name: str) -> bytes:
+    request = request_of(form)
     return render(request.to_surface(), request.mesh_options(), BY_NAME[name])
 
 
-def made(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
-    """The mesh that is written, in float64 and of one piece."""
-    request = wanted(form)
+def build_mesh(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
+    """The mesh that is write, in float64 and of one piece."""
+    request = request_of(form)
     model, options = carried_channels(request.to_surface().lower(), request.mesh_options(), fmt)
     return build(model, options)
 
 
 @each_form
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_the_validator_has_nothing_to_say(form: str, suffix: str, tmp_path: Path) -> None:
-    assert issues(written(form, suffix), tmp_path / f"model.{suffix}") == []
+def test_the_validator_finds_no_issue(form: str, suffix: str, tmp_path: Path) -> None:
+    assert issues(write(form, suffix), tmp_path / f"model.{suffix}") == []
 
 
 @each_form
-def test_geomview_has_nothing_to_say(form: str, tmp_path: Path) -> None:
-    """It finds as many faces, and every corner where it was written."""
-    mesh = made(form)
-    read = read_oogl(written(form, "oogl"), tmp_path)
+def test_geomview_reads_all_faces(form: str, tmp_path: Path) -> None:
+    """Geomview finds all faces, and every corner in its place."""
+    mesh = build_mesh(form)
+    read = read_oogl(write(form, "oogl"), tmp_path)
     assert len(read.faces) >= len(mesh.triangles) / 2
     used = np.unique([row for face in read.faces for row in face])
     points = np.concatenate([mesh.positions, *(lines.positions for lines in mesh.overlays)])
@@ -69,7 +69,7 @@ def test_geomview_has_nothing_to_say(form: str, tmp_path: Path) -> None:
 
 @each_form
 def test_trimesh_reads_every_triangle(form: str) -> None:
-    """Where it was, wound as it was, in the colours that it had."""
+    """With the same corners, winding and colours."""
     for name in ("stl", "obj", "ply", "off"):
         check_triangles(form, name)
 
@@ -78,14 +78,14 @@ def check_triangles(form: str, name: str) -> None:
     fmt = BY_NAME[name]
     if not fmt.overlays and "as lines" in form:
         with pytest.raises(UnsupportedByFormat):
-            written(form, name)
+            write(form, name)
         return
     if form == LINES_ALONE:
-        assert written(form, name).count(b"\nl ") > 0
+        assert write(form, name).count(b"\nl ") > 0
         return
-    scene = trimesh.load_scene(BytesIO(written(form, name)), file_type=name, process=False)
+    scene = trimesh.load_scene(BytesIO(write(form, name)), file_type=name, process=False)
     loaded: list[trimesh.Trimesh] = list(scene.geometry.values())
-    mesh = made(form, fmt)
+    mesh = build_mesh(form, fmt)
     corners = (mesh.positions + mesh.origin)[mesh.triangles]
     found = np.concatenate([own.triangles for own in loaded])
     assert found.shape == corners.shape
@@ -106,14 +106,14 @@ def check_triangles(form: str, name: str) -> None:
 
 @pytest.mark.parametrize("form", ["tube", "tube that closes", "isocurves as tubes alone"])
 @pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
-def test_trimesh_finds_what_is_closed(form: str, name: str) -> None:
-    """And the volume inside."""
+def test_trimesh_finds_closed_meshes_closed(form: str, name: str) -> None:
+    """And the same volume."""
     scene = trimesh.load_scene(
-        BytesIO(written(form, name)), file_type=name, merge_norm=True, merge_tex=True
+        BytesIO(write(form, name)), file_type=name, merge_norm=True, merge_tex=True
     )
     (loaded,) = scene.geometry.values()
     assert isinstance(loaded, trimesh.Trimesh)
-    mesh = made(form)
+    mesh = build_mesh(form)
     assert mesh.report.watertight
     assert loaded.is_watertight
     assert loaded.is_winding_consistent
@@ -126,7 +126,7 @@ each_example = pytest.mark.parametrize("example", EXAMPLES)
 
 
 @each_example
-def test_the_validator_has_nothing_to_say_of_examples(example: str, tmp_path: Path) -> None:
+def test_the_validator_finds_no_issue_in_examples(example: str, tmp_path: Path) -> None:
     options = MeshOptions(resolution=(3, 5), uvs=True, overlays=OVERLAYS)
     content = render(EXAMPLES[example].surface(), options, BY_NAME["glb"])
     assert issues(content, tmp_path / "model.glb") == []
@@ -138,7 +138,7 @@ def test_the_validator_has_nothing_to_say_of_examples(example: str, tmp_path: Pa
 @pytest.mark.parametrize(
     ("form", "faces"), [("mesh", "quads"), ("off", "triangles"), ("bez", "quads")]
 )
-def test_geomview_has_nothing_to_say_of_examples(
+def test_geomview_reads_examples(
     example: str, form: OoglForm, faces: Faces, tmp_path: Path
 ) -> None:
     # A form of grids has no place for neighbours that divide their edge into other numbers.
@@ -147,7 +147,7 @@ def test_geomview_has_nothing_to_say_of_examples(
     surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]
     model = surface.lower()
     if form == "bez" and isinstance(model, SweepModel):
-        with pytest.raises(InvalidRequest, match="not made of Bézier patches"):
+        with pytest.raises(InvalidRequest, match="not build_mesh of Bézier patches"):
             render(surface, options, oogl, EncodeOptions(form))
         return
     models = model.models if isinstance(model, GroupModel) else (model,)

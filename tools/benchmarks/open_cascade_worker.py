@@ -1,11 +1,11 @@
-"""Open CASCADE's mesher, in a Python of its own: knows nothing of the service.
+"""Open CASCADE's mesher, in an environment of its own, without the service.
 
-Reads names of .npz files, one a line, and answers each with a line once the file `<name>.out.npz`
-is written. A file holds `deflection`, and of face k, the names all beginning with `k `, `net`
+Reads names of .npz files, one a line, and prints each name after it has written the file
+`<name>.out.npz`. A file has `deflection`, and for face k, under names that begin with `k `, `net`
 (n, m, 3), maybe `weights`, and for a B-spline `degree`, and the distinct knots and their
-multiplicities, `knots_u`, `times_u`, `knots_v`, `times_v`. The answer holds `corners` (T, 3, 3),
-`seconds`, the CPU time of the mesher alone, and `peak`, the bytes that it took beyond what the
-process had before.
+multiplicities, `knots_u`, `times_u`, `knots_v`, `times_v`. The output has `corners` (T, 3, 3),
+`seconds`, the CPU time of the mesher alone, and `peak`, the bytes by which the memory of the
+process grew.
 """
 
 import sys
@@ -27,7 +27,7 @@ ANGLE = 0.5
 
 
 def grid(values: Any, kind: Any) -> Any:
-    """Its array of points or of weights, counted from 1."""
+    """Open CASCADE's array of points or of weights, counted from 1."""
     rows, columns = values.shape[:2]
     array = kind(1, rows, 1, columns)
     for i in range(rows):
@@ -38,23 +38,23 @@ def grid(values: Any, kind: Any) -> Any:
 
 
 def numbers(values: Any, kind: Any) -> Any:
-    """Its array of numbers, counted from 1."""
+    """Open CASCADE's array of numbers, counted from 1."""
     array = kind(1, len(values))
     for k, value in enumerate(values.tolist()):
         array.SetValue(k + 1, value)
     return array
 
 
-def surface_of(stated: Any) -> Any:
+def surface_of(fields: Any) -> Any:
     """A Bézier surface, or a B-spline surface where there are knots."""
-    grids = [grid(stated["net"], Array2_gp_Pnt)]
-    if "weights" in stated:
-        grids.append(grid(stated["weights"], Array2_double))
-    if "degree" not in stated:
+    grids = [grid(fields["net"], Array2_gp_Pnt)]
+    if "weights" in fields:
+        grids.append(grid(fields["weights"], Array2_double))
+    if "degree" not in fields:
         return Geom_BezierSurface(*grids)
-    p, q = stated["degree"].tolist()
-    knots = [numbers(stated[f"knots_{axis}"], Array1_double) for axis in "uv"]
-    times = [numbers(stated[f"times_{axis}"].astype(int), Array1_int) for axis in "uv"]
+    p, q = fields["degree"].tolist()
+    knots = [numbers(fields[f"knots_{axis}"], Array1_double) for axis in "uv"]
+    times = [numbers(fields[f"times_{axis}"].astype(int), Array1_int) for axis in "uv"]
     return Geom_BSplineSurface(*grids, *knots, *times, p, q)
 
 
@@ -74,23 +74,23 @@ def corners_of(face: Any) -> Any:
 
 
 def main() -> None:
-    """Answers until there is nothing more to read."""
+    """Meshes files until the input ends."""
     for line in sys.stdin:
         name = line.rstrip("\n")
-        stated: dict[str, dict[str, Any]] = {}
+        fields: dict[str, dict[str, Any]] = {}
         for key, value in np.load(name).items():
             face, _, field = key.rpartition(" ")
-            stated.setdefault(face, {})[field] = value
-        deflection = float(stated.pop("")["deflection"])
-        surfaces = map(surface_of, stated.values())
+            fields.setdefault(face, {})[field] = value
+        deflection = float(fields.pop("")["deflection"])
+        surfaces = map(surface_of, fields.values())
         faces = [BRepBuilderAPI_MakeFace(surface, 1e-7).Face() for surface in surfaces]
-        whole, builder = TopoDS_Compound(), BRep_Builder()
-        builder.MakeCompound(whole)
+        compound, builder = TopoDS_Compound(), BRep_Builder()
+        builder.MakeCompound(compound)
         for face in faces:
-            builder.Add(whole, face)
+            builder.Add(compound, face)
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
         before, start = bytes_of("VmRSS"), time.process_time()
-        BRepMesh_IncrementalMesh(whole, deflection, False, ANGLE, False)
+        BRepMesh_IncrementalMesh(compound, deflection, False, ANGLE, False)
         seconds, peak = time.process_time() - start, bytes_of("VmHWM") - before
         corners = np.concatenate([corners_of(face) for face in faces])
         np.savez(f"{name}.out.npz", corners=corners, seconds=seconds, peak=peak)

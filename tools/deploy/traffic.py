@@ -39,10 +39,10 @@ class Request:
 
 
 class Traffic:
-    """Requests of all kinds, drawn by chance from a seed, and the judge of their answers.
+    """Random requests of all kinds, by a seed, and checks of their responses.
 
-    Answers are pure: whichever instance gives one, before or after a restart, out of memory or
-    computed anew, the same request has the same bytes.
+    The same request must always get the same bytes: from every instance, before and after a
+    restart, from the cache and computed.
     """
 
     def __init__(self, seed: int = SEED) -> None:
@@ -53,7 +53,7 @@ class Traffic:
         """The stored surfaces that the service confirmed: ids, and the posted bodies."""
 
     def requests(self, kinds: dict[str, int]) -> Iterator[Request]:
-        """Requests without end; kinds by their weights."""
+        """An endless sequence of requests; kinds by their weights."""
         names, weights = list(kinds), list(kinds.values())
         while True:
             (kind,) = self._random.choices(names, weights)
@@ -66,7 +66,7 @@ class Traffic:
         if request.kind == "store":
             said = json.loads(answer.body)["id"]
             if answer.location != f"/v1/surfaces/{said}":
-                return "an address that is not the id's"
+                return "a URL that does not belong to the id"
             self.stored[said] = request.body
             return None
         if answer.status == 304:
@@ -131,7 +131,7 @@ class Traffic:
 
 
 def mesh(id: str, query: str) -> str:
-    """Address of a mesh."""
+    """URL of a mesh."""
     return f"/v1/surfaces/{id}/mesh.glb?{query}"
 
 

@@ -18,8 +18,8 @@ LEVELS, MOST = 60, 4000
 """Halvings of a patch in each direction; pieces of one point at a time."""
 
 ROUNDING = 2.0**-44
-"""Of a control point after `LEVELS` halvings, in the size of the coordinates: each of them is a
-chain of at most 2 × 32 averages, and of quotients of weights up to 1000."""
+"""The error of a control point after `LEVELS` halvings, relative to the largest coordinate: each
+coordinate is a chain of at most 2 × 32 averages, and of quotients of weights up to 1000."""
 
 
 def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Array, Array]:
@@ -66,7 +66,7 @@ def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Arr
 
 
 def _bounds(nets: Array, x: Array) -> tuple[Array, Array]:
-    """Of pairs of a net (p+1, q+1, 4) and a point: lower bounds, and distances of corners."""
+    """Lower bounds, and distances of corners, for pairs of a net (p+1, q+1, 4) and a point."""
     points = (nets[..., :3] / nets[..., 3:]).reshape(len(nets), nets.shape[1] * nets.shape[2], 3)
     y = x[:, np.newaxis] - points
     rows, columns = nets.shape[1:3]

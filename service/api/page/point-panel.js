@@ -1,4 +1,4 @@
-// The chosen control point in numbers: which one, where it is, what it weighs.
+// The panel of the chosen control point: its number, coordinates and weight.
 
 import { weightAt } from './net.js';
 import { announce, button, element, input, write } from './page.js';
@@ -79,7 +79,7 @@ function show(state) {
   slider.setAttribute('aria-valuetext', weight === undefined ? 'none' : String(weight));
 }
 
-/** What is being typed is left alone. @param {string} id @param {number | undefined} value */
+/** Sets a field, unless the user is typing the same value. @param {string} id @param {number | undefined} value */
 function put(id, value) {
   const field = input(id);
   const text = value === undefined ? '' : String(value);

@@ -36,7 +36,7 @@ class Effort:
             raise TooLarge(
                 Issue(
                     "too_costly",
-                    "So fine a mesh takes more work than this service gives to one request.",
+                    "A mesh with this tolerance takes more work than one request may take.",
                     "/tolerance",
                     f"more than {self.whole:.3g} multiplications",
                     "a greater tolerance",
@@ -66,7 +66,7 @@ class MeshLimits:
             raise TooLarge(
                 Issue(
                     "too_many_triangles",
-                    "So fine a mesh has more triangles than may be made.",
+                    "A mesh with this tolerance has more triangles than the limit.",
                     "/tolerance",
                     f"more than {self.triangles:.0f} triangles",
                     "a greater tolerance, or a greater limit",
@@ -94,9 +94,9 @@ def build_depth_error() -> InvalidRequest:
     return InvalidRequest(
         Issue(
             "tolerance_too_small",
-            "The surface would have to be divided more often than numbers can tell its places.",
+            "The tolerance needs more divisions than double precision can tell apart.",
             "/tolerance",
-            "a smaller one",
+            "a smaller tolerance",
             "a greater tolerance",
         )
     )

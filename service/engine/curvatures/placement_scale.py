@@ -1,8 +1,8 @@
 """The effect of placements on curvatures, as stretches of the models of a group.
 
-A turn or a mirror leaves them alone; whatever stretches a surface bends it in another way. With the
-singular values L = U Σ Vᵀ of a placement, L = (U Vᵀ)(V Σ Vᵀ): first the stretch V Σ Vᵀ, then a turn
-or a mirror. So the curvatures of a copy are those of its model, stretched.
+A rotation or a reflection does not change curvatures; a scaling does. With the singular values L =
+U Σ Vᵀ of a placement, L = (U Vᵀ)(V Σ Vᵀ): first the stretch V Σ Vᵀ, then a rotation or a
+reflection. So a copy has the curvatures of its stretched model.
 """
 
 from dataclasses import replace
@@ -15,7 +15,7 @@ from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
 EVEN = 1e-10
-"""Scalings that differ by no more than this, relatively, are one."""
+"""Scalings that differ by at most this, relatively, count as equal."""
 
 DIGITS = 10
 """Digits of a scaling that count, so that the rotation of a copy does not change its scaling."""
@@ -24,10 +24,10 @@ AnyModel = TypeVar("AnyModel", bound=Model)
 
 
 def add_stretches(model: AnyModel) -> AnyModel:
-    """The model; of a group, one model for every stretch of a surface, none of them in vain.
+    """The model; for a group, with one model for every stretch of a surface.
 
-    Copies that are only moved, turned and mirrored go on sharing their model. Arrays are shared in
-    any case. A group that is given again comes out as it is.
+    Copies that are only moved, rotated and reflected still share their model; stretched models
+    share their arrays. The function is idempotent.
     """
     if not isinstance(model, GroupModel):
         return model
@@ -35,18 +35,20 @@ def add_stretches(model: AnyModel) -> AnyModel:
     models: list[PatchModel | SweepModel] = []
     members = []
     for member in model.members:
-        own = model.models[member.model]
-        stretch = None if isinstance(own, SweepModel) else find_stretch(member.matrix)
+        unplaced = model.models[member.model]
+        stretch = None if isinstance(unplaced, SweepModel) else find_stretch(member.matrix)
         key = member.model, b"" if stretch is None else stretch.tobytes()
         number = numbers.setdefault(key, len(models))
         if number == len(models):
-            models.append(own if isinstance(own, SweepModel) else replace(own, stretch=stretch))
+            if not isinstance(unplaced, SweepModel):
+                unplaced = replace(unplaced, stretch=stretch)
+            models.append(unplaced)
         members.append(replace(member, model=number))
     return replace(model, models=tuple(models), members=tuple(members))
 
 
 def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
-    """The stretch in a placement, (4, 4); None where lengths stay what they are."""
+    """The stretch in a placement, (4, 4); None if lengths do not change."""
     if matrix is None:
         return None
     _, scalings, turned = np.linalg.svd(matrix[:3, :3])

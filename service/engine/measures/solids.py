@@ -38,10 +38,10 @@ def measure_solids(
     areas: tuple[list[Interval], float],
     precision: Precision,
 ) -> list[Solid]:
-    """Volume and centroid of the whole, then of each part, where they are closed.
+    """Volume and centroid of the whole surface, then of each part, where they are closed.
 
-    `areas` are those of the whole and of each part, and their unit of length in model units; empty
-    if the query will be refused.
+    `areas`: the areas of the whole surface and of each part, and their unit of length in model
+    units. The result is empty if the query will be refused.
     """
     is_closed = np.concatenate([[closed], closed_parts])
     if not is_closed.any():

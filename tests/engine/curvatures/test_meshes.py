@@ -44,7 +44,7 @@ def curved(mesh: Mesh) -> tuple[Array, Array]:
 
 
 def check(mesh: Mesh, gaussian: Array, mean: Array, limit: float = 1e-10) -> None:
-    """K up to a limit, relative or of what curves the surface most, and so H."""
+    """Compares K, and H, within a limit relative to the largest curvature."""
     measure = max(1e-300, float(np.abs(mean).max()), float(np.abs(gaussian).max()) ** 0.5)
     found = curved(mesh)
     np.testing.assert_allclose(found[0], gaussian, rtol=limit, atol=limit * measure**2)
@@ -127,7 +127,7 @@ def test_meshes_by_tolerance_agree_with_single_parameters(name: str) -> None:
 
 
 def compare(model: PatchModel, mesh: Mesh) -> None:
-    """Every vertex with the answer at its parameters; at knots, with that on one of both sides."""
+    """Compares every vertex with the point at its parameters; at knots, with one of both sides."""
     assert mesh.uvs is not None
     found = np.stack(curved(mesh))
     apart = []
@@ -150,7 +150,7 @@ def compare(model: PatchModel, mesh: Mesh) -> None:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
-    """Cusps, folds, poles, wild weights, sizes from 1e-6 to 1e6: as one by one."""
+    """Cusps, folds, poles, wild weights, sizes from 1e-6 to 1e6: equal to single points."""
     model = FAMILIES[name].surface(1).lower()
     flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     layout = Layout.plan(connect(model).connectivity, (5, 4))
@@ -173,7 +173,7 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
 
 
 def test_frames_have_the_curvatures_of_their_own_patch() -> None:
-    """A bent square and beside it a turned one: samples along the finer side, and their seam."""
+    """A bent square and a rotated one beside it: samples along the finer side, and their seam."""
     bent = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
     flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)
     model = PatchModel(

@@ -204,7 +204,7 @@ def test_a_surface_that_is_one_point_lies_in_the_plane_through_it() -> None:
 
 
 def test_too_many_pieces_are_refused_before_they_are_made() -> None:
-    """Of 40 planes at 1e-9 after three levels of some hundred cells; what is allowed is made."""
+    """40 planes at 1e-9 are refused after a few levels of cells; at 1e-4 they are cut."""
     model = to_patches(find("utah-teapot").surface().lower())
     low, high = model.bounds
     offsets = np.linspace(low[2], high[2], 42)[1:-1]

@@ -11,7 +11,7 @@ from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 
 BLOCK = 1 << 14
-"""Number of spans whose nets are computed at a time, about."""
+"""Approximate number of spans whose nets are computed at a time."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,7 +25,7 @@ class SpanPieces:
     cell : ndarray of int, shape (N,)
         The cell of each piece.
     start, end, width : ndarray of int, shape (m,)
-        The first and the last piece of each cell, and how many it has along v.
+        The first and the last piece of each cell, and its number of pieces along v.
     """
 
     whole: Cells
@@ -95,7 +95,7 @@ def build_nets(task: Task, own: Cells, rows: Ints) -> Iterator[tuple[FloatArray,
 
 
 class NinePoints:
-    """Nine points of pieces; those of whole spans are computed once and kept."""
+    """Nine points of pieces; those of whole spans are computed once and cached."""
 
     def __init__(self, task: Task) -> None:
         self.task = task
