@@ -42,5 +42,5 @@ def test_limits_are_those_of_the_code() -> None:
     assert Limits().max_multiplications == 5 * 10**9
     assert "5 · 10⁹ multiplications" in METHODS
     description = MeshOptionFields.model_fields["method"].description or ""
-    assert f"degrees up to {single} ({double} where the format stores float64)" in description
+    assert f"degrees up to {single} ({double} if the format stores float64)" in description
     assert "docs/methods.md" in description

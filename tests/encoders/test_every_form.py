@@ -147,7 +147,7 @@ def test_geomview_reads_examples(
     surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]
     model = surface.lower()
     if form == "bez" and isinstance(model, SweepModel):
-        with pytest.raises(InvalidRequest, match="not build_mesh of Bézier patches"):
+        with pytest.raises(InvalidRequest, match="not made of Bézier patches"):
             render(surface, options, oogl, EncodeOptions(form))
         return
     models = model.models if isinstance(model, GroupModel) else (model,)
