@@ -18,7 +18,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.unique_rows import unique_rows
 from service.engine.adaptive.storage import Storage, bound_origin_error
-from service.engine.bounds.mesh_deviation import find_largest_bound
+from service.engine.bounds.mesh_deviation import round_up
 from service.engine.extent import find_extent
 from service.engine.grid import CORNER, find_step, round_to_grid
 from service.engine.mesh.mesh_value import Mesh
@@ -98,7 +98,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     )
 
     def grown(bound: float | None) -> float | None:
-        return None if bound is None else find_largest_bound(np.array([bound + further]))
+        return None if bound is None else round_up(bound + further)
 
     report = replace_bounds(mesh.report, low, high)
     return replace(

@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from service.cancellation import checkpoint
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.pieces import Content
-from service.engine.bounds.mesh_deviation import find_largest_bound
+from service.engine.bounds.mesh_deviation import round_up
 from service.engine.build import build, build_scene, draw_lines
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.joining.join import Allow, allow_any
@@ -166,9 +164,7 @@ class MeshWork:
         moved = self.fmt.coarseness(mesh, self.encode)
         if not moved:
             return report
-        return replace(
-            report, deviation_bound=find_largest_bound(np.array([report.deviation_bound + moved]))
-        )
+        return replace(report, deviation_bound=round_up(report.deviation_bound + moved))
 
 
 def plan_mesh(
