@@ -9,7 +9,7 @@ from service.api.guard.keys import entry_line
 from service.errors import MAX_ISSUES
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.hostile import ECHO, HOSTILE
+from tests.api.hostile import ECHO, HOSTILE, MIB
 from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES
 
@@ -99,8 +99,10 @@ def test_hostile_files_are_refused(client: Client, path: str) -> None:
     for case in FILES:
         if path == "/v1/surfaces" and "=" in case.query:  # it has no options
             continue
-        headers = {"Content-Type": case.media_type}
-        answer = client.request("POST", f"{path}?{case.query}", case.build(), headers)
+        headers, body = {"Content-Type": case.media_type}, case.build()
+        if path != "/v1/mesh" and len(body) >= MIB:  # it is read by the code of /v1/mesh
+            continue
+        answer = client.request("POST", f"{path}?{case.query}", body, headers)
         if path == "/v1/estimate" and answer.status_code == 200:
             # Estimates report a mesh that is too large, or a format that cannot store it.
             assert case.code in ("too_many_vertices", "unsupported_by_format"), case.name

@@ -135,7 +135,7 @@ def test_forms_of_oogl(form: Any) -> None:
 
 TOLERANCES = [
     Accuracy(tolerance=0.05),
-    Accuracy(relative_tolerance=0.01, two_sided=True),
+    Accuracy(relative_tolerance=0.03, two_sided=True),
     Accuracy(tolerance=0.1, max_triangles=5000, max_bytes=1_000_000),
     Accuracy(max_triangles=300),
     Accuracy(max_bytes=30_000),
@@ -148,26 +148,28 @@ WIRES: tuple[dict[str, Any], ...] = ({"isocurves": (3, 2)}, {"isocurves": (2, 2)
 
 
 @pytest.mark.parametrize(
-    ("accuracy", "wires"),
+    ("example", "accuracy", "wires"),
     [
-        *((each, {}) for each in TOLERANCES),
-        *((each, wires) for each in (TOLERANCES[0], TOLERANCES[4]) for wires in WIRES),
+        *(("sphere", each, {}) for each in TOLERANCES[::2]),
+        *(("torus", each, {}) for each in TOLERANCES[1::2]),
+        *(("torus", each, wires) for each in (TOLERANCES[0], TOLERANCES[4]) for wires in WIRES),
     ],
 )
-def test_tolerances_and_budgets_are_bounded(accuracy: Accuracy, wires: dict[str, Any]) -> None:
-    for example in ("torus",) if wires else ("sphere", "torus"):
-        surface, options = find(example).surface(), MeshOptions(accuracy=accuracy, **wires)
-        found = plan_estimate(surface, options).run()
-        assert not found.exact
-        assert found.accepted
-        sizes = {name: size for name, size, _ in found.sizes}
-        for name in ("glb", "json"):
-            content, issues = rendered(surface, options, BY_NAME[name])
-            assert not (issues and found.certain)
-            assert len(content) <= sizes[name]
-            for report in reports(BY_NAME[name], content) if content else ():
-                for count in COUNTS:
-                    assert report[count] <= getattr(found.counts, count)
+def test_tolerances_and_budgets_are_bounded(
+    example: str, accuracy: Accuracy, wires: dict[str, Any]
+) -> None:
+    surface, options = find(example).surface(), MeshOptions(accuracy=accuracy, **wires)
+    found = plan_estimate(surface, options).run()
+    assert not found.exact
+    assert found.accepted
+    sizes = {name: size for name, size, _ in found.sizes}
+    for name in ("glb", "json"):
+        content, issues = rendered(surface, options, BY_NAME[name])
+        assert not (issues and found.certain)
+        assert len(content) <= sizes[name]
+        for report in reports(BY_NAME[name], content) if content else ():
+            for count in COUNTS:
+                assert report[count] <= getattr(found.counts, count)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
