@@ -97,16 +97,12 @@ REFUSED: list[tuple[list[str], int, str]] = [
 ]
 
 
-@pytest.mark.parametrize("command", [["mesh", "--format", "off"], ["estimate"]], ids=str)
-@pytest.mark.parametrize("case", REFUSED, ids=str)
+@pytest.mark.parametrize("number", range(len(REFUSED)), ids=lambda k: str(REFUSED[k]))
 def test_refusals_name_the_flag_or_the_line(
-    server: str,
-    files: Path,
-    capsys: pytest.CaptureFixture[str],
-    command: list[str],
-    case: tuple[list[str], int, str],
+    server: str, files: Path, capsys: pytest.CaptureFixture[str], number: int
 ) -> None:
-    (source, *flags), code, text = case
+    (source, *flags), code, text = REFUSED[number]
+    command = (["mesh", "--format", "off"], ["estimate"])[number % 2]
     for there in ([], ["--url", server]):
         assert main([*command, str(files / source), *flags, *there, "-o", "-"]) == code
         assert capsys.readouterr().err.startswith(f"surface: {text}")
