@@ -31,13 +31,13 @@ def find_scales(
     tolerance : float
         Logarithms this far apart are near.
     """
-    one, other, shift = _meeting(pattern, points, logs, owner, tolerance)
+    one, other, shift = _find_meeting_surfaces(pattern, points, logs, owner, tolerance)
     if not np.count_nonzero(shift):
         return None
     count = int(owner[-1]) + 1
     # Pairs without a factor first.
     order = np.argsort(shift != 0, kind="stable")
-    beside = _forest(count, one[order], other[order], shift[order])
+    beside = _span_forest(count, one[order], other[order], shift[order])
     ends = np.searchsorted(owner, np.arange(count + 1))
     runs = {k: slice(ends[k], ends[k + 1]) for k in beside}
     # Surfaces without weights come first: theirs stay what they are.
@@ -57,13 +57,13 @@ def find_scales(
     return scale[owner]
 
 
-def _forest(
+def _span_forest(
     count: int, one: Ints, other: Ints, shift: FloatArray
 ) -> Mapping[int, list[tuple[int, float]]]:
     """For each surface those beside it, and the steps to them: a forest of the first pairs."""
     leader = list(range(count))
 
-    def eldest(number: int) -> int:
+    def find_leader(number: int) -> int:
         while leader[number] != number:
             leader[number] = leader[leader[number]]
             number = leader[number]
@@ -71,7 +71,7 @@ def _forest(
 
     beside: dict[int, list[tuple[int, float]]] = {}
     for a, b, step in zip(one.tolist(), other.tolist(), shift.tolist(), strict=True):
-        first, second = eldest(a), eldest(b)
+        first, second = find_leader(a), find_leader(b)
         if first != second:
             leader[first] = second
             beside.setdefault(a, []).append((b, step))
@@ -79,7 +79,7 @@ def _forest(
     return beside
 
 
-def _meeting(
+def _find_meeting_surfaces(
     pattern: EdgePattern, points: FloatArray, logs: FloatArray, owner: Ints, tolerance: float
 ) -> tuple[Ints, Ints, FloatArray]:
     """Pairs of surfaces that meet, and the difference of their s, 0 if near that.

@@ -117,35 +117,39 @@ def _cut_grid(
     if not len(span):
         return batch, grid
 
-    def divided(nets: FloatArray, weights: FloatArray | None) -> Net:
-        own = nets.reshape(*grid.shape, *nets.shape[1:])
-        loads = None if weights is None else weights.reshape(*grid.shape, *weights.shape[1:])
-        if axis:
-            own = own.swapaxes(0, 1).swapaxes(2, 3)
-            loads = None if loads is None else loads.swapaxes(0, 1).swapaxes(2, 3)
-        points, heavy = [], []
-        for row in range(len(own)):
-            # The direction that is cut comes first, the patches beside each other after it.
-            net: Net = own[row].swapaxes(0, 1), None if loads is None else loads[row].swapaxes(0, 1)
-            parts, before = [], 0.0
-            for t in at[span == row].tolist():
-                part, net = split(net, (t - before) / (1 - before))
-                parts.append(part)
-                before = t
-            for piece, load in [*parts, net]:
-                points.append(piece.swapaxes(0, 1))
-                heavy += [] if load is None else [load.swapaxes(0, 1)]
-        found, mass = np.stack(points), np.stack(heavy) if heavy else None
-        if axis:
-            found = found.swapaxes(0, 1).swapaxes(2, 3)
-            mass = None if mass is None else mass.swapaxes(0, 1).swapaxes(2, 3)
-        found = np.ascontiguousarray(found).reshape(-1, *nets.shape[1:])
-        return found, None if mass is None or weights is None else mass.reshape(
-            -1, *weights.shape[1:]
-        )
+    def turn(grids: FloatArray) -> FloatArray:
+        """Grids of nets (M_u, M_v, p+1, q+1, …) with the direction that is cut first, or back."""
+        return grids.swapaxes(0, 1).swapaxes(2, 3) if axis else grids
 
-    points, weights = divided(batch.points, batch.weights)
-    channels = tuple(replace(c, nets=divided(c.nets, None)[0]) for c in batch.channels)
+    def stack(rows: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
+        """Nets of this shape, one after another, of the rows of pieces."""
+        pieces = turn(np.stack([row.swapaxes(0, 1) for row in rows]))
+        return np.ascontiguousarray(pieces).reshape(-1, *shape)
+
+    def divide(nets: FloatArray, weights: FloatArray | None) -> Net:
+        """Nets and weights of all patches, cut."""
+        net_grid = turn(nets.reshape(*grid.shape, *nets.shape[1:]))
+        weight_grid = None
+        if weights is not None:
+            weight_grid = turn(weights.reshape(*grid.shape, *weights.shape[1:]))
+        pieces: list[Net] = []
+        for number, net_row in enumerate(net_grid):
+            # `split` divides the first axis; the patches beside each other come after it.
+            weight_row = None if weight_grid is None else weight_grid[number].swapaxes(0, 1)
+            net: Net = net_row.swapaxes(0, 1), weight_row
+            before = 0.0
+            for t in at[span == number].tolist():
+                piece, net = split(net, (t - before) / (1 - before))
+                pieces.append(piece)
+                before = t
+            pieces.append(net)
+        points = stack([piece for piece, _ in pieces], nets.shape[1:])
+        if weights is None:
+            return points, None
+        return points, stack([w for _, w in pieces if w is not None], weights.shape[1:])
+
+    points, weights = divide(batch.points, batch.weights)
+    channels = tuple(replace(c, nets=divide(c.nets, None)[0]) for c in batch.channels)
     repeats = 1 + np.bincount(span, minlength=grid.shape[axis])
     cut_batch = replace(batch, points=points, weights=weights, channels=channels)
     return cut_batch, np.repeat(grid, repeats, axis=axis)

@@ -61,12 +61,12 @@ def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any
 def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) -> JoinedGroup:
     """The group with members joined that meet along an edge; parameters as of `join`."""
     models: list[PatchModel | SweepModel] = []
-    found: dict[int, Seams] = {}
+    seams_of: dict[int, Seams] = {}
     for number, given in enumerate(group.models):
         model = given
         if isinstance(given, PatchModel):
             model, seams = join(given, tolerance, allow)
-            found[number] = seams
+            seams_of[number] = seams
         models.append(model)
     group = replace(group, models=tuple(models))
     alone = JoinedGroup(group, group.members, tuple(range(len(group.members))), ())
@@ -75,7 +75,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     clusters: list[Cluster] = []
     members: list[PlacedModel] = []
     at = [-1] * len(group.members)
-    for numbers in find_neighbours(group, found, tolerance):
+    for numbers in find_neighbours(group, seams_of, tolerance):
         joint, turned = compose(group, numbers)
         joint, seams = join(joint, tolerance, allow)
         owner = _owners(joint, group, numbers)

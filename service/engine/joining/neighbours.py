@@ -8,8 +8,9 @@ from functools import partial
 
 import numpy as np
 
+from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import near_groups
-from service.engine.joining.open_edges import OpenBorder, corners_on_edges, open_border
+from service.engine.joining.open_edges import OpenBorder, find_open_border
 from service.engine.mesh.seams import Seams
 from service.engine.mesh.weld_distance import find_knot_ratio, weld_distance
 from service.engine.options import MAX_WELD_TOLERANCE
@@ -31,13 +32,13 @@ def find_neighbours(
     placed: list[OpenBorder] = []
     owner: list[int] = []
     borders: dict[int, OpenBorder] = {}
-    for number in _beside(group, seams):
+    for number in _find_touching(group, seams):
         member = group.members[number]
         if member.model not in borders:
-            borders[member.model] = open_border(seams[member.model])
+            borders[member.model] = find_open_border(seams[member.model])
         own = borders[member.model]
         if len(own.corners):
-            placed.append(own.moved(partial(place_points, matrix=member.matrix)))
+            placed.append(own.move(partial(place_points, matrix=member.matrix)))
             owner.append(number)
     if len(placed) < 2:
         return []
@@ -49,34 +50,34 @@ def find_neighbours(
     owners = np.repeat(owner, [len(border.corners) for border in placed])
     together = near_groups(places, distance)
     pairs = np.stack([owners[together], owners], axis=1)
-    on = np.array(owner)[corners_on_edges(placed, distance)]
+    on = np.array(owner)[find_corners_on_edges(placed, distance)]
     pairs = np.unique(np.concatenate([pairs, on]), axis=0)
     leader = list(range(len(group.members)))
 
-    def eldest(number: int) -> int:
+    def find_leader(number: int) -> int:
         while leader[number] != number:
             leader[number] = leader[leader[number]]
             number = leader[number]
         return number
 
     for one, other in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
-        if _form(group, one) == _form(group, other):
-            first, second = sorted((eldest(one), eldest(other)))
+        if _list_channels(group, one) == _list_channels(group, other):
+            first, second = sorted((find_leader(one), find_leader(other)))
             leader[second] = first
-    found: dict[int, list[int]] = {}
+    clusters: dict[int, list[int]] = {}
     for number in range(len(leader)):
-        found.setdefault(eldest(number), []).append(number)
-    return [numbers for numbers in found.values() if len(numbers) > 1]
+        clusters.setdefault(find_leader(number), []).append(number)
+    return [numbers for numbers in clusters.values() if len(numbers) > 1]
 
 
-def _form(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
+def _list_channels(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
     """The channels of the patches of a member."""
     model = group.models[group.members[number].model]
     assert isinstance(model, PatchModel)
     return [(c.name, c.kind, c.dimension) for c in model.batches[0].channels]
 
 
-def _beside(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
+def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
     """Members with open edges, of which the box about one meets that about another."""
     numbers, boxes = [], []
     seen: set[tuple[int, bytes]] = set()

@@ -1,54 +1,32 @@
-"""The open edges of models, and which corners lie on them.
+"""The open edges of models: their curves and their ends."""
 
-A corner c is on the curve B at the parameter t that Gauss–Newton steps
-t ← t − (B(t) − c) · B' / B' · B' find from the nearest of some samples.
-"""
-
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.bernstein import bernstein
-from service.bases.row_batches import row_slices
-from service.cancellation import checkpoint
-from service.engine.joining.near_points import run_starts
+from service.bases.arrays import FloatArray, Ints
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS, ENDS
 
-STEPS = 12
-"""Gauss–Newton steps: each doubles the digits."""
-
-MAX_PAIRS = 1 << 22
-"""Corners in boxes about edges that are looked at; a model with more is left as it is."""
-
-FEW_PAIRS = 1 << 14
-"""Up to here all pairs of an edge and a corner are looked at together."""
-
-DIRECTIONS = np.array(
-    [
-        *((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)),
-        *((1.0, 1, 0), (1.0, -1, 0), (1.0, 0, 1), (1.0, 0, -1), (0, 1.0, 1), (0, 1.0, -1)),
-        *((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (1.0, -1, -1)),
-    ]
-)
-"""The axes, and the diagonals between two of them and between all: bounds along these are close."""
-
-CHUNK = 1 << 18
-"""Numbers that are worked on at a time, roughly."""
-
-APART = 64.0
-"""A corner that is nearer to an end of an edge, in units of the reach, does not cut it."""
-
-MAX_SLACK = 1e-6
-"""Largest difference of parameters that are taken for one."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OpenEdges:
-    """The open edges that are lines, E of them: sides (patch · 4 + side) and corners, (E,)."""
+    """The open edges of a model that are lines, E of them.
+
+    Attributes
+    ----------
+    curves : tuple of EdgeCurves
+        All edges of the model, by degree.
+    row : ndarray of int
+        For each edge of the model its number among the open ones; −1 for others.
+    side : ndarray of int, shape (E,)
+        The only side (patch · 4 + side) that each is.
+    begin, end : ndarrays of int, shape (E,)
+        Where each has its ends among the `corners`.
+    corners : ndarray of float64, shape (C, 3)
+    """
 
     curves: tuple[EdgeCurves, ...]
     row: Ints
@@ -58,7 +36,7 @@ class OpenEdges:
     corners: FloatArray
 
 
-def open_edges(seams: Seams) -> OpenEdges:
+def find_open_edges(seams: Seams) -> OpenEdges:
     """The open edges of a model that are lines."""
     known = seams.connectivity
     lines = np.flatnonzero(known.open_lines[known.edge.ravel()] & ~known.collapsed.ravel())
@@ -84,7 +62,7 @@ class OpenBorder:
     end: Ints
     corners: FloatArray
 
-    def moved(self, place: Callable[[FloatArray], FloatArray]) -> "OpenBorder":
+    def move(self, place: Callable[[FloatArray], FloatArray]) -> "OpenBorder":
         """The border with its points (N, 3) at other places."""
         # No zero is negative: equal points have equal bits.
         curves = (
@@ -94,181 +72,22 @@ class OpenBorder:
         return replace(self, curves=tuple(curves), corners=place(self.corners) + 0.0)
 
 
-def open_border(seams: Seams) -> OpenBorder:
+def find_open_border(seams: Seams) -> OpenBorder:
     """The open edges of a model."""
-    found = open_edges(seams)
+    edges = find_open_edges(seams)
     curves = (
         EdgeCurves(number, g.points[rows], None if g.weights is None else g.weights[rows])
-        for g, rows, number in by_degree(found)
+        for g, rows, number in iterate_degrees(edges)
     )
-    used, ends = np.unique(np.concatenate([found.begin, found.end]), return_inverse=True)
+    used, ends = np.unique(np.concatenate([edges.begin, edges.end]), return_inverse=True)
     begin, end = ends.reshape(2, -1)
-    return OpenBorder(tuple(curves), begin, end, found.corners[used])
+    return OpenBorder(tuple(curves), begin, end, edges.corners[used])
 
 
-def corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
-    """Pairs (n, 2) of borders, the first with an edge on which the second has a corner.
-
-    None of them if there were too many to be looked at.
-    """
-    edges = np.cumsum([0, *(len(border.begin) for border in borders)])
-    corners = np.cumsum([0, *(len(border.corners) for border in borders)])
-    forms: dict[tuple[int, bool], list[EdgeCurves]] = {}
-    begin, end = [], []
-    for border, first, before in zip(borders, edges, corners, strict=False):
-        begin.append(border.begin + before)
-        end.append(border.end + before)
-        for curve in border.curves:
-            form = curve.points.shape[1], curve.weights is None
-            forms.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
-    number = np.arange(edges[-1])
-    found = OpenEdges(
-        tuple(_together(some) for some in forms.values()),
-        *(number, number, np.concatenate(begin), np.concatenate(end)),
-        np.concatenate([border.corners for border in borders]),
-    )
-    edge, corner = find_candidates(found, reach)
-    owners = [np.searchsorted(edges, edge, side="right") - 1]
-    owners.append(np.searchsorted(corners, corner, side="right") - 1)
-    pairs: Ints = np.stack(owners, axis=1)
-    apart = owners[0] != owners[1]
-    edge, corner, pairs = edge[apart], corner[apart], pairs[apart]
-    if not 0 < len(edge) <= MAX_PAIRS:
-        return pairs[:0]
-    _, _, lies = place_corners(found, edge, found.corners[corner], reach)
-    pairs = pairs[lies]
-    return pairs
-
-
-def _together(curves: Sequence[EdgeCurves]) -> EdgeCurves:
-    """Curves of one form as one."""
-    weights = [curve.weights for curve in curves if curve.weights is not None]
-    return EdgeCurves(
-        np.concatenate([curve.ids for curve in curves]),
-        np.concatenate([curve.points for curve in curves]),
-        np.concatenate(weights) if weights else None,
-    )
-
-
-def by_degree(found: OpenEdges) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
+def iterate_degrees(edges: OpenEdges) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
     """Curves of one degree, the rows of them that are open, and their numbers among these."""
-    for group in found.curves:
-        number = found.row[group.ids]
+    for group in edges.curves:
+        number = edges.row[group.ids]
         rows = np.flatnonzero(number >= 0)
         if len(rows):
             yield group, rows, number[rows]
-
-
-def find_candidates(found: OpenEdges, reach: float) -> tuple[Ints, Ints]:
-    """Pairs of an open edge and of a corner of others that is between the bounds of its net."""
-    count = len(found.side)
-    low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))
-    for group, rows, number in by_degree(found):
-        along = group.points[rows] @ DIRECTIONS.T
-        low[number], high[number] = along.min(axis=1), along.max(axis=1)
-    margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
-    low -= margin
-    high += margin
-    corners = np.unique(np.concatenate([found.begin, found.end]))
-    along = found.corners[corners] @ DIRECTIONS.T
-    if count * len(corners) <= FEW_PAIRS:
-        inside = ((along >= low[:, None]) & (along <= high[:, None])).all(axis=2)
-        inside &= (corners != found.begin[:, None]) & (corners != found.end[:, None])
-        edge, place = inside.nonzero()
-        return edge, corners[place]
-    axis = int(np.ptp(along[:, :3], axis=0).argmax())
-    order = np.argsort(along[:, axis], kind="stable")
-    corners, along = corners[order], along[order]
-    first = np.searchsorted(along[:, axis], low[:, axis])
-    last = np.searchsorted(along[:, axis], high[:, axis], side="right")
-    if (last - first).sum() > 16 * MAX_PAIRS:
-        return np.empty(0, np.intp), np.empty(0, np.intp)
-    pairs = []
-    for some in _runs(last - first, CHUNK):
-        counts = (last - first)[some]
-        edge = np.repeat(np.arange(some.start, some.stop), counts)
-        place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-        place += np.repeat(first[some], counts)
-        inside = (corners[place] != found.begin[edge]) & (corners[place] != found.end[edge])
-        for k in range(len(DIRECTIONS)):
-            edge, place = edge[inside], place[inside]
-            inside = (along[place, k] >= low[edge, k]) & (along[place, k] <= high[edge, k])
-        pairs.append((edge[inside], corners[place[inside]]))
-        checkpoint()
-    return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
-
-
-def _runs(counts: Ints, most: int) -> Iterator[slice]:
-    """Slices of items with these counts: each of about `most`."""
-    group = np.cumsum(counts) // most
-    starts = run_starts(group)
-    for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):
-        yield slice(start, stop)
-
-
-def place_corners(
-    found: OpenEdges, edge: Ints, points: FloatArray, reach: float
-) -> tuple[FloatArray, FloatArray, Bools]:
-    """Parameters on edges that are nearest to points (K, 3), their slack, and which are on it."""
-    at, slack = np.zeros(len(edge)), np.zeros(len(edge))
-    lies = np.zeros(len(edge), dtype=bool)
-    for group, rows, number in by_degree(found):
-        of = np.full(len(found.side), -1)
-        of[number] = rows
-        mine = np.flatnonzero(of[edge] >= 0)
-        degree = group.points.shape[1] - 1
-        samples = np.linspace(0, 1, 8 * degree + 1)
-        for part in row_slices(len(mine), 3 * len(samples), CHUNK):
-            here = mine[part]
-            own, target = of[edge[here]], points[here]
-            nets = group.points[own] - target[:, None]
-            weights = None if group.weights is None else group.weights[own]
-            away = np.square(points_at(nets, weights, samples)).sum(axis=2)
-            if weights is None:
-                # Half a step from a sample the curve is at most this far away from it.
-                speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
-                close = np.sqrt(away.min(axis=1)) <= speed * (samples[1] / 2) + reach
-                here, nets, away = here[close], nets[close], away[close]
-                if not len(here):
-                    continue
-            t = samples[away.argmin(axis=1)]
-            for _ in range(STEPS):
-                value, slope = _with_slope(nets, weights, t)
-                square = np.square(slope).sum(axis=1)
-                step = (value * slope).sum(axis=1) / np.where(square > 0, square, 1.0)
-                t = (t - step).clip(0, 1)
-            value, slope = _with_slope(nets, weights, t)
-            near = np.square(value).sum(axis=1) <= reach**2
-            ends = np.minimum(np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1))
-            at[here], lies[here] = t, near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
-            speed = np.sqrt(np.square(slope).sum(axis=1))
-            slack[here] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
-    return at, slack, lies
-
-
-def points_at(nets: FloatArray, weights: FloatArray | None, places: FloatArray) -> FloatArray:
-    """Points (m, K, 3) of curves (m, n+1, 3) at parameters (K,), or (m, K) for each its own."""
-    degree = nets.shape[1] - 1
-    basis = bernstein(degree, places.ravel()).reshape(*places.shape, degree + 1)
-    if weights is None:
-        value: FloatArray = basis @ nets
-        return value
-    shares = basis * weights[:, None]
-    value = shares @ nets
-    value /= shares.sum(axis=2, keepdims=True)
-    return value
-
-
-def _with_slope(
-    nets: FloatArray, weights: FloatArray | None, t: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Points and derivatives of curves (m, n+1, 3), each at its own parameter (m,): (m, 3)."""
-    degree = nets.shape[1] - 1
-    basis, below = bernstein(degree, t)[:, None], bernstein(degree - 1, t)[:, None]
-    if weights is None:
-        return (basis @ nets)[:, 0], degree * (below @ np.diff(nets, axis=1))[:, 0]
-    heavy = nets * weights[..., None]
-    total, change = (basis @ weights[..., None])[:, 0], degree * np.diff(weights, axis=1)
-    value = (basis @ heavy)[:, 0] / total
-    slope = degree * (below @ np.diff(heavy, axis=1))[:, 0]
-    return value, (slope - (below @ change[..., None])[:, 0] * value) / total

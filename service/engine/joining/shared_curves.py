@@ -5,7 +5,7 @@ none, or two surfaces meet a third one along one edge of it. A Bézier curve ove
 determined by the interval, and stays the same after raising its degree, after inserting knots and
 after a linear change of the parameter. So:
 
-1. A corner that lies on an open edge, and not at its ends, may cut it (`open_edges`).
+1. A corner that lies on an open edge, and not at its ends, may cut it (`corners_on_edges`).
 2. Pieces between the same two corners are one curve if they agree at 2 n + 1 parameters, n the
    highest degree of all.
 3. A cut is made if a piece beside it is one curve with a piece of another edge.
@@ -20,16 +20,14 @@ from service.bases.cache import Cache
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
-from service.engine.joining.open_edges import (
+from service.engine.joining.corners_on_edges import (
     CHUNK,
     MAX_PAIRS,
-    OpenEdges,
-    by_degree,
     find_candidates,
-    open_edges,
     place_corners,
     points_at,
 )
+from service.engine.joining.open_edges import OpenEdges, find_open_edges, iterate_degrees
 from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.seams import Seams
 
@@ -81,38 +79,38 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
 
 
 def _cuts(seams: Seams, reach: float) -> Cuts:
-    found = open_edges(seams)
-    edge, corner = find_candidates(found, reach)
+    edges = find_open_edges(seams)
+    edge, corner = find_candidates(edges, reach)
     if not len(edge) or len(edge) > MAX_PAIRS:
         return NOWHERE
     checkpoint()
-    at, slack, lies = place_corners(found, edge, found.corners[corner], reach)
-    edge, corner, at, slack = edge[lies], corner[lies], at[lies], slack[lies]
+    at, slack, is_on = place_corners(edges, edge, edges.corners[corner], reach)
+    edge, corner, at, slack = edge[is_on], corner[is_on], at[is_on], slack[is_on]
     if not len(edge):
         return NOWHERE
     order = np.lexsort((at, edge))
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
-    kept = _beside_shared(found, edge, corner, at, reach)
-    side = found.side[edge[kept]]
+    kept = _beside_shared(edges, edge, corner, at, reach)
+    side = edges.side[edge[kept]]
     turned = seams.backward.ravel()[side]
     at = np.where(turned, 1 - at[kept], at[kept])
     return Cuts(side // 4, side % 4, at, slack[kept])
 
 
 def _beside_shared(
-    found: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, reach: float
+    edges: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, reach: float
 ) -> Bools:
     """Which cuts (K,) of edges, in order, have a piece beside them that two edges have."""
-    cut = np.concatenate([edge, np.arange(len(found.side))])
-    order = np.lexsort((np.concatenate([at, np.zeros(len(found.side))]), cut))
+    cut = np.concatenate([edge, np.arange(len(edges.side))])
+    order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), cut))
     owner = cut[order]
     # Every cut, and every beginning of an edge, begins a piece.
-    start = np.concatenate([at, np.zeros(len(found.side))])[order]
-    begin = np.concatenate([corner, found.begin])[order]
+    start = np.concatenate([at, np.zeros(len(edges.side))])[order]
+    begin = np.concatenate([corner, edges.begin])[order]
     ends = np.append(owner[1:] != owner[:-1], True)
     stop = np.where(ends, 1.0, np.roll(start, -1))
-    end = np.where(ends, found.end[owner], np.roll(begin, -1))
-    degree = max(group.points.shape[1] - 1 for group, _, _ in by_degree(found))
+    end = np.where(ends, edges.end[owner], np.roll(begin, -1))
+    degree = max(group.points.shape[1] - 1 for group, _, _ in iterate_degrees(edges))
     shares = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
     back = begin > end
     places = np.where(
@@ -121,8 +119,8 @@ def _beside_shared(
         start[:, None] + (stop - start)[:, None] * shares,
     )
     values = np.empty((len(owner), len(shares), 3))
-    for group, rows, number in by_degree(found):
-        of = np.full(len(found.side), -1)
+    for group, rows, number in iterate_degrees(edges):
+        of = np.full(len(edges.side), -1)
         of[number] = rows
         mine = np.flatnonzero(of[owner] >= 0)
         for part in row_slices(len(mine), 4 * len(shares) * (degree + 1), CHUNK):
@@ -132,7 +130,7 @@ def _beside_shared(
             values[here] = points_at(group.points[own], weights, places[here])
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     _, first, pair = np.unique(
-        low * len(found.corners) + high, return_index=True, return_inverse=True
+        low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
     far = reach * len(shares) ** 0.5
     leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), far)

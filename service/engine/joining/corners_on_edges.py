@@ -1,0 +1,204 @@
+"""Corners that lie on open edges, and not at their ends.
+
+A corner c is on the curve B at the parameter t that Gauss–Newton steps
+t ← t − (B(t) − c) · B' / B' · B' find from the nearest of some samples.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
+from service.engine.joining.near_points import run_starts
+from service.engine.joining.open_edges import OpenBorder, OpenEdges, iterate_degrees
+from service.engine.mesh.edges import EdgeCurves
+
+STEPS = 12
+"""Gauss–Newton steps: each doubles the digits."""
+
+MAX_PAIRS = 1 << 22
+"""Corners in boxes about edges that are looked at; a model with more is left as it is."""
+
+FEW_PAIRS = 1 << 14
+"""Up to here all pairs of an edge and a corner are looked at together."""
+
+DIRECTIONS = np.array(
+    [
+        *((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)),
+        *((1.0, 1, 0), (1.0, -1, 0), (1.0, 0, 1), (1.0, 0, -1), (0, 1.0, 1), (0, 1.0, -1)),
+        *((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (1.0, -1, -1)),
+    ]
+)
+"""The axes, and the diagonals between two of them and between all: bounds along these are close."""
+
+CHUNK = 1 << 18
+"""Numbers that are worked on at a time, roughly."""
+
+APART = 64.0
+"""A corner that is nearer to an end of an edge, in units of the reach, does not cut it."""
+
+MAX_SLACK = 1e-6
+"""Largest difference of parameters that are taken for one."""
+
+
+def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
+    """Pairs (n, 2) of borders: a corner of the second is on an edge of the first.
+
+    No pairs if more than `MAX_PAIRS` edges and corners would have to be compared.
+    """
+    edge_ends = np.cumsum([0, *(len(border.begin) for border in borders)])
+    corner_ends = np.cumsum([0, *(len(border.corners) for border in borders)])
+    forms: dict[tuple[int, bool], list[EdgeCurves]] = {}
+    begin, end = [], []
+    for border, first, before in zip(borders, edge_ends, corner_ends, strict=False):
+        begin.append(border.begin + before)
+        end.append(border.end + before)
+        for curve in border.curves:
+            form = curve.points.shape[1], curve.weights is None
+            forms.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
+    number = np.arange(edge_ends[-1])
+    edges = OpenEdges(
+        tuple(_join_curves(some) for some in forms.values()),
+        *(number, number, np.concatenate(begin), np.concatenate(end)),
+        np.concatenate([border.corners for border in borders]),
+    )
+    edge, corner = find_candidates(edges, reach)
+    owners = [np.searchsorted(edge_ends, edge, side="right") - 1]
+    owners.append(np.searchsorted(corner_ends, corner, side="right") - 1)
+    pairs: Ints = np.stack(owners, axis=1)
+    apart = owners[0] != owners[1]
+    edge, corner, pairs = edge[apart], corner[apart], pairs[apart]
+    if not 0 < len(edge) <= MAX_PAIRS:
+        return pairs[:0]
+    _, _, is_on = place_corners(edges, edge, edges.corners[corner], reach)
+    pairs = pairs[is_on]
+    return pairs
+
+
+def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
+    """Curves of one form as one."""
+    weights = [curve.weights for curve in curves if curve.weights is not None]
+    return EdgeCurves(
+        np.concatenate([curve.ids for curve in curves]),
+        np.concatenate([curve.points for curve in curves]),
+        np.concatenate(weights) if weights else None,
+    )
+
+
+def find_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
+    """Pairs of an open edge and of a corner of others that is between the bounds of its net."""
+    count = len(edges.side)
+    low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))
+    for group, rows, number in iterate_degrees(edges):
+        along = group.points[rows] @ DIRECTIONS.T
+        low[number], high[number] = along.min(axis=1), along.max(axis=1)
+    margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
+    low -= margin
+    high += margin
+    corners = np.unique(np.concatenate([edges.begin, edges.end]))
+    along = edges.corners[corners] @ DIRECTIONS.T
+    if count * len(corners) <= FEW_PAIRS:
+        inside = ((along >= low[:, None]) & (along <= high[:, None])).all(axis=2)
+        inside &= (corners != edges.begin[:, None]) & (corners != edges.end[:, None])
+        edge, place = inside.nonzero()
+        return edge, corners[place]
+    axis = int(np.ptp(along[:, :3], axis=0).argmax())
+    order = np.argsort(along[:, axis], kind="stable")
+    corners, along = corners[order], along[order]
+    first = np.searchsorted(along[:, axis], low[:, axis])
+    last = np.searchsorted(along[:, axis], high[:, axis], side="right")
+    if (last - first).sum() > 16 * MAX_PAIRS:
+        return np.empty(0, np.intp), np.empty(0, np.intp)
+    pairs = []
+    for some in _runs(last - first, CHUNK):
+        counts = (last - first)[some]
+        edge = np.repeat(np.arange(some.start, some.stop), counts)
+        place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+        place += np.repeat(first[some], counts)
+        inside = (corners[place] != edges.begin[edge]) & (corners[place] != edges.end[edge])
+        for k in range(len(DIRECTIONS)):
+            edge, place = edge[inside], place[inside]
+            inside = (along[place, k] >= low[edge, k]) & (along[place, k] <= high[edge, k])
+        pairs.append((edge[inside], corners[place[inside]]))
+        checkpoint()
+    return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
+
+
+def _runs(counts: Ints, most: int) -> Iterator[slice]:
+    """Slices of items with these counts: each of about `most`."""
+    group = np.cumsum(counts) // most
+    starts = run_starts(group)
+    for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):
+        yield slice(start, stop)
+
+
+def place_corners(
+    edges: OpenEdges, edge: Ints, points: FloatArray, reach: float
+) -> tuple[FloatArray, FloatArray, Bools]:
+    """Parameters on edges that are nearest to points (K, 3), their slack, and which are on it."""
+    at, slack = np.zeros(len(edge)), np.zeros(len(edge))
+    is_on = np.zeros(len(edge), dtype=bool)
+    for group, rows, number in iterate_degrees(edges):
+        of = np.full(len(edges.side), -1)
+        of[number] = rows
+        mine = np.flatnonzero(of[edge] >= 0)
+        degree = group.points.shape[1] - 1
+        samples = np.linspace(0, 1, 8 * degree + 1)
+        for part in row_slices(len(mine), 3 * len(samples), CHUNK):
+            here = mine[part]
+            own, target = of[edge[here]], points[here]
+            nets = group.points[own] - target[:, None]
+            weights = None if group.weights is None else group.weights[own]
+            away = np.square(points_at(nets, weights, samples)).sum(axis=2)
+            if weights is None:
+                # Half a step from a sample the curve is at most this far away from it.
+                speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
+                close = np.sqrt(away.min(axis=1)) <= speed * (samples[1] / 2) + reach
+                here, nets, away = here[close], nets[close], away[close]
+                if not len(here):
+                    continue
+            t = samples[away.argmin(axis=1)]
+            for _ in range(STEPS):
+                value, slope = _with_slope(nets, weights, t)
+                square = np.square(slope).sum(axis=1)
+                step = (value * slope).sum(axis=1) / np.where(square > 0, square, 1.0)
+                t = (t - step).clip(0, 1)
+            value, slope = _with_slope(nets, weights, t)
+            near = np.square(value).sum(axis=1) <= reach**2
+            ends = np.minimum(np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1))
+            at[here], is_on[here] = t, near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
+            speed = np.sqrt(np.square(slope).sum(axis=1))
+            slack[here] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
+    return at, slack, is_on
+
+
+def points_at(nets: FloatArray, weights: FloatArray | None, places: FloatArray) -> FloatArray:
+    """Points (m, K, 3) of curves (m, n+1, 3) at parameters (K,), or (m, K) for each its own."""
+    degree = nets.shape[1] - 1
+    basis = bernstein(degree, places.ravel()).reshape(*places.shape, degree + 1)
+    if weights is None:
+        value: FloatArray = basis @ nets
+        return value
+    shares = basis * weights[:, None]
+    value = shares @ nets
+    value /= shares.sum(axis=2, keepdims=True)
+    return value
+
+
+def _with_slope(
+    nets: FloatArray, weights: FloatArray | None, t: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Points and derivatives of curves (m, n+1, 3), each at its own parameter (m,): (m, 3)."""
+    degree = nets.shape[1] - 1
+    basis, below = bernstein(degree, t)[:, None], bernstein(degree - 1, t)[:, None]
+    if weights is None:
+        return (basis @ nets)[:, 0], degree * (below @ np.diff(nets, axis=1))[:, 0]
+    heavy = nets * weights[..., None]
+    total, change = (basis @ weights[..., None])[:, 0], degree * np.diff(weights, axis=1)
+    value = (basis @ heavy)[:, 0] / total
+    slope = degree * (below @ np.diff(heavy, axis=1))[:, 0]
+    return value, (slope - (below @ change[..., None])[:, 0] * value) / total
