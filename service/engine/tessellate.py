@@ -132,7 +132,7 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
         layout = Layout.plan(seams.connectivity, options.resolution)
         size, framed = layout.size, layout.is_framed
         # A framed grid has at least two divisions each way.
-        shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.triangular]
+        shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.is_triangle]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
         border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
     # A patch of V samples, B of them on its border, is 2V - B - 2 triangles.

@@ -42,7 +42,7 @@ def write(form: str, name: str) -> bytes:
 
 
 def build_mesh(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
-    """The mesh that is write, in float64 and of one piece."""
+    """The mesh of the file, in float64 and of one piece."""
     request = request_of(form)
     model, options = carried_channels(request.to_surface().lower(), request.mesh_options(), fmt)
     return build(model, options)

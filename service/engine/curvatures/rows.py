@@ -113,7 +113,7 @@ def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArr
 
 def find_parameters(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) of samples by their number in a patch; of triangles (s, t)."""
-    if block.triangular:
+    if block.is_triangle:
         divisions = block.resolution[0]
         starts = row_starts(divisions)
         row = np.searchsorted(starts, sample, side="right") - 1

@@ -143,7 +143,7 @@ def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> 
         channel = model.batches[block.batch].channels[number]
         out = rows[block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(len(block.patches), block.count, dimension)
-        if block.triangular:
+        if block.is_triangle:
             _write_triangles(channel, block, out)
             continue
         _write_grids(channel, block, out)
@@ -180,7 +180,7 @@ def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) ->
     """Parameters (N, 2) of every sample: in the surface's own domain, or in its patch."""
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
-        if block.triangular:
+        if block.is_triangle:
             _write_triangle_parameters(block, rows)
             continue
         ends = find_limits(block.first + block.patches, domains)

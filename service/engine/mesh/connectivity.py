@@ -41,7 +41,7 @@ class Connectivity:
     ----------
     counts : tuple of int
         Patches of each batch.
-    triangular : ndarray of bool, shape (P,)
+    is_triangle : ndarray of bool, shape (P,)
         Which patches are triangles.
     edge : ndarray of int, shape (P, 4)
         Number of the distinct edge that each side is (sides: `service.surface.sides`).
@@ -58,7 +58,7 @@ class Connectivity:
     """
 
     counts: tuple[int, ...]
-    triangular: Bools
+    is_triangle: Bools
     edge: Ints
     backward: Bools
     collapsed: Bools
@@ -69,7 +69,7 @@ class Connectivity:
     @property
     def nbytes(self) -> int:
         """Bytes held."""
-        arrays = (self.triangular, self.edge, self.backward, self.collapsed, self.corner)
+        arrays = (self.is_triangle, self.edge, self.backward, self.collapsed, self.corner)
         return sum(array.nbytes for array in (*arrays, self.users))
 
     @cached_property
@@ -77,7 +77,7 @@ class Connectivity:
         """Equal for connectivities that are equal, and for no others."""
         return hash_arrays(
             np.array([len(self.counts), *self.counts]),
-            self.triangular,
+            self.is_triangle,
             self.edge,
             self.backward,
             self.collapsed,
@@ -128,7 +128,7 @@ class Connectivity:
                 is_thin = self.collapsed[:, side] & (self.edge[:, one] == self.edge[:, other])
                 if not is_triangle:
                     is_thin &= self.collapsed[:, side + 1]
-                found[is_thin & (self.triangular == is_triangle)] = side
+                found[is_thin & (self.is_triangle == is_triangle)] = side
         return found
 
     @cached_property
@@ -144,13 +144,13 @@ class Connectivity:
         edge, times two, and by its end. Of a grid the diagonals cut off the corners (0, 0) and
         (1, 1); -1 stands where there is no third. A triangle has a small triangle at each corner.
         """
-        is_grid = ~self.triangular[:, None, None]
+        is_grid = ~self.is_triangle[:, None, None]
         sides = np.where(is_grid, GRID_CORNERS[0], TRIANGLE_CORNERS[0])
         at_end = np.where(is_grid, GRID_CORNERS[1], TRIANGLE_CORNERS[1])
         places = np.arange(len(self.edge))[:, None, None], sides
         lines: Ints = 2 * self.edge[places] + (at_end ^ self.backward[places])
         lines.sort(axis=2)
-        lines[~self.triangular, 2] = -1
+        lines[~self.is_triangle, 2] = -1
         return lines
 
     @cached_property

@@ -123,16 +123,16 @@ def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | Non
 
 
 @lru_cache(maxsize=256)
-def _border_rows(triangular: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
+def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
     """Which points of a net lie on its border, and among these its sides and its corners."""
-    if triangular:
+    if is_triangle:
         sides = [*triangle.side_rows(p), np.array([triangle.count_points(p) - 1])]
     else:
         number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
         sides = [number[0], number[-1], number[:, 0], number[:, -1]]
     border = np.unique(np.concatenate(sides))
     begins = [sides[0][0], sides[0][-1], sides[1][0], sides[1][-1]]
-    if triangular:
+    if is_triangle:
         begins[1] = begins[3] = sides[3][0]
     rows = tuple(np.searchsorted(border, side) for side in sides)
     return border, rows, np.searchsorted(border, begins)
@@ -179,7 +179,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     stand_in, corner = find_first_rows(numbers[at_corners].reshape(-1, 1).astype(np.float64))
     connectivity = Connectivity(
         counts=tuple(batch.count for batch in batches),
-        triangular=triangular_patches(batches),
+        is_triangle=triangular_patches(batches),
         edge=edge.reshape(-1, 4),
         backward=backward.reshape(-1, 4),
         collapsed=collapsed.reshape(-1, 4),

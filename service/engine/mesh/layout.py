@@ -66,9 +66,9 @@ class Layout(SampleRuns):
         """Divisions of the edges, and the run of samples of every patch and framed side."""
         ru, rv = resolution
         edge, collapsed = connectivity.edge, connectivity.collapsed
-        triangular, total = connectivity.triangular, len(connectivity.edge)
+        is_triangle, total = connectivity.is_triangle, len(connectivity.edge)
         rus, rvs = np.full(total, ru), np.full(total, rv)
-        rus[triangular] = rvs[triangular] = max(ru, rv)
+        rus[is_triangle] = rvs[is_triangle] = max(ru, rv)
         own = np.stack(along_sides(rus, rvs), axis=1)
         # A shared edge takes the larger of its two numbers of divisions: no triangle finds more
         # on any side than it has.
@@ -87,8 +87,8 @@ class Layout(SampleRuns):
                 here = np.flatnonzero(framed[first : first + count] == wanted)
                 if len(here):
                     grid = int(rus[first + here[0]]), int(rvs[first + here[0]])
-                    is_triangle, whole = bool(triangular[first]), len(here) == count
-                    block = Block(number, first, here, grid, size, is_triangle, whole)
+                    has_triangles, is_whole = bool(is_triangle[first]), len(here) == count
+                    block = Block(number, first, here, grid, size, has_triangles, is_whole)
                     base[first + here] = size + np.arange(len(here)) * block.count
                     size += len(here) * block.count
                     blocks.append(block)
@@ -153,7 +153,7 @@ class Layout(SampleRuns):
     def has_shared_samples(self) -> bool:
         """Whether samples of one patch or of several have places in common."""
         # A triangle has three corners.
-        corners = self.connectivity.corner.size - int(np.count_nonzero(self.triangular))
+        corners = self.connectivity.corner.size - int(np.count_nonzero(self.is_triangle))
         return self.connectivity.is_joined or self.connectivity.corners < corners or self.has_poles
 
     @cached_property
@@ -162,7 +162,7 @@ class Layout(SampleRuns):
         place = np.arange(self.size)
         edge = self.connectivity.edge.ravel()
         for divisions, sides in self.side_groups():
-            samples = self.side_samples(sides, divisions)
+            samples = self.find_side_samples(sides, divisions)
             # The first side of every edge stands for all of them.
             _, first, back = np.unique(edge[sides], return_index=True, return_inverse=True)
             place[samples] = samples[first][back]
@@ -198,7 +198,7 @@ class Layout(SampleRuns):
             # The ends of a side are corners.
             inside = np.arange(1, divisions)
             sources.append((row[:, None] + count * inside).ravel())
-            targets.append(self.side_samples(sides, divisions)[:, 1:-1].ravel())
+            targets.append(self.find_side_samples(sides, divisions)[:, 1:-1].ravel())
             first += count * (divisions + 1)
         poles, at = self.collapsed_samples()
         targets += [self.corner_samples().ravel(), poles]
@@ -213,23 +213,23 @@ class Layout(SampleRuns):
         known = self.connectivity
         rows = np.concatenate(
             [
-                self.triangular[:, None],
+                self.is_triangle[:, None],
                 self.ru[:, None],
                 self.rv[:, None],
                 sides,
                 known.collapsed,
-                known.twice_cut[:, :2] & ~self.triangular[:, None],
+                known.twice_cut[:, :2] & ~self.is_triangle[:, None],
             ],
             axis=1,
         )
         first, number = unique_rows(rows.astype(np.float64))
         found: list[tuple[AnyShape, Ints]] = []
         for k in np.argsort(first, kind="stable").tolist():
-            triangular, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()
+            is_triangle, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()
             collapsed = bool(bits[0]), bool(bits[1]), bool(bits[2]), bool(bits[3])
             turned = bool(bits[4]), bool(bits[5])
             shape: AnyShape = TriangleShape(ru, collapsed)
-            if not triangular:
+            if not is_triangle:
                 shape = Shape((ru, rv), (a, b, c, d), collapsed, turned)
             found.append((shape, np.flatnonzero(number == k)))
         return tuple(found)

@@ -161,7 +161,7 @@ def _find_used(layout: Layout, kind: Faces) -> Ints:
 
 def _build_grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
     """The vertex at every sample of every patch; nothing where a frame or a triangle is no grid."""
-    if layout.is_framed or layout.triangular.any():
+    if layout.is_framed or layout.is_triangle.any():
         return ()
     grids = []
     for block in layout.blocks:

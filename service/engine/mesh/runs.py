@@ -31,13 +31,13 @@ class Block:
     patches: Ints
     resolution: tuple[int, int]
     base: int
-    triangular: bool
+    is_triangle: bool
     whole: bool
 
     @property
     def count(self) -> int:
         """Samples of one patch."""
-        if self.triangular:
+        if self.is_triangle:
             return triangle.count_points(self.resolution[0])
         return (self.resolution[0] + 1) * (self.resolution[1] + 1)
 
@@ -84,33 +84,33 @@ class SampleRuns:
     inner: Ints
 
     @property
-    def triangular(self) -> Bools:
+    def is_triangle(self) -> Bools:
         """Which patches are triangles, shape (P,); `ru` and `rv` are then equal."""
-        return self.connectivity.triangular
+        return self.connectivity.is_triangle
 
     @cached_property
     def pinched_sides(self) -> Bools:
         """Which sides are one point but have several samples, shape (P, 4)."""
         several = self.connectivity.collapsed.copy()
-        several[self.triangular, 3] = False
+        several[self.is_triangle, 3] = False
         return several
 
-    def grid_samples(self, sides: Ints, divisions: int) -> Ints:
+    def find_grid_samples(self, sides: Ints, divisions: int) -> Ints:
         """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
         patch, side = np.divmod(sides, 4)
         ru, columns = self.ru[patch], self.rv[patch] + 1
         begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
         step = np.where(side < 2, 1, columns)
         samples = begin[:, None] + step[:, None] * np.arange(divisions + 1)
-        rows = self.triangular[patch]
+        rows = self.is_triangle[patch]
         if rows.any():
             lines = triangle.side_rows(divisions)[side[rows]]
             samples[rows] = self.base[patch[rows], None] + lines
         return samples.astype(np.intp, copy=False)
 
-    def side_samples(self, sides: Ints, divisions: int) -> Ints:
+    def find_side_samples(self, sides: Ints, divisions: int) -> Ints:
         """Samples along sides (patch · 4 + side) in the direction of their edges: (n, R+1)."""
-        samples = self.grid_samples(sides, divisions)
+        samples = self.find_grid_samples(sides, divisions)
         extra = self.extra.ravel()[sides]
         apart = extra >= 0
         if apart.any():
@@ -168,7 +168,7 @@ class SampleRuns:
         corner = self.connectivity.corner[:, BEGINS].ravel()
         for divisions in np.unique(lines.ravel()[collapsed]).tolist():
             sides = collapsed[lines.ravel()[collapsed] == divisions]
-            samples.append(self.grid_samples(sides, divisions).ravel())
+            samples.append(self.find_grid_samples(sides, divisions).ravel())
             corners.append(np.repeat(corner[sides], divisions + 1))
         return np.concatenate(samples), np.concatenate(corners)
 
@@ -178,8 +178,8 @@ class SampleRuns:
         zero = np.zeros_like(last)
         corners: Ints = np.stack([zero, self.rv, last, last + self.rv], axis=1)
         corners += self.base[:, None]
-        rows = self.ru[self.triangular]
+        rows = self.ru[self.is_triangle]
         apex = (rows + 1) * (rows + 2) // 2 - 1
-        corners[self.triangular, 1:] = corners[self.triangular, :1]
-        corners[self.triangular, 1:] += np.stack([apex, rows, apex], axis=1)
+        corners[self.is_triangle, 1:] = corners[self.is_triangle, :1]
+        corners[self.is_triangle, 1:] += np.stack([apex, rows, apex], axis=1)
         return corners

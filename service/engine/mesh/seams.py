@@ -85,7 +85,7 @@ class Seams:
         stand_in, number = find_first_rows(connectivity.corner.reshape(-1, 1).astype(np.float64))
         renumbered = Connectivity(
             counts=connectivity.counts,
-            triangular=connectivity.triangular,
+            is_triangle=connectivity.is_triangle,
             edge=rank[connectivity.edge],
             backward=connectivity.backward ^ against[connectivity.edge],
             collapsed=connectivity.collapsed,
@@ -136,7 +136,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         edge, backward, curves = _join_degrees(edge, backward, curves, collapsed, corner)
     connectivity = Connectivity(
         counts=tuple(batch.count for batch in batches),
-        triangular=triangular_patches(batches),
+        is_triangle=triangular_patches(batches),
         edge=edge.reshape(-1, 4),
         backward=backward.reshape(-1, 4),
         collapsed=collapsed,

@@ -134,10 +134,10 @@ def _unit_sums(places: FloatArray) -> FloatArray:
 
 def _check_form(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
     """Refuses places as patches of the other form have them."""
-    triangular = np.concatenate(
+    is_triangle = np.concatenate(
         [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
     )
-    wrong = np.flatnonzero(triangular[numbers] != (query.field == "barycentric"))
+    wrong = np.flatnonzero(is_triangle[numbers] != (query.field == "barycentric"))
     if len(wrong):
         raise InvalidRequest(
             Issue(

@@ -83,8 +83,8 @@ class Divisions:
     def even(seams: Seams, resolution: tuple[int, int]) -> "Divisions":
         """The divisions of a mesh by resolution."""
         along_u, along_v = (np.full(len(seams.edge), divisions) for divisions in resolution)
-        triangular = seams.connectivity.triangular
-        along_u[triangular] = along_v[triangular] = max(resolution)
+        is_triangle = seams.connectivity.is_triangle
+        along_u[is_triangle] = along_v[is_triangle] = max(resolution)
         return Divisions(Layout.build(seams.connectivity, resolution).divisions, along_u, along_v)
 
     def size(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
@@ -92,14 +92,14 @@ class Divisions:
         drawn = np.zeros(len(self.edges), dtype=bool)
         drawn[seams.edge[_find_drawn(seams, counts)]] = True
         curves, samples = int(drawn.sum()), int((self.edges[drawn] + 1).sum())
-        triangular = seams.connectivity.triangular
+        is_triangle = seams.connectivity.is_triangle
         for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
             inner = max(count - 1, 0)
-            curves += inner * int((~triangular).sum())
-            samples += inner * int((along[~triangular] + 1).sum())
+            curves += inner * int((~is_triangle).sum())
+            samples += inner * int((along[~is_triangle] + 1).sum())
         inner = 3 * max(*counts, 1) - 3
-        curves += inner * int(triangular.sum())
-        samples += inner * int((self.along_u[triangular] + 1).sum())
+        curves += inner * int(is_triangle.sum())
+        samples += inner * int((self.along_u[is_triangle] + 1).sum())
         return curves, samples
 
 
@@ -174,7 +174,7 @@ def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
     """Whether a side of a patch is drawn, by the directions with curves, (P, 4)."""
     drawn = np.zeros(seams.edge.shape, dtype=bool)
     drawn[:, :2], drawn[:, 2:] = counts[0] > 0, counts[1] > 0
-    drawn[seams.connectivity.triangular] = True
+    drawn[seams.connectivity.is_triangle] = True
     lines: Bools = drawn & ~seams.collapsed
     return lines
 
@@ -205,7 +205,7 @@ def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> I
     edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
     owner = sides[place]
     backward = seams.backward.ravel()[owner]
-    kind = seams.connectivity.triangular[owner // 4].astype(np.intp)
+    kind = seams.connectivity.is_triangle[owner // 4].astype(np.intp)
     begin, end = (_CORNERS[kind, corner[owner % 4]] for corner in (BEGINS, ENDS))
     for count, rows in _groups(divisions[edges]):
         chosen = np.zeros(len(divisions), dtype=bool)
