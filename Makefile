@@ -13,6 +13,8 @@ NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # What `make bench-occ` measures against.
 OCC     := cadquery-ocp==8.0.1.1.0
+# What `make bench-queries` measures against, too.
+SPLINES := splinepy==0.2.1 geomdl
 # What `make test-s3` stores on.
 MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
 # Tests wait for browsers and sockets half of the time: three at a time on two cores.
@@ -36,7 +38,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge judge-queries memory test-recipes test-libraries test-properties mutants web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -76,6 +78,9 @@ bench: $(VENV)/.dev ## Measure: evaluation, encoders, requests a second (by wrk,
 
 bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE
 	$(BIN)/python -m tools.benchmarks.open_cascade build/occ/bin/python
+
+bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries; closest points against Open CASCADE, splinepy and geomdl
+	$(BIN)/python -m tools.benchmarks queries
 
 # As root of a name space of its own where that is allowed: a disk can be mounted there.
 test-disk: $(VENV)/.dev ## Store on a disk that gets full: a small tmpfs, mounted as root
@@ -204,6 +209,13 @@ build/occ/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/occ
 	build/occ/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(OCC) numpy
+	touch $@
+
+build/splines/.ready: Makefile constraints.txt
+	@echo 'Installing splinepy and geomdl into build/splines …'
+	$(PYTHON) -m venv build/splines
+	build/splines/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(SPLINES) numpy
 	touch $@
 
 build/checkov/.ready: Makefile

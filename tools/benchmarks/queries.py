@@ -1,18 +1,7 @@
-"""Closest points a second, beside those of Open CASCADE; rays, signs, sections and measures.
+"""Closest points a second beside other libraries; rays, signs, sections and measures."""
 
-Open CASCADE where `make bench-occ` installed it.
-
-Points are strewn in the box of the control points, made larger by a fifth. Both take turns; time is
-that of the processor. `wrong` are points for which the least distance that was found is not within
-1e-9 of the diagonal of the least of both, or nothing was found. Points nearest to a border are not
-counted against Open CASCADE, which looks for normals alone.
-"""
-
-import subprocess
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 from statistics import median
 
 import numpy as np
@@ -29,16 +18,14 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
+from tools.benchmarks.closest_peers import print_closest
 from tools.certify.surfaces import FAMILIES
 
-ROUNDS, OURS, THEIRS, RAYS = 5, 20_000, 400, 50_000
-"""Rounds, points in each, and rays."""
+ROUNDS, RAYS = 5, 50_000
+"""Rounds, and rays in each."""
 
 SIGNED, PLANES = 2000, 20
 """Points whose signs are asked for, and planes."""
-
-PYTHON = Path("build/occ/bin/python")
-WORKER = Path(__file__).with_name("open_cascade_closest.py")
 
 
 def run() -> None:
@@ -48,16 +35,8 @@ def run() -> None:
     surfaces: dict[str, SurfaceKind] = {
         "one bicubic patch": bicubic, "teapot, 32 patches": find("utah-teapot").surface(),
     }  # fmt: skip
-    print(f"{'closest points a second':24}{'ours':>12}{'wrong':>8}{'occ':>12}{'wrong':>8}")
     for title, surface in surfaces.items():
-        model = to_patches(surface.lower())
-        low, high = model.bounds
-        side = high - low
-        points = np.random.default_rng(1).uniform(low - side / 10, high + side / 10, (OURS, 3))
-        ours, theirs, wrong = compared(model, points)
-        cells = [f"{OURS / ours:12,.0f}", f"{wrong[0]:8}"]
-        cells += [f"{THEIRS / theirs:12,.0f}", f"{wrong[1]:8}"] if theirs else [f"{'-':>12}", ""]
-        print(f"{title:24}" + "".join(cells), flush=True)
+        print_closest(title, to_patches(surface.lower()))
     print(f"\n{'rays a second':24}{'first hits':>12}{'all hits':>12}{'hits a ray':>12}")
     for title, surface in surfaces.items():
         rates, each = ray_rates(to_patches(surface.lower()))
@@ -111,39 +90,3 @@ def ray_rates(model: PatchModel) -> tuple[list[float], float]:
             hits = len(intersect_rays(model, query, 10**7)["t"])
             seconds[which].append(time.process_time() - start)
     return [RAYS / median(each) for each in seconds], hits / RAYS
-
-
-def compared(
-    model: PatchModel, points: "np.ndarray[tuple[int, int], np.dtype[np.float64]]"
-) -> tuple[float, float | None, tuple[int, int]]:
-    """Seconds of both, and how many of the first points are wrong."""
-    ours, theirs = [], []
-    few = points[:THEIRS]
-    columns = project_on_surface(model, ProjectQuery(few))
-    least, is_inner = columns["distances"], ~columns["on_boundary"]
-    found = least
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "points.npz"
-        np.savez(file, nets=np.concatenate([b.points for b in model.batches]), points=few)
-        command = [str(PYTHON), str(WORKER)]
-        worker = None
-        if PYTHON.exists():
-            worker = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-            )
-        for _ in range(ROUNDS):
-            start = time.process_time()
-            project_on_surface(model, ProjectQuery(points))
-            ours.append(time.process_time() - start)
-            if worker is not None and worker.stdin is not None and worker.stdout is not None:
-                worker.stdin.write(f"{file}\n")
-                worker.stdout.readline()
-                answer = np.load(f"{file}.out.npz")
-                theirs.append(float(answer["seconds"]))
-                found = answer["distances"]
-        if worker is not None:
-            worker.communicate()
-    best = np.minimum(least, found)
-    slack = 1e-9 * model.diagonal
-    wrong = int((least > best + slack).sum()), int(((found > best + slack) & is_inner).sum())
-    return median(ours), median(theirs) if theirs else None, wrong

@@ -1,0 +1,106 @@
+"""Closest points a second, beside other libraries: each in a Python of its own, if installed.
+
+`make bench-queries` installs them. Points are strewn in the box of the control points, made larger
+by a fifth. All take turns; time is that of the processor. `wrong` are points for which the least
+distance that was found is not within 1e-9 of the diagonal of the least of all, or nothing was
+found; `right a second` counts the others. Points nearest to a border are not counted against Open
+CASCADE, which looks for normals alone.
+"""
+
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from statistics import median
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+
+from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.surface.lowered import PatchModel
+
+ROUNDS, OURS = 5, 20_000
+"""Rounds, and points in each."""
+
+WORKER = Path(__file__).with_name("closest_worker.py")
+
+
+class Peer(NamedTuple):
+    """A library: its Python, how many points it gets, and whether it finds those on borders."""
+
+    python: Path
+    points: int
+    borders: bool
+
+
+PEERS = {
+    "open_cascade": Peer(Path("build/occ/bin/python"), 400, borders=False),
+    "splinepy": Peer(Path("build/splines/bin/python"), 400, borders=True),
+    "geomdl": Peer(Path("build/splines/bin/python"), 20, borders=True),
+}
+
+
+def print_closest(title: str, model: PatchModel) -> None:
+    """Prints a row for the service and one for each library that is installed."""
+    low, high = model.bounds
+    side = high - low
+    points = np.random.default_rng(1).uniform(low - side / 10, high + side / 10, (OURS, 3))
+    peers = {name: peer for name, peer in PEERS.items() if peer.python.exists()}
+    seconds: dict[str, list[float]] = {name: [] for name in ("service", *peers)}
+    found: dict[str, Any] = {}
+    with ExitStack() as stack:
+        asks = {name: stack.enter_context(_worker(name, model, points)) for name in peers}
+        for _ in range(ROUNDS):
+            start = time.process_time()
+            columns = project_on_surface(model, ProjectQuery(points))
+            seconds["service"].append(time.process_time() - start)
+            for name, ask in asks.items():
+                answer = ask()
+                seconds[name].append(float(answer["seconds"]))
+                found[name] = answer["distances"]
+    found["service"] = columns["distances"]
+    least = found["service"].copy()
+    for distances in found.values():
+        least[: len(distances)] = np.minimum(least[: len(distances)], distances)
+    print(f"{title:24}{'points a second':>18}{'right a second':>18}{'wrong of':>10}")
+    for name, times in seconds.items():
+        count = len(found[name])
+        wrong = found[name] > least[:count] + 1e-9 * model.diagonal
+        if name in PEERS and not PEERS[name].borders:
+            wrong &= ~columns["on_boundary"][:count]
+        rate, faults = count / median(times), int(wrong.sum())
+        right = rate * (1 - faults / count)
+        print(f"{name:24}{rate:18,.0f}{right:18,.0f}{f'{faults} of {count}':>16}", flush=True)
+
+
+class _Ask:
+    """Asks a worker for the closest points in one file, as often as it is called."""
+
+    def __init__(self, stdin: IO[str], stdout: IO[str], file: Path) -> None:
+        self.stdin, self.stdout, self.file = stdin, stdout, file
+
+    def __call__(self) -> Any:
+        self.stdin.write(f"{self.file}\n")
+        self.stdin.flush()
+        self.stdout.readline()
+        return np.load(f"{self.file}.out.npz")
+
+
+@contextmanager
+def _worker(name: str, model: PatchModel, points: Any) -> Iterator[_Ask]:
+    """A process of this library, as long as it is used."""
+    peer = PEERS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "points.npz"
+        nets = np.concatenate([batch.points for batch in model.batches])
+        np.savez(file, nets=nets, points=points[: peer.points])
+        command = [str(peer.python), str(WORKER), name]
+        with subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            yield _Ask(process.stdin, process.stdout, file)
+            process.stdin.close()
