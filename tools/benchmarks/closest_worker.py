@@ -7,9 +7,9 @@ is written. A file holds `nets` (K, n, m, 3) of Bézier patches and `points` (N,
 `distances` (N,), ∞ where nothing was found, and `seconds` of processor time, for all patches; the
 library's own surfaces, and what it prepares for many points, are not part of the time.
 
-Open CASCADE's Extrema looks for normals, splinepy goes by Newton's method from the nearest of a
-grid of samples, twice as many as control points in each direction. geomdl has no such function:
-here its derivatives serve the algorithm of The NURBS Book (6.1), from the nearest of its samples.
+Open CASCADE's Extrema looks for normals. splinepy goes by Newton's method from the nearest of a
+grid of samples: 2 n of them along n control points, its default. geomdl has no such function: here
+its derivatives serve the algorithm of The NURBS Book (6.1), from the nearest of its samples.
 """
 
 import sys

@@ -41,6 +41,9 @@ crosses itself there are about 16."""
 SHARE = 1 / 8
 """Size of singular cells along a curve, in units of the tolerance."""
 
+STEADY = 0.1
+"""Change of the expected number of pieces from one level to the next, in units of it."""
+
 ROOM = 1 << 18
 """Numbers of one array of coefficients that is worked on at a time."""
 
@@ -54,8 +57,8 @@ class CellSearch:
     tolerance : float
         In the coordinates of the nets.
     allow : callable
-        Takes a lower bound of the number of cells, and the number that is expected; raises if one
-        of them is too large.
+        Takes a lower bound of the number of cells, and a number that is expected to be exceeded;
+        raises if one of them is too large.
     deviation : float
         Largest bound of the distance of a piece from its chord.
     """
@@ -66,9 +69,10 @@ class CellSearch:
     allow: Callable[[int, float], None]
     deviation: float = 0.0
     _ended: list[Cells] = field(default_factory=list)
-    _expected: float = 0.0
+    _pieces: float = 0.0
     """Pieces that the cells of a level will become: √(bound / tolerance) of each, as bounds are of
-    the second order. From the third level on it was 0.6 to 1.7 times the final number."""
+    the second order. From the third level on it was 0.6 to 1.7 times the final number, and 0.6 to 1
+    times where it changed by less than `STEADY`."""
 
     def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
         """The cells of pairs that the section meets, and which pairs (m,) are coplanar."""
@@ -76,12 +80,14 @@ class CellSearch:
         place = np.zeros((4, len(plane)), np.int64)
         place[1], place[3] = ONE, ONE
         cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, coplanar, floor)
-        count = 0
+        count, expected = 0, 0.0
         while len(cells := _near(cells)):
             kind, sense, is_monotone = _classify(cells.nets)
             kind[cells.coplanar] = COPLANAR
             along_u, along_v = self._to_halve(cells, kind, is_monotone)
-            self.allow(count + len(cells), count + self._expected)
+            change = abs(count + self._pieces - expected)
+            expected = count + self._pieces
+            self.allow(count + len(cells), expected / (1 if change <= STEADY * expected else 2))
             ends = ~(along_u | along_v)
             count += int(np.count_nonzero(ends))
             checkpoint()
@@ -93,7 +99,7 @@ class CellSearch:
     def _to_halve(self, cells: OpenCells, kind: Ints, is_monotone: Bools) -> tuple[Bools, Bools]:
         """Which cells are halved along u, and along v."""
         checkpoint()
-        self._expected = 0.0
+        self._pieces = 0.0
         long = cells.place[1::2] - cells.place[::2]
         is_open = kind == SINGULAR
         crowded = np.bincount(cells.pair[is_open], minlength=1)
@@ -178,7 +184,7 @@ class CellSearch:
 
     def _are_small(self, bounds: FloatArray, long: Ints) -> Bools:
         """Which bounds are small enough, or belong to cells that cannot be halved."""
-        self._expected += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
+        self._pieces += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
         return np.asarray((bounds <= self.tolerance) | (long <= 1))
 
     def _note(self, bounds: FloatArray) -> None:

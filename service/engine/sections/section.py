@@ -38,9 +38,6 @@ NEAR = 2.0**-14
 """Distance, in the coordinates of the nets, within which places where a surface touches a plane are
 one: cells that may touch the plane lie about it."""
 
-SURE = 2
-"""How many times too many pieces must be expected for a refusal."""
-
 NODES = 1 << 14
 """Points that are computed at a time."""
 
@@ -62,8 +59,8 @@ def cut_surface(
     tolerance : float
         Model units.
     allow : callable
-        Takes a lower bound of the number of pieces; raises if that is too large. It also takes 1 /
-        `SURE` of the number that is expected, so that a refusal comes before the work.
+        Takes a lower bound of the number of pieces; raises if that is too large. It also takes a
+        number that is expected to be exceeded, so that a refusal comes before the work.
     """
     nets = surface_nets(model.batches)
     borders = find_borders(nets, seams, triangular_patches(model.batches))
@@ -139,11 +136,12 @@ class _Search:
         ]
 
     def _allow(self, count: int, expected: float) -> None:
-        """Ask with a lower bound, and with the number that is expected of all pairs."""
+        """Ask with a lower bound, and with the least number that is expected of all pairs."""
         self.allow(self.count + count)
-        share = self._pairs[1] / self._pairs[0]
-        of_all = self._before + (self.count - self._before + expected) / share
-        self.allow(int(of_all / SURE))
+        pairs, begun = self._pairs
+        pieces = self.count - self._before + expected
+        # Other planes may have shorter sections.
+        self.allow(int(self._before + pieces * max(1.0, pairs / begun / 2)))
 
     def _draw(
         self, parts: tuple[Cells, ...], first: int, polylines: list[list[Polyline]]
