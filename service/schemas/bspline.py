@@ -131,7 +131,7 @@ class BsplineDefinition(StrictModel):
         "1 times, or a name; one name means both. `clamped` reaches the first and last control "
         "points; `uniform` does not; `periodic` closes smoothly, its control points given once. "
         "Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times "
-        "is a crease, degree + 1 times parts the surface. Knots that differ by less than 1e-12 of "
+        "is a crease, degree + 1 times parts the surface. Knots that differ by less than 9e-13 of "
         "the domain are taken for equal, up to degree times. The first and the last knot, which "
         "do not matter, may both be left out. Left out: clamped.",
         examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
