@@ -122,6 +122,6 @@ def check(root: Path, exemptions: Sequence[Exemption] = EXEMPTIONS) -> list[str]
 
 
 if __name__ == "__main__":
-    found = check(ROOT)
-    print("\n".join(found))
-    sys.exit(bool(found))
+    findings = check(ROOT)
+    print("\n".join(findings))
+    sys.exit(bool(findings))

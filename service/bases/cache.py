@@ -150,9 +150,9 @@ def derive_once(
     if any(array.flags.writeable for array in sources):
         return build()
     key = ("derived", name, *map(id, sources))
-    found = MESH_PLANS.get(key, lambda: _DerivedValue(sources, build()))
-    assert isinstance(found, _DerivedValue)
-    return cast(Result, found.value)
+    cached = MESH_PLANS.get(key, lambda: _DerivedValue(sources, build()))
+    assert isinstance(cached, _DerivedValue)
+    return cast(Result, cached.value)
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
@@ -176,8 +176,8 @@ def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> 
         return build()
     # The cache keeps the text too, so its bytes count.
     own = (np.frombuffer(text, np.uint8),)
-    found = MESH_PLANS.get(
+    cached = MESH_PLANS.get(
         ("text", name, text), lambda: _DerivedValue(own, _build_read_only(build))
     )
-    assert isinstance(found, _DerivedValue)
-    return cast(Array, found.value)
+    assert isinstance(cached, _DerivedValue)
+    return cast(Array, cached.value)

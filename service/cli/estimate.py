@@ -65,11 +65,11 @@ def _compute(document: Mapping[str, Any], formats: "Sequence[Format]") -> bytes:
     from service.schemas.request import MeshRequest
 
     wanted, limits = parse_request(MeshRequest, document)
-    found = plan_estimate(
+    result = plan_estimate(
         wanted.to_surface(),
         wanted.mesh_options(),
         encode_options(wanted),
         limits,
         formats,
     ).run()
-    return json_text(estimate_object(found))
+    return json_text(estimate_object(result))

@@ -23,9 +23,9 @@ def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], l
     flags: list[str] = []
     operations: list[Any] = []
     for name, text in given:
-        found = _listed(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
-        operations += found
-        flags += [name] * len(found)
+        parsed = _listed(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
+        operations += parsed
+        flags += [name] * len(parsed)
     return flags, operations
 
 

@@ -45,7 +45,7 @@ def read_numbers(
     """
     if (end - start) // 2 >= most and _words(text, start, end) > most:
         raise refused()
-    found: list[FloatArray] = []
+    pieces: list[FloatArray] = []
     count = 0
     while start < end:
         cut = _cut(text, start, end)
@@ -53,9 +53,9 @@ def read_numbers(
         count += len(words)
         if count > most:
             raise refused()
-        found.append(_values(words, text, start, cut))
+        pieces.append(_values(words, text, start, cut))
         start = cut
-    return np.concatenate(found) if found else np.empty(0)
+    return np.concatenate(pieces) if pieces else np.empty(0)
 
 
 def line_of_number(text: bytes, start: int, index: int) -> int:

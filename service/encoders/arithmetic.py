@@ -23,11 +23,11 @@ def written_by(compression: Compression) -> str:
 @cache
 def arithmetic() -> str:
     """Versions of the libraries, and the processor kinds that their code is chosen for."""
-    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
+    extensions = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     blas = {
         f"{library['internal_api']} {library['version']} {library.get('architecture')}"
         for library in threadpool_info()
         if library["user_api"] == "blas"
     }
     machine = (platform.machine(), *platform.libc_ver())
-    return "; ".join([" ".join(machine), f"numpy {np.__version__}", *found, *sorted(blas)])
+    return "; ".join([" ".join(machine), f"numpy {np.__version__}", *extensions, *sorted(blas)])

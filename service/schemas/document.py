@@ -185,10 +185,10 @@ def _too_deep(most: int) -> InvalidRequest:
 
 
 def _refuse_repeated_key(body: bytes) -> None:
-    found = find_repeated_key(body)
-    if found is None:
+    repeated = find_repeated_key(body)
+    if repeated is None:
         return
-    offset, key = found
+    offset, key = repeated
     where = find_pointer(body, offset) + pointer([shorten(key)]) if offset <= MAX_PREFIX else ""
     message = "An object has this key more than once."
     raise InvalidRequest(Issue("repeated_key", message, where, "the key again", "each key once"))

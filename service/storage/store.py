@@ -210,9 +210,9 @@ class SurfaceStore:
     async def _read(self, key: str, reserve: Callable[[int], None]) -> bytes:
         with translate_errors(f"reading {key}"):
             try:
-                found = await obstore.get_async(self._backend.objects, key)
-                reserve(found.meta["size"])
-                return bytes(await found.bytes_async())
+                response = await obstore.get_async(self._backend.objects, key)
+                reserve(response.meta["size"])
+                return bytes(await response.bytes_async())
             except FileNotFoundError:
                 raise _unknown() from None
 

@@ -96,8 +96,8 @@ class Engine:
 
     def inspect(self, image: str) -> dict[str, Any]:
         """The description of an image."""
-        found: list[dict[str, Any]] = json.loads(self.podman("image", "inspect", image))
-        return found[0]
+        images: list[dict[str, Any]] = json.loads(self.podman("image", "inspect", image))
+        return images[0]
 
     def state(self, container: str) -> dict[str, Any]:
         """How a container is: its process, when it began, how it ended."""

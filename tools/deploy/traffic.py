@@ -75,9 +75,9 @@ class Traffic:
             answer.body
         ):
             return "a binary glTF of another length than it says"
-        found = hashlib.sha256(answer.body).hexdigest()
-        known = self._seen.setdefault((request.method, request.target, request.body), found)
-        return None if found == known else "other bytes than another answer to the same request"
+        digest = hashlib.sha256(answer.body).hexdigest()
+        known = self._seen.setdefault((request.method, request.target, request.body), digest)
+        return None if digest == known else "other bytes than another answer to the same request"
 
     def _small_hit(self) -> Request:
         """So small, and asked for so often, that the proxy's cache has it."""

@@ -51,18 +51,18 @@ def needed() -> dict[str, Distribution]:
     optional = project["optional-dependencies"]
     texts = [text for extra, texts in optional.items() if extra != "dev" for text in texts]
     waiting = [(Requirement(text), "") for text in [*project["dependencies"], *texts]]
-    found: dict[str, Distribution] = {}
+    distributions: dict[str, Distribution] = {}
     seen: set[tuple[str, str]] = set()
     while waiting:
         requirement, of_extra = waiting.pop()
         if requirement.marker and not requirement.marker.evaluate(_environment(of_extra)):
             continue
         name = canonicalize_name(requirement.name)
-        each = found[name] = distribution(requirement.name)
+        each = distributions[name] = distribution(requirement.name)
         for extra in {"", *requirement.extras} - {extra for known, extra in seen if known == name}:
             seen.add((name, extra))
             waiting += [(Requirement(text), extra) for text in each.requires or []]
-    return dict(sorted(found.items()))
+    return dict(sorted(distributions.items()))
 
 
 def scripts() -> list[Script]:

@@ -62,8 +62,8 @@ def engine_is_raised() -> str:
     before = git("describe", "--tags", "--abbrev=0", "--match", "v*")
     if not before or not git("diff", "--name-only", before, "--", GOLDEN):
         return ""
-    found = re.search(r"^ENGINE = (\d+)$", git("show", f"{before}:{ENGINE_FILE}"), re.MULTILINE)
-    if found and int(found[1]) == ENGINE:
+    match = re.search(r"^ENGINE = (\d+)$", git("show", f"{before}:{ENGINE_FILE}"), re.MULTILINE)
+    if match and int(match[1]) == ENGINE:
         return f"{GOLDEN} is not as in {before}, and ENGINE is still {ENGINE}: read what changed"
     return ""
 

@@ -32,9 +32,9 @@ class CacheMiddleware:
         """Handles one request."""
         method = scope["method"] if scope["type"] == "http" else ""
         if method in _METHODS:
-            found = self.cache.find(scope["path"], scope["query_string"])
-            if found is not None:
-                entry, pinned = found
+            cached = self.cache.find(scope["path"], scope["query_string"])
+            if cached is not None:
+                entry, pinned = cached
                 coding = condition = None
                 for name, value in scope["headers"]:
                     if name == b"accept-encoding":

@@ -77,30 +77,30 @@ class Guard:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        found = _GuardResult([])
+        result = _GuardResult([])
         app = self.app
         try:
-            self._admit(scope, found)
+            self._admit(scope, result)
         except SurfaceError as error:
             record_of(scope).code = error.issues[0].code
-            app = refusal(error, found.wait)
+            app = refusal(error, result.wait)
 
         async def sent(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers: RawHeaders = tuple(message.get("headers", ()))
-                if found.private:
-                    headers = private_headers(headers, found.left)
-                message = {**message, "headers": [*headers, *found.added]}
+                if result.private:
+                    headers = private_headers(headers, result.left)
+                message = {**message, "headers": [*headers, *result.added]}
             await send(message)
 
-        await app(scope, receive, sent if found.added or found.private else send)
+        await app(scope, receive, sent if result.added or result.private else send)
 
-    def _admit(self, scope: Scope, found: _GuardResult) -> None:
+    def _admit(self, scope: Scope, result: _GuardResult) -> None:
         """Returns if the request is allowed, else raises why not."""
         if self.checks.proxies is not None:
             self.checks.proxies.set_client(scope)
             if scope["scheme"] == "https":
-                found.added.append(_HSTS)
+                result.added.append(_HSTS)
         if is_preflight(scope):
             return
         path = route_path(scope)
@@ -109,16 +109,16 @@ class Guard:
         if name is not None:
             record_of(scope).key = name
         if path not in EXEMPT or (need != "nothing" and name is None):
-            self._count(scope, name, found)
-        found.private = need == "key or signature"
+            self._count(scope, name, result)
+        result.private = need == "key or signature"
         signer = self.checks.signer
         if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
             query, expires = signer.check(path, scope["query_string"], now)
             scope["query_string"] = query
-            found.left = int(expires - now)
+            result.left = int(expires - now)
         elif need != "nothing" and name is None:
-            raise key_unknown() if sent else key_needed(signature=found.private)
+            raise key_unknown() if sent else key_needed(signature=result.private)
 
     def _key(self, scope: Scope) -> tuple[bool, str | None]:
         """Whether the request has a key, and the name of that key if the service knows it."""
@@ -128,23 +128,23 @@ class Guard:
             return False, None
         return True, owner(key, keys())
 
-    def _count(self, scope: Scope, name: str | None, found: _GuardResult) -> None:
+    def _count(self, scope: Scope, name: str | None, result: _GuardResult) -> None:
         """Counts a request for its key; without a valid key, for its address."""
         rates = self.checks.rates
         if rates is None:
             return
         client = scope.get("client")
         taken = rates.take(caller(name, client[0] if client else None))
-        found.added.extend(rates.headers(taken))
+        result.added.extend(rates.headers(taken))
         if not taken.allowed:
-            found.wait = taken.wait
+            result.wait = taken.wait
             raise rate_limited(rates.limit, taken.wait)
 
 
 def _header(scope: Scope, name: bytes) -> bytes | None:
     """The value of a header; None if it is missing or repeated."""
-    found = [value for each, value in scope["headers"] if each == name]
-    return found[0] if len(found) == 1 else None
+    values = [value for each, value in scope["headers"] if each == name]
+    return values[0] if len(values) == 1 else None
 
 
 def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:

@@ -134,5 +134,5 @@ async def estimate_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     formats: Sequence[Format] = FORMATS if named is None else (named,)
     options, encode = wanted.mesh_options(), encode_options(wanted)
     work = plan_estimate(wanted.to_surface(), options, encode, services.limits, formats)
-    found = await job.run(work, "estimate")
-    return bytes_response(json_text(estimate_object(found)), job)
+    result = await job.run(work, "estimate")
+    return bytes_response(json_text(estimate_object(result)), job)

@@ -39,9 +39,9 @@ def node_place(mesh: Mesh) -> JsonObject:
 def build_document(mesh: Mesh, options: EncodeOptions) -> File:
     """The document, and its buffer."""
     buffer = BufferBuilder()
-    found = [(piece, piece.material()) for piece in pieces(mesh, buffer, options)]
+    pairs = [(piece, piece.material()) for piece in pieces(mesh, buffer, options)]
     materials: list[JsonObject] = []
-    for _, material in found:
+    for _, material in pairs:
         if material not in materials:
             materials.append(material)
     meshes: list[JsonObject] = [
@@ -49,7 +49,7 @@ def build_document(mesh: Mesh, options: EncodeOptions) -> File:
             "name": piece.name,
             "primitives": [piece.primitive | {"material": materials.index(material)}],
         }
-        for piece, material in found
+        for piece, material in pairs
     ]
     place = node_place(mesh)
     nodes = [{"name": m["name"], "mesh": k, **place} for k, m in enumerate(meshes)]

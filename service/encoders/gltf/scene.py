@@ -82,15 +82,15 @@ class _Document:
             node["children"] = [len(self.nodes)]
             node = inner
             self.nodes.append(node)
-        found = self.pieces[member.model]
+        model_pieces = self.pieces[member.model]
         place = self.places[member.model]
-        if len(found) == 1 and not place:
+        if len(model_pieces) == 1 and not place:
             node["mesh"] = self._mesh(member, 0, member.name)
-        elif found:
-            node["children"] = list(range(len(self.nodes), len(self.nodes) + len(found)))
+        elif model_pieces:
+            node["children"] = list(range(len(self.nodes), len(self.nodes) + len(model_pieces)))
             self.nodes += [
                 {"name": piece.name, "mesh": self._mesh(member, k, piece.name), **place}
-                for k, piece in enumerate(found)
+                for k, piece in enumerate(model_pieces)
             ]
         return number
 

@@ -19,7 +19,7 @@ def encode_json(sections: Sections) -> bytes:
     """One JSON object: the planes with their polylines, and the report."""
     planes = sections.planes
     axes = planes.axes
-    found = [
+    objects = [
         {
             "normal": planes.normals[k],
             "offset": planes.offsets[k],
@@ -33,7 +33,7 @@ def encode_json(sections: Sections) -> bytes:
         }
         for k, section in enumerate(sections.sections)
     ]
-    return json_document({"sections": found, "report": report_object(sections)})
+    return json_document({"sections": objects, "report": report_object(sections)})
 
 
 def json_bound(size: SectionSize) -> int:

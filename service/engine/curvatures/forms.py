@@ -59,14 +59,14 @@ def compute_curvatures(
         e, f, g = _dot(su, su), _dot(su, sv), _dot(sv, sv)
         ell, em, pe = _dot(suu, n), _dot(suv, n), _dot(svv, n)
         square = _dot(n, n)
-        found = np.empty((2, *square.shape))
-        np.divide(ell * pe - em * em, square * square, out=found[0])
-        np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=found[1])
+        pair = np.empty((2, *square.shape))
+        np.divide(ell * pe - em * em, square * square, out=pair[0])
+        np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=pair[1])
         # The nets of a rational patch are those of w S_u and w S_v.
         share = square * heavy**4 / measure[:, np.newaxis]
         clear = (share > LOST**2) & (square > LEAST)
-        clear &= np.isfinite(found[0]) & np.isfinite(found[1])
-    return found, ~(share > SURE**2), ~clear
+        clear &= np.isfinite(pair[0]) & np.isfinite(pair[1])
+    return pair, ~(share > SURE**2), ~clear
 
 
 def _project(x: list[Planes]) -> list[Planes]:

@@ -37,7 +37,7 @@ class LimitCurvatures:
         TooLarge
             `too_costly`, where there are too many poles.
         """
-        found = np.empty((2, len(index)))
+        values = np.empty((2, len(index)))
         for first, last in row_runs(len(index), CHUNK_SAMPLES):
             some = slice(first, last)
             here = index[some], u[some], v[some]
@@ -47,12 +47,12 @@ class LimitCurvatures:
                 known = evaluate_jets(patches, *here, 2)
             if known.curvatures is None or known.degenerate is None:
                 raise ValueError("second partials come with curvatures")
-            found[0, some], found[1, some] = known.curvatures.gaussian, known.curvatures.mean
+            values[0, some], values[1, some] = known.curvatures.gaussian, known.curvatures.mean
             near = find_near_poles(patches, here[0], np.stack(here[1:], axis=1))
             count = int((near | known.degenerate).sum())
             self.check(count, patches)
             self.spent += count * cost_of_limit(patches)
-        return found
+        return values
 
     def check(self, count: int, patches: Patches) -> None:
         """Refuse `count` more limits if they would take too long."""

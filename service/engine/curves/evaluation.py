@@ -145,10 +145,10 @@ class _Local:
             length = np.sqrt((value * value).sum(axis=1))
             # The first above the limit is the one; where rounding hides all of them, the clearest.
             clear = length * 0.5 ** (k - 1)
-            found = self.solid[piece] & (best <= limit) & (clear > best)
+            is_better = self.solid[piece] & (best <= limit) & (clear > best)
             sign = np.where(left & (k % 2 == 0), -1.0, 1.0)
-            out[found] = (sign[found] / length[found])[:, None] * value[found]
-            best[found] = clear[found]
+            out[is_better] = (sign[is_better] / length[is_better])[:, None] * value[is_better]
+            best[is_better] = clear[is_better]
         return out
 
     def neighbour_directions(self, piece: Ints) -> FloatArray:

@@ -149,8 +149,8 @@ def _count_proper(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tu
 def _count_distinct(vertices: Ints) -> Ints:
     """How many different vertices faces have, shape (n, F) of (n, F, corners)."""
     ordered = np.sort(vertices, axis=-1)
-    found: Ints = (ordered[..., 1:] != ordered[..., :-1]).sum(axis=-1) + 1
-    return found
+    distinct: Ints = (ordered[..., 1:] != ordered[..., :-1]).sum(axis=-1) + 1
+    return distinct
 
 
 def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:

@@ -31,7 +31,7 @@ def join_faces(
     if sequence is not None:
         position[sequence] = position.copy()
         counts = counts[:, sequence]
-    found: list[IndexArray] = []
+    parts: list[IndexArray] = []
     for which, corners in enumerate((3, 4)):
         ends = counts[which].cumsum()
         out = np.empty((ends[-1], corners), dtype=np.uint32)
@@ -47,8 +47,8 @@ def join_faces(
                 first = ends[position[patches[run.start]]] - len(local)
                 rows = slice(first, first + (run.stop - run.start) * len(local))
                 out[rows] = whole[run].reshape(-1, corners)
-        found.append(out)
-    triangles, quads = found
+        parts.append(out)
+    triangles, quads = parts
     if welding is not None and layout.may_fold:
         triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _count_before(counts)

@@ -54,20 +54,20 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
             u, v = places.local[rows].T
             index = places.patch[rows] - first
             if isinstance(batch, TrianglePatches):
-                found = evaluate_triangle_jets(batch, index, u, v, order)
+                jets = evaluate_triangle_jets(batch, index, u, v, order)
             else:
-                found = evaluate_jets(batch, index, u, v, order)
+                jets = evaluate_jets(batch, index, u, v, order)
             wu, wv = places.widths[rows].T[:, :, np.newaxis]
-            columns["positions"][rows] = found.partials[0]
-            if found.normals is not None and found.degenerate is not None:
-                columns["du"][rows] = found.partials[1] / wu
-                columns["dv"][rows] = found.partials[2] / wv
-                columns["normals"][rows] = found.normals
-                columns["degenerate"][rows] = found.degenerate
-            if (curvatures := found.curvatures) is not None:
-                columns["duu"][rows] = found.partials[3] / wu / wu
-                columns["duv"][rows] = found.partials[4] / wu / wv
-                columns["dvv"][rows] = found.partials[5] / wv / wv
+            columns["positions"][rows] = jets.partials[0]
+            if jets.normals is not None and jets.degenerate is not None:
+                columns["du"][rows] = jets.partials[1] / wu
+                columns["dv"][rows] = jets.partials[2] / wv
+                columns["normals"][rows] = jets.normals
+                columns["degenerate"][rows] = jets.degenerate
+            if (curvatures := jets.curvatures) is not None:
+                columns["duu"][rows] = jets.partials[3] / wu / wu
+                columns["duv"][rows] = jets.partials[4] / wu / wv
+                columns["dvv"][rows] = jets.partials[5] / wv / wv
                 columns["gaussian_curvature"][rows] = curvatures.gaussian
                 columns["mean_curvature"][rows] = curvatures.mean
                 columns["principal_curvatures"][rows, 0] = curvatures.larger

@@ -111,10 +111,10 @@ class Line:
 
     def series(self, count: int, *, second: bool = True) -> list[Series]:
         """S_u, S_v and, with `second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
-        found = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if second else 3]]
+        partials = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if second else 3]]
         if not self.nets.rational:
-            return found[1:]
-        x, w = [f.axes(slice(0, 3)) for f in found], [f.axes(slice(3, 4)) for f in found]
+            return partials[1:]
+        x, w = [f.axes(slice(0, 3)) for f in partials], [f.axes(slice(3, 4)) for f in partials]
         s = x[0] / w[0]
         su = (x[1] - w[1] * s) / w[0]
         sv = (x[2] - w[2] * s) / w[0]

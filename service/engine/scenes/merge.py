@@ -75,8 +75,8 @@ def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
 
 def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
     """The largest value of all reports; None if a report with faces has none."""
-    found = [getattr(report, name) for report in reports if report.triangles + report.quads]
-    return None if not found or None in found else max(found)
+    values = [getattr(report, name) for report in reports if report.triangles + report.quads]
+    return None if not values or None in values else max(values)
 
 
 def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:

@@ -225,10 +225,10 @@ def _find_bounds(
     overlays: Sequence[Overlay], origin: FloatArray, otherwise: tuple[FloatArray, FloatArray]
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Bounds of the lines, or of what they belong to where there are none."""
-    found = [find_extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
+    extents = [find_extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
     low, high = otherwise
-    if found:
-        low = np.min([low for low, _ in found], axis=0).astype(np.float64) + origin
-        high = np.max([high for _, high in found], axis=0).astype(np.float64) + origin
+    if extents:
+        low = np.min([low for low, _ in extents], axis=0).astype(np.float64) + origin
+        high = np.max([high for _, high in extents], axis=0).astype(np.float64) + origin
     least, greatest = low.tolist(), high.tolist()
     return (least[0], least[1], least[2]), (greatest[0], greatest[1], greatest[2])

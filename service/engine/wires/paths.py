@@ -81,14 +81,14 @@ def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
             index = np.repeat(run.patch[rows] - first, samples)
             u, v = places[rows].reshape(-1, 2).T
             if isinstance(batch, TrianglePatches):
-                found = evaluate_triangle_jets(batch, index, u, v, 1)
+                jets = evaluate_triangle_jets(batch, index, u, v, 1)
             else:
-                found = evaluate_jets(batch, index, u, v, 1)
+                jets = evaluate_jets(batch, index, u, v, 1)
             steps = np.repeat(along[rows], samples, axis=0)
-            slope = found.partials[1] * steps[:, :1] + found.partials[2] * steps[:, 1:]
+            slope = jets.partials[1] * steps[:, :1] + jets.partials[2] * steps[:, 1:]
             slopes[rows] = slope.reshape(len(rows), samples, 3)
-            if found.normals is not None:
-                normals[rows] = found.normals.reshape(len(rows), samples, 3)
+            if jets.normals is not None:
+                normals[rows] = jets.normals.reshape(len(rows), samples, 3)
         first += batch.count
     tangents = _unit(slopes, run.points)
     return (_Curve(run.points[k], tangents[k], normals[k]) for k in range(count))
