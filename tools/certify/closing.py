@@ -13,7 +13,7 @@ import numpy as np
 
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.mesh.weld_distance import find_knot_ratio
+from service.engine.mesh.equal_points import find_knot_ratio
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.multipatch import MultipatchSurface

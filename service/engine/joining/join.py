@@ -15,8 +15,8 @@ from service.engine.joining.cutting import cut, lines_of
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
 from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut
+from service.engine.mesh.equal_points import find_weld_distance
 from service.engine.mesh.seams import Seams
-from service.engine.mesh.weld_distance import find_weld_distance
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64

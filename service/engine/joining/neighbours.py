@@ -11,8 +11,8 @@ import numpy as np
 from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import near_groups
 from service.engine.joining.open_edges import OpenBorder, find_open_border
+from service.engine.mesh.equal_points import find_knot_ratio, weld_distance
 from service.engine.mesh.seams import Seams
-from service.engine.mesh.weld_distance import find_knot_ratio, weld_distance
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
 from service.surface.lowered import GroupModel, PatchModel

@@ -43,7 +43,7 @@ from service.engine.mesh.edge_patterns import (
     replace_border,
 )
 from service.engine.mesh.edges import direct_edges
-from service.engine.mesh.weld_distance import find_weight_tolerance, find_weld_distance
+from service.engine.mesh.equal_points import find_weight_tolerance, find_weld_distance
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED = 2.0**-47
@@ -59,7 +59,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        As of `service.engine.mesh.weld_distance.find_weld_distance`.
+        As of `service.engine.mesh.equal_points.find_weld_distance`.
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]

@@ -12,23 +12,22 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import MESH_PLANS
-from service.engine.mesh.connectivity import (
-    EQUAL_WEIGHT,
-    FEW_POINTS,
-    Connectivity,
-    find_equal_points,
-    find_first_equals,
-    has_near_points,
-    hash_arrays,
-)
+from service.engine.mesh.connectivity import EQUAL_WEIGHT, Connectivity, hash_arrays
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
     border_points,
     border_weights,
     find_pattern,
 )
+from service.engine.mesh.equal_points import (
+    FEW_POINTS,
+    find_equal_points,
+    find_first_equals,
+    find_projected_distance,
+    find_weight_tolerance,
+    has_near_points,
+)
 from service.engine.mesh.seams import Seams, find_seams
-from service.engine.mesh.weld_distance import find_projected_distance, find_weight_tolerance
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, PatchModel

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, Ints
 from service.bases.unique_rows import unique_rows
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
@@ -25,12 +25,6 @@ factor changes their last digits."""
 
 EQUAL_WEIGHT = 2.0**-50
 """Up to here weights are taken for equal beside all others of their edge: a few roundings."""
-
-FEW_POINTS = 40
-"""Up to here points are looked up one by one sooner than sorted."""
-
-DIRECTION = (0.5411961001461969, 0.7653668647301796, 0.3477591)
-"""On which few points of a model have one projection, as they would on an axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,70 +171,6 @@ TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]]
 def triangular_patches(batches: Sequence[Patches]) -> Bools:
     """Which patches of all batches are triangles, shape (P,)."""
     return np.concatenate([np.full(b.count, isinstance(b, TrianglePatches)) for b in batches])
-
-
-def find_equal_points(points: FloatArray) -> Ints:
-    """For each point (N, 3) the first one that is equal to it: one decision for the whole engine.
-
-    Points are equal if their coordinates are, bit for bit.
-    """
-    if len(points) <= FEW_POINTS:
-        return np.array(find_first_equals(points), np.intp)
-    leaders, number = unique_rows(points)
-    return leaders[number]
-
-
-def find_first_equals(points: FloatArray) -> tuple[int, ...]:
-    """The first equal point of each of a few points, looked up one by one."""
-    first: dict[tuple[float, ...], int] = {}
-    return tuple([first.setdefault(tuple(p), k) for k, p in enumerate(points.tolist())])
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class EqualPoints:
-    """A result of `find_equal_points`, to be compared with other points.
-
-    `number` (N,) is the result, `leaders` (L,) the points that are equal to none before them.
-    """
-
-    number: Ints
-    leaders: Ints
-
-    @staticmethod
-    def from_number(number: Ints) -> "EqualPoints":
-        """The result with its leaders."""
-        return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
-
-    def is_right_for(self, points: FloatArray, reach: float) -> bool:
-        """Whether this is the result for `points` (N, 3), too, and others are further apart.
-
-        False where that is not certain. All leaders are further apart than `reach` if their
-        projections on one direction are: equal points have equal ones.
-        """
-        equal = points.take(self.number, axis=0) == points
-        if np.count_nonzero(equal) < equal.size:
-            return False
-        place = _project(points.take(self.leaders, axis=0))
-        place.sort()
-        return not np.count_nonzero(place[1:] - place[:-1] <= reach)
-
-
-def has_near_points(points: FloatArray, reach: float) -> bool:
-    """Whether two points (N, 3) that differ may be at most `reach` apart, told by projections."""
-    place = _project(points)
-    order = place.argsort()
-    rows, place = points.take(order, axis=0), place.take(order)
-    differ = np.logical_or.reduce(rows[1:] != rows[:-1], axis=1)
-    return bool((differ & (place[1:] - place[:-1] <= reach)).any())
-
-
-def _project(points: FloatArray) -> FloatArray:
-    """Places of points (N, 3) along one direction, (N,)."""
-    x, y, z = points.T
-    place: FloatArray = x * DIRECTION[0]
-    place += y * DIRECTION[1]
-    place += z * DIRECTION[2]
-    return place
 
 
 def hash_arrays(*arrays: NDArray[Any]) -> bytes:

@@ -18,14 +18,10 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.bases.unique_rows import find_first_rows
-from service.engine.mesh.connectivity import (
-    SAME_WEIGHT,
-    Connectivity,
-    EqualPoints,
-    triangular_patches,
-)
+from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
 from service.engine.mesh.degree_matching import find_candidates
 from service.engine.mesh.edges import EdgeCurves, direct_edges
+from service.engine.mesh.equal_points import EqualPoints
 from service.engine.mesh.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
 from service.engine.joining.near_points import FINER, LEVELS, MAX_CROWD, near_groups
-from service.engine.mesh.connectivity import has_near_points
+from service.engine.mesh.equal_points import has_near_points
 
 Array = np.ndarray
 
