@@ -54,8 +54,8 @@ def raise_equal(
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
     first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
     pair, edges, highest = find_candidates(~known.collapsed.ravel()[side], degree, begin, end)
-    open_ = begin[edges] != end[edges]
-    pair, edges, highest = pair[open_], edges[open_], highest[open_]
+    is_line = begin[edges] != end[edges]
+    pair, edges, highest = pair[is_line], edges[is_line], highest[is_line]
     for common in np.unique(highest).tolist():
         here = np.flatnonzero(highest == common)
         here = here[np.lexsort((edges[here], pair[here]))]
@@ -65,18 +65,18 @@ def raise_equal(
             mine = np.flatnonzero(degree[edges[here]] == rows.shape[1] - 1)
             if len(mine):
                 own = rows[edges[here[mine]] - first[k]].T
-                loads = None if comparable is None else comparable[own]
-                net, mass = elevate((points[own], loads), common)
-                nets[mine, :, :3] = net.swapaxes(0, 1)
-                if mass is not None:
-                    nets[mine, :, 3] = mass.swapaxes(0, 1)
+                side_weights = None if comparable is None else comparable[own]
+                raised, raised_weights = elevate((points[own], side_weights), common)
+                nets[mine, :, :3] = raised.swapaxes(0, 1)
+                if raised_weights is not None:
+                    nets[mine, :, 3] = raised_weights.swapaxes(0, 1)
         nets[back] = nets[back, ::-1]
         _, lead, number = np.unique(pair[here], return_index=True, return_inverse=True)
-        far = reach * (common + 1) ** 0.5
+        distance = reach * (common + 1) ** 0.5
         values = nets.copy()
         if weights is not None:
             values[..., 3] = np.log(nets[..., 3]) * (reach / weights.near)
-        leader = find_leaders(lead[number.reshape(-1)], values.reshape(len(here), -1), far)
+        leader = find_leaders(lead[number.reshape(-1)], values.reshape(len(here), -1), distance)
         for row in np.flatnonzero(degree[edges[here[leader]]] < degree[edges[here]]).tolist():
             if degree[edges[here[row]]] < common:
                 continue
