@@ -198,9 +198,11 @@ $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	  || $(PIP) install --constraint constraints.txt --editable .
 	@touch $@
 
+# Tests are compiled once here; else each process of `make test` would compile them all.
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service and its tests into $(VENV) …'
 	@$(PIP) install --constraint constraints.txt --editable '.[dev]'
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --collect-only --quiet >/dev/null 2>&1 || true
 	@touch $@ $(VENV)/.runtime
 
 # A Python of its own: what is measured against is no dependency.
