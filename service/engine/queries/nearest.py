@@ -127,11 +127,15 @@ class Nearest:
         rows = np.flatnonzero(np.isinf(reached) | (reached * reached > self._center_best))
         cell = self._center_cell[rows]
         net, place = self._cells.net[cell], self._cells.place[:, cell]
+        if not len(rows):
+            return
         at = free = np.zeros((2, len(rows)))
-        for _ in range(STEPS if len(rows) else 0):
-            found = measure(self._cells, net, place, at, self._x[:, rows])
-            self.add_places(rows, net, found)
+        nearest = found = measure(self._cells, net, place, at, self._x[:, rows])
+        for _ in range(1, STEPS):
             at = found.next(at, free)
+            found = measure(self._cells, net, place, at, self._x[:, rows])
+            nearest = nearest.replaced(found, found.high <= nearest.high)
+        self.add_places(rows, net, nearest)
 
     def _choose(self, point: Ints, net: Ints, found: Place) -> Ints:
         """Rows (m,) of the nearest places; of those as near up to rounding, the first."""

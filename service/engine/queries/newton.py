@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
@@ -43,6 +43,11 @@ class Place:
     def take(self, rows: Ints) -> "Place":
         """Some of them."""
         return Place(*(getattr(self, name).take(rows, axis=-1) for name in Place.__slots__))
+
+    def replaced(self, by: "Place", where: Bools) -> "Place":
+        """These, but others (n,) where told."""
+        names = Place.__slots__
+        return Place(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
 
     @staticmethod
     def joined(places: Sequence["Place"]) -> "Place":
