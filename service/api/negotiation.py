@@ -51,12 +51,12 @@ def format_by_suffix(suffix: str) -> Format:
     UnknownSuffix
         If no format has it.
     """
-    found = BY_SUFFIX.get(suffix)
-    if found is None:
+    media = BY_SUFFIX.get(suffix)
+    if media is None:
         message, got = "No format has this suffix.", "an unknown suffix"
         needed = "one of " + ", ".join(BY_SUFFIX)
         raise UnknownSuffix(Issue("unknown_suffix", message, "/suffix", got, needed))
-    return found
+    return media
 
 
 def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:

@@ -98,8 +98,8 @@ def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
     ndarray of int, shape (m,)
     """
     within = spans(knots, degree)
-    found = np.searchsorted(knots[within], np.asarray(t, dtype=np.float64), side="right") - 1
-    chosen: Ints = within[np.clip(found, 0, len(within) - 1)]
+    position = np.searchsorted(knots[within], np.asarray(t, dtype=np.float64), side="right") - 1
+    chosen: Ints = within[np.clip(position, 0, len(within) - 1)]
     return chosen
 
 

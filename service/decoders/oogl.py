@@ -136,12 +136,12 @@ class _Reader:
         if self._objects > self._most // 2 + FREE_OBJECTS:
             raise too_many("more objects", self._most)
 
-    def _form(self, found: re.Match[bytes]) -> Form:
+    def _form(self, header: re.Match[bytes]) -> Form:
         """The form of the object that a keyword begins, with degrees that follow the keyword."""
-        texture, color, *digits, texture_behind = found.groups()
+        texture, color, *digits, texture_behind = header.groups()
         if self._peek() == b"BINARY":
             raise self._refusal("The service reads OOGL as text.", b"?", "numbers as text")
-        if b"BBP" in found[0]:
+        if b"BBP" in header[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
             behind = _DEGREES.match(self._text, self._place)
@@ -195,25 +195,25 @@ class _Reader:
 
     def _next(self) -> bytes:
         """Takes the next word; empty at the end of the text."""
-        found = _WORD.match(self._text, self._place)
-        if found is None:
+        match = _WORD.match(self._text, self._place)
+        if match is None:
             return b""
-        self._place = found.end()
-        return found[1]
+        self._place = match.end()
+        return match[1]
 
     def _peek(self) -> bytes:
         """The next word, which stays."""
-        found = _WORD.match(self._text, self._place)
-        return found[1] if found else b""
+        match = _WORD.match(self._text, self._place)
+        return match[1] if match else b""
 
     def _end_of_numbers(self) -> int:
         """The next place in the text that is not part of a number."""
         place = self._place
         # In steps, so that other threads can run.
-        while found := _NUMBERS.match(self._text, place, place + STEP):
-            if found.end() < place + STEP:
-                return found.end()
-            place = found.end()
+        while match := _NUMBERS.match(self._text, place, place + STEP):
+            if match.end() < place + STEP:
+                return match.end()
+            place = match.end()
         return place
 
     def _skip_braces(self) -> None:

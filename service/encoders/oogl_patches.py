@@ -80,16 +80,16 @@ def _bez(batch: Patches) -> Iterator[bytes]:
 
 def _corners(batch: TensorPatches) -> tuple[str, list[RealArray]]:
     """Texture coordinates and colours (P, 4, d) at the corners (0, 0) (1, 0) (0, 1) (1, 1)."""
-    found = {
+    channels = {
         channel.kind: take_corners(channel.nets)[:, [0, 2, 1, 3]] for channel in batch.channels
     }
     prefix, corners = "", list[RealArray]()
-    if "uvs" in found:
+    if "uvs" in channels:
         prefix += "ST"
-        corners.append(found["uvs"])
-    if "colors" in found:
+        corners.append(channels["uvs"])
+    if "colors" in channels:
         prefix += "C"
-        colors = found["colors"]
+        colors = channels["colors"]
         opaque = np.ones((batch.count, 4, 4 - colors.shape[-1]))
         corners.append(np.concatenate((colors, opaque), axis=-1))
     return prefix, corners

@@ -198,13 +198,13 @@ class NumberGrid:
 
     def length_issue(self, level: int, got: int, needed: int) -> Issue:
         """The issue of a list at a level that is longer or shorter than it must be."""
-        found, wanted = (f"{length} {self.levels[level]}" for length in (got, needed))
+        got_text, needed_text = (f"{length} {self.levels[level]}" for length in (got, needed))
         if self._is_last(level) and self.width is not None:
-            return Issue("wrong_dimension", self.width_rule, got=found, needed=wanted)
+            return Issue("wrong_dimension", self.width_rule, got=got_text, needed=needed_text)
         if level == self.triangle_level:
-            return ragged_triangle(found, wanted)
+            return ragged_triangle(got_text, needed_text)
         rule = "Lists side by side must be equally long; the first one sets the length."
-        return Issue("ragged", rule, got=found, needed=wanted)
+        return Issue("ragged", rule, got=got_text, needed=needed_text)
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler

@@ -252,6 +252,6 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
 
 def _refuse(places: Ints, where: str, describe: Callable[[int], Issue]) -> None:
     """Raise one issue for each of the first `MAX_ISSUES` positions."""
-    found = [(k, describe(k)) for k in places[:MAX_ISSUES].tolist()]
-    if found:
-        raise InvalidRequest(*(replace(issue, pointer=f"{where}/{k}") for k, issue in found))
+    issues = [(k, describe(k)) for k in places[:MAX_ISSUES].tolist()]
+    if issues:
+        raise InvalidRequest(*(replace(issue, pointer=f"{where}/{k}") for k, issue in issues))

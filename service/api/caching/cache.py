@@ -61,10 +61,10 @@ class ResponseCache:
 
     def find(self, path: str, query: bytes) -> tuple[CachedResponse, bool] | None:
         """The entry of a URL as written, and whether that URL names the engine."""
-        found = self._known.get((path, query))
-        if found is not None:
-            self._entries.move_to_end(found[0].subject.url)
-        return found
+        known = self._known.get((path, query))
+        if known is not None:
+            self._entries.move_to_end(known[0].subject.url)
+        return known
 
     def get(self, url: str) -> CachedResponse | None:
         """The entry of a canonical URL."""

@@ -72,7 +72,7 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
     InvalidKeys
         Names the line by its number, and says what it must be.
     """
-    found: list[KeyEntry] = []
+    keys: list[KeyEntry] = []
     for number, line in enumerate(lines, 1):
         name, _, digest = line.partition(":")
         if not is_name(name):
@@ -81,8 +81,8 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
             raise InvalidKeys(
                 f"key {number} has no hash, 64 hexadecimal digits, after its name; needed {FORM}."
             )
-        found.append(KeyEntry(name, bytes.fromhex(digest)))
-    return tuple(found)
+        keys.append(KeyEntry(name, bytes.fromhex(digest)))
+    return tuple(keys)
 
 
 def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
@@ -103,11 +103,11 @@ def owner(key: bytes, known: Sequence[KeyEntry]) -> str | None:
     if not _KEY.fullmatch(key):
         return None
     digest = sha256(key).digest()
-    found = None
+    matching = None
     for entry in known:
         if compare_digest(entry.digest, digest):
-            found = entry.name
-    return found
+            matching = entry.name
+    return matching
 
 
 def bearer(header: bytes | None) -> bytes | None:
@@ -190,7 +190,7 @@ class KnownKeys:
 def _mark(file: Path) -> _Mark | None:
     """Time, size and inode of a file, to notice a change; None if there is no file."""
     try:
-        found = os.stat(file)
+        status = os.stat(file)
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino

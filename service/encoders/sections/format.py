@@ -64,12 +64,12 @@ def points_of(section: Section) -> FloatArray:
 
 def numbers_of(section: Section) -> list[Ints]:
     """For each polyline the rows of `points_of` that it visits, the first of a closed one twice."""
-    found, first = [], 0
+    paths, first = [], 0
     for line in section.polylines:
         count = len(line.points) - line.closed
-        found.append(np.append(np.arange(first, first + count), [first] if line.closed else []))
+        paths.append(np.append(np.arange(first, first + count), [first] if line.closed else []))
         first += count
-    return [numbers.astype(np.intp) for numbers in found]
+    return [numbers.astype(np.intp) for numbers in paths]
 
 
 def stored(sections: Sections) -> tuple[FloatArray, float]:

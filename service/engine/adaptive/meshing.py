@@ -88,7 +88,7 @@ class ModelMesher:
         origin = self._origin
         goal = move_goal(goal, None, model.bounds, bound_origin_error(origin, *model.bounds))
         goal = limit_tolerance(goal, model.diagonal)
-        rounding = storage.bound_rounding(origin, *model.bounds)
+        rounding = storage.bound_storage_rounding(origin, *model.bounds)
         check_goal(
             goal,
             find_least_tolerance(self._patch_nets, rounding),
@@ -173,7 +173,7 @@ class GroupMesher:
         # If copies become one mesh, they are placed first and rounded after that.
         flat = self._storage.single and not self._nodes
         origin = self._storage.choose_origin(low, high)
-        rounding = self._storage.bound_rounding(origin, low, high) if flat else 0.0
+        rounding = self._storage.bound_storage_rounding(origin, low, high) if flat else 0.0
         goals = build_model_goals(goal, group, rounding)
         copies = Counter(member.model for member in group.members)
         meshes = []

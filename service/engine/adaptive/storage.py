@@ -40,7 +40,9 @@ class Storage:
         origin = choose_origin(low, high) if self.single and self.local else np.zeros(3)
         return round_to_grid(origin, self.step) if self.step else origin
 
-    def bound_rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
+    def bound_storage_rounding(
+        self, origin: FloatArray, low: FloatArray, high: FloatArray
+    ) -> float:
         """Bound of the distance that storing moves a vertex between these bounds."""
         moved = CORNER * self.step
         return moved + single_error(low, high, origin) if self.single else moved

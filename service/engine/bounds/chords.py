@@ -30,7 +30,9 @@ def bound_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
     ndarray of float64, shape (M,)
     """
     weights = nets[..., -1] if nets.shape[-1] > chords.shape[-1] else None
-    return bound_from_distances(measure_distances(project(nets, chords.shape[-1]), chords), weights)
+    return bound_from_distances(
+        measure_distances(project_nets(nets, chords.shape[-1]), chords), weights
+    )
 
 
 def bound_from_distances(distance: FloatArray, weights: FloatArray | None) -> FloatArray:
@@ -83,7 +85,7 @@ def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
     return total
 
 
-def project(nets: FloatArray, dimension: int) -> FloatArray:
+def project_nets(nets: FloatArray, dimension: int) -> FloatArray:
     """Points of nets that may be homogeneous."""
     return nets if nets.shape[-1] == dimension else nets[..., :-1] / nets[..., -1:]
 

@@ -126,7 +126,7 @@ class LocalFrames:
         # Moving a distant eye to the border of this box never brings it further from the piece.
         away = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
         framed = self.triangles.to_frames(away.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
-        points = project(piece.net)
+        points = project_local_nets(piece.net)
         gap = np.maximum(points.min(axis=2) - framed, framed - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
@@ -154,7 +154,7 @@ class LocalFrames:
             difference += away @ raised
         rises = bound_heights(difference[:, :3], degree + 1)
         part = self._bound_quotients(np.sqrt((rises * rises).sum(axis=1)), net)
-        points = project(difference)
+        points = project_local_nets(difference)
         whole = np.sqrt(((points * points).sum(axis=1)).max(axis=1))
         bound: FloatArray = np.minimum(part, whole) + piece.gap
         return bound
@@ -162,7 +162,7 @@ class LocalFrames:
     def _bound_deviation(self, net: FloatArray) -> FloatArray:
         """Bounds of the distances from surfaces to the triangles and their neighbours."""
         rise = self._bound_quotients(bound_heights(net[:, 2:3], degree_of(net.shape[2]))[:, 0], net)
-        return bound_distances(project(net), self.triangles, rise)
+        return bound_distances(project_local_nets(net), self.triangles, rise)
 
     def _bound_quotients(self, numerator: FloatArray, net: FloatArray) -> FloatArray:
         """Bounds (m,) of quotients by weights, given bounds (m,) of numerators in local units.
@@ -198,10 +198,10 @@ def _bound_by_hulls(
 ) -> FloatArray:
     """Bounds (m,) by the hulls of nets (m, D, …), times scales (m,)."""
     net = triangles.to_frames(nets.reshape(*nets.shape[:2], -1), scale)
-    return bound_distances(project(net), triangles)
+    return bound_distances(project_local_nets(net), triangles)
 
 
-def project(net: FloatArray) -> FloatArray:
+def project_local_nets(net: FloatArray) -> FloatArray:
     """Points (m, 3, N) of nets (m, D, N); homogeneous ones are divided by their weights."""
     return net if net.shape[1] == 3 else net[:, :3] / net[:, 3:]
 

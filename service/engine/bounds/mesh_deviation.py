@@ -25,8 +25,8 @@ from service.engine.bounds.second_derivatives import (
 )
 from service.engine.bounds.vertex_rounding import (
     STEPS,
+    bound_bending_rounding,
     bound_edge_error,
-    bound_rounding,
     bound_vertex_error,
     measure_errors,
 )
@@ -107,23 +107,27 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
     """Bounds (m,) of the distances from patches of a block to triangles between their points."""
     ru, rv = block.resolution
     if isinstance(patches, TrianglePatches):
-        return bound_triangle_deviations(patches, ru) + bound_rounding(patches, 1 / ru, 1 / ru)
+        return bound_triangle_deviations(patches, ru) + bound_bending_rounding(
+            patches, 1 / ru, 1 / ru
+        )
     p, q = patches.degree
     numbers = block.first + block.patches if layout.is_framed else block.patches
     apart = layout.extra[numbers] >= 0 if layout.is_framed else None
     if apart is None or not apart.any():
         if is_small(patches, (ru, rv)):
-            return bound_grid_deviations(patches, (ru, rv)) + bound_rounding(
+            return bound_grid_deviations(patches, (ru, rv)) + bound_bending_rounding(
                 patches, 1 / ru, 1 / rv
             )
         bends = bound_second_derivatives(
             patches, (ru, rv), (count_blocks(ru, p), count_blocks(rv, q))
         )
-        return bends.bound_deviations(1 / ru, 1 / rv) + bound_rounding(patches, 1 / ru, 1 / rv)
+        return bends.bound_deviations(1 / ru, 1 / rv) + bound_bending_rounding(
+            patches, 1 / ru, 1 / rv
+        )
     sides = np.where(apart, layout.inner[numbers] + 1, np.inf)
     # A strip between lines of m and of n divisions goes along both in step: each of its triangles
     # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
     along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))
     along_u = 1 / np.minimum(ru, sides[:, 2:].min(axis=1))
     bends = bound_second_derivatives(patches, (ru, rv), (1, 1))
-    return bends.bound_deviations(along_u, along_v) + bound_rounding(patches, 1.0, 1.0)
+    return bends.bound_deviations(along_u, along_v) + bound_bending_rounding(patches, 1.0, 1.0)

@@ -10,7 +10,7 @@ second matrix computes these for all blocks in float32, and its last block is th
 mean of K vectors, the longest of length L, is then wrong by (K + 2) 2^-24 L in each coordinate: the
 bound of the patch, times (K + 8) 2^-23, is added to the bounds of its blocks. Lengths are in units
 of the largest factor times the diagonal of all patches: underflow costs less than 2^-62 of that,
-for which `vertex_rounding.bound_rounding` has room.
+for which `vertex_rounding.bound_bending_rounding` has room.
 """
 
 from dataclasses import dataclass

@@ -92,7 +92,7 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     return lost + MARGIN * sqrt(largest)
 
 
-def bound_rounding(patches: Patches, along_u: float, along_v: float) -> float:
+def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> float:
     """Bound of the rounding in the bounds of bending, for boxes of these sides.
 
     A coordinate of P − c is right to 5 units in the last place of the largest, a second difference

@@ -13,10 +13,10 @@ NAMES = ("gaussian_curvature", "mean_curvature")
 
 def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
     """The ranges of the curvatures of a mesh; None without curvatures or vertices."""
-    found = [rows for name, rows in attributes if name in NAMES and len(rows)]
-    if len(found) < len(NAMES):
+    curvatures = [rows for name, rows in attributes if name in NAMES and len(rows)]
+    if len(curvatures) < len(NAMES):
         return None
-    gaussian, mean = ((float(rows.min()), float(rows.max())) for rows in found)
+    gaussian, mean = ((float(rows.min()), float(rows.max())) for rows in curvatures)
     return gaussian, mean
 
 

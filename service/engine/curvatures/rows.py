@@ -74,9 +74,11 @@ def stretch_patches(patches: Patches, stretch: FloatArray | None) -> Patches:
     return replace(patches, points=points.reshape(patches.points.shape), channels=())
 
 
-def limit_to_storable(found: FloatArray) -> FloatArray:
+def limit_to_storable(curvatures: FloatArray) -> FloatArray:
     """Curvatures as any format can hold them."""
-    return np.nan_to_num(found, nan=0.0, posinf=LARGEST, neginf=-LARGEST).clip(-LARGEST, LARGEST)
+    return np.nan_to_num(curvatures, nan=0.0, posinf=LARGEST, neginf=-LARGEST).clip(
+        -LARGEST, LARGEST
+    )
 
 
 def _write_block(block: Block, batch: Patches, care: LimitCurvatures, out: RealArray) -> None:
@@ -87,8 +89,8 @@ def _write_block(block: Block, batch: Patches, care: LimitCurvatures, out: RealA
         chunks = grid_partials(batch, block.resolution)
     doubtful = []
     for chunk in chunks:
-        found, left = _compute_chunk(chunk, batch, block)
-        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = limit_to_storable(found)
+        curvatures, left = _compute_chunk(chunk, batch, block)
+        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = limit_to_storable(curvatures)
         doubtful.append(left)
         care.check(sum(left.shape[1] for left in doubtful), batch)
     # All together: what is prepared for a patch of high degree costs as much as all the rest.
@@ -100,15 +102,15 @@ def _write_block(block: Block, batch: Patches, care: LimitCurvatures, out: RealA
 
 def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:
     """Curvatures (2, r, n) of a chunk; and patches and samples (2, m) of which they are no good."""
-    found, beside_poles, anywhere = compute_curvatures(chunk.partials, chunk.measure)
+    curvatures, beside_poles, anywhere = compute_curvatures(chunk.partials, chunk.measure)
     with np.errstate(over="ignore", invalid="ignore"):
-        found[0] *= np.square(chunk.scale)[:, np.newaxis]
-        found[1] *= chunk.scale[:, np.newaxis]
+        curvatures[0] *= np.square(chunk.scale)[:, np.newaxis]
+        curvatures[1] *= chunk.scale[:, np.newaxis]
     row, column = np.nonzero(beside_poles | anywhere)
     surely = anywhere[row, column]
     row, column = row + chunk.first, column + chunk.begin
     surely |= find_near_poles(batch, row, np.stack(find_parameters(block, column), axis=1))
-    return found, np.stack([row, column])[:, surely]
+    return curvatures, np.stack([row, column])[:, surely]
 
 
 def find_parameters(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:

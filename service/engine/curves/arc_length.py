@@ -123,11 +123,11 @@ class Speeds:
     ) -> tuple[FloatArray, FloatArray]:
         """Lengths of intervals of pieces by the coarse and by the fine rule, (M,) each."""
         half = (end - begin) / 2
-        found = []
+        lengths = []
         for nodes, shares in (COARSE, FINE):
             t = (begin + half)[:, None] + half[:, None] * nodes
-            found.append(half * (self.at(piece, t) * shares).sum(axis=1))
-        return found[0], found[1]
+            lengths.append(half * (self.at(piece, t) * shares).sum(axis=1))
+        return lengths[0], lengths[1]
 
     def at(self, piece: Ints, t: FloatArray) -> FloatArray:
         """|C′| at parameters (M, k) of M pieces."""

@@ -10,7 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
-from service.engine.bounds.chords import bound_deviations, halve, project
+from service.engine.bounds.chords import bound_deviations, halve, project_nets
 from service.engine.curves.evaluation import CurveSamples
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.curve_pieces import CurvePieces
@@ -64,20 +64,20 @@ def halve_chords(
     net = local_nets(pieces)
     block = max(1, CHUNK // net[0].size)
     begins = [np.array([[pieces.count - 1, 1.0]])]
-    found = 1
+    count = 1
     waiting = [
         (rows, np.zeros(len(rows)), 0, net[rows])
         for rows in np.array_split(np.arange(pieces.count), -(-pieces.count // block))
     ]
     while waiting:
         piece, t, depth, nets = waiting.pop()
-        flat = bound_deviations(nets, project(nets[:, [0, -1]], pieces.dimension)) <= wanted
+        flat = bound_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension)) <= wanted
         if depth == MAX_HALVINGS:
             flat[:] = True  # beyond the bound; what is left is certified with the rest
         begins.append(np.stack([piece[flat], t[flat]], axis=1))
-        found += int(flat.sum())
+        count += int(flat.sum())
         left = np.flatnonzero(~flat)
-        _check_count(found + 2 * len(left), most)
+        _check_count(count + 2 * len(left), most)
         step = 0.5 ** (depth + 1)
         for rows in np.array_split(left, -(-2 * len(left) // block)) if len(left) else ():
             first, second = halve(nets[rows])

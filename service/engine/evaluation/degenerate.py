@@ -125,9 +125,9 @@ def _find_leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
     large = lengths > floor[:, None]
     first = large.argmax(axis=1)
     rows = np.arange(len(lines))
-    found = large[rows, first]
-    length = np.where(found, lengths[rows, first], 1.0)
-    return np.where(found[:, None], lines[rows, :, first] / length[:, None], np.nan)
+    has_large = large[rows, first]
+    length = np.where(has_large, lengths[rows, first], 1.0)
+    return np.where(has_large[:, None], lines[rows, :, first] / length[:, None], np.nan)
 
 
 def _patch_normals(

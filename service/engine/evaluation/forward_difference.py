@@ -143,14 +143,14 @@ def find_starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray
     degree = len(curves) - 1
     counts = _count_surjections(degree)
     step = 1.0 / divisions
-    found = np.zeros(curves.shape)
+    differences = np.zeros(curves.shape)
     difference = curves
     for m in range(degree + 1):
         power = binomials(degree)[m] * difference[0] * step**m
         for k in range(m + 1):
-            found[k] += counts[m, k] * power
+            differences[k] += counts[m, k] * power
         difference = difference[1:] - difference[:-1]
-    return found
+    return differences
 
 
 @lru_cache(maxsize=32)

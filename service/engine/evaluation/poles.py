@@ -102,7 +102,7 @@ def write_pole_normals(
 
 def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
     """The plan of patches at these divisions."""
-    degree, found = patches.degree, []
+    degree, poles = patches.degree, []
     grids = [
         np.arange(patches.count * (m + 1) * (n + 1)).reshape(patches.count, m + 1, n + 1)
         for m, n in (degree, resolution)
@@ -117,7 +117,7 @@ def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
             next_row, point = (
                 3 * rows + YZX_ZXY[:, np.newaxis, np.newaxis] for rows in (beside, pole)
             )
-            found.append(
+            poles.append(
                 _Sides(
                     next_row,
                     point,
@@ -127,4 +127,4 @@ def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
                     sample_basis_with_slopes(degree[across], resolution[across]).T,
                 )
             )
-    return _Plan(tuple(found))
+    return _Plan(tuple(poles))

@@ -37,8 +37,8 @@ def scattered_normals(
     for batch, first, rows in group_by_batch(batches, patch):
         index, at_u, at_v = patch[rows] - first, u[rows], v[rows]
         if isinstance(batch, TrianglePatches):
-            normals[rows], found = triangle_normals(batch, index, at_u * (1.0 - at_v), at_v)
+            normals[rows], limit_count = triangle_normals(batch, index, at_u * (1.0 - at_v), at_v)
         else:
-            normals[rows], found = unit_normals(batch, index, at_u, at_v)
-        limits += found
+            normals[rows], limit_count = unit_normals(batch, index, at_u, at_v)
+        limits += limit_count
     return normals, limits

@@ -56,8 +56,8 @@ def normals_at(
     normals = np.empty((len(index), 3))
     vanishes = np.empty(len(index), dtype=bool)
     for local, rows, which in triangles_of_samples(patches, index):
-        found = _find_regular_normals(local.patches, which, s[rows], t[rows])
-        normals[rows], vanishes[rows] = found
+        regular = _find_regular_normals(local.patches, which, s[rows], t[rows])
+        normals[rows], vanishes[rows] = regular
     zero = np.flatnonzero(vanishes)
     if len(zero):
         # All together: what is prepared for a patch of high degree costs as much as all the rest.

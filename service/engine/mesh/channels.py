@@ -65,23 +65,23 @@ def sample_channels(
 ) -> tuple[ChannelRows, ...]:
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
     carried = model.batches[0].channels
-    found = [
+    rows_by_channel = [
         ChannelRows(channel.name, channel.kind, _build_rows(model, layout, number, dtype))
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
         rows = _parameter_rows(layout, model.domains, dtype)
-        found.append(ChannelRows("uvs", "uvs", rows, exact=True))
-    return tuple(found)
+        rows_by_channel.append(ChannelRows("uvs", "uvs", rows, exact=True))
+    return tuple(rows_by_channel)
 
 
 def split_by_kind(
     channels: tuple[ChannelRows, ...],
 ) -> tuple[RealArray | None, RealArray | None, tuple[tuple[str, RealArray], ...]]:
     """Texture coordinates, colours, and attributes by name, as a mesh has them."""
-    found = {channel.kind: channel.values for channel in channels if channel.kind != "attribute"}
+    by_kind = {channel.kind: channel.values for channel in channels if channel.kind != "attribute"}
     named = tuple((c.name, c.values) for c in channels if c.kind == "attribute")
-    return found.get("uvs"), found.get("colors"), named
+    return by_kind.get("uvs"), by_kind.get("colors"), named
 
 
 def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:

@@ -70,15 +70,15 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
     edge = None if connectivity is None else connectivity.edge
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
     number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
-    found: list[Continuity | None] = []
+    continuities: list[Continuity | None] = []
     ends = (number[0], number[-1]), (number[:, 0], number[:, -1])
     for side, (first, last), degree, knots in zip((0, 2), ends, (p, q), (u, v), strict=True):
         # Most surfaces are open, and that is seen at once.
         if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
-            found.append(None)
+            continuities.append(None)
         else:
-            found.append(_find_continuity(batch, first, last, side, degree / np.diff(knots)))
-    return Closure(*found)
+            continuities.append(_find_continuity(batch, first, last, side, degree / np.diff(knots)))
+    return Closure(*continuities)
 
 
 def _find_continuity(

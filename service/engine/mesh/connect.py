@@ -138,29 +138,29 @@ def _find_pattern(
 
     The second result is true if unequal points are known to be further apart than `distance`.
     """
-    found: object
+    pattern: object
     if len(border) <= FEW_POINTS:
         few = find_first_equals(border)
-        found = MESH_PLANS.get(
+        pattern = MESH_PLANS.get(
             ("edges", forms, few), lambda: find_pattern(model.batches, np.array(few))
         )
-        assert isinstance(found, EdgePattern)
-        return found, False
+        assert isinstance(pattern, EdgePattern)
+        return pattern, False
     last = ("last edges", forms)
-    found = MESH_PLANS.find(last)
-    if isinstance(found, EdgePattern) and found.equal.is_right_for(border, distance):
-        return found, True
+    pattern = MESH_PLANS.find(last)
+    if isinstance(pattern, EdgePattern) and pattern.equal.is_right_for(border, distance):
+        return pattern, True
     columns = 0 if model.domain is None else _plain_columns(model.batches[0], model.domain)
     numbers = None if columns else find_equal_points(border)
-    found = MESH_PLANS.get(
+    pattern = MESH_PLANS.get(
         ("edges", forms, columns, b"" if numbers is None else hash_arrays(numbers)),
         lambda: find_pattern(
             model.batches, find_equal_points(border) if numbers is None else numbers
         ),
     )
-    assert isinstance(found, EdgePattern)
-    MESH_PLANS.put(last, found)
-    return found, False
+    assert isinstance(pattern, EdgePattern)
+    MESH_PLANS.put(last, pattern)
+    return pattern, False
 
 
 def _plain_columns(batch: Patches, domain: Domain) -> int:

@@ -116,14 +116,14 @@ class Connectivity:
         −1 stands for none. Of a grid the opposite side is a point, too: the number is 0 or 2. Such
         a patch may be a curve (`service.engine.mesh.curve_patches`).
         """
-        found = np.full(len(self.edge), -1)
+        thin_side = np.full(len(self.edge), -1)
         for is_triangle, table in ((False, BESIDE_OF_GRID), (True, BESIDE_OF_TRIANGLE)):
             for side, (one, other) in table.items():
                 is_thin = self.collapsed[:, side] & (self.edge[:, one] == self.edge[:, other])
                 if not is_triangle:
                     is_thin &= self.collapsed[:, side + 1]
-                found[is_thin & (self.is_triangle == is_triangle)] = side
-        return found
+                thin_side[is_thin & (self.is_triangle == is_triangle)] = side
+        return thin_side
 
     @cached_property
     def has_thin(self) -> bool:
@@ -175,8 +175,8 @@ def triangular_patches(batches: Sequence[Patches]) -> Bools:
 
 def hash_arrays(*arrays: NDArray[Any]) -> bytes:
     """A key for arrays: their BLAKE2b hash of 32 bytes, as safe against collisions as SHA-256."""
-    found = blake2b(digest_size=32)
+    digest = blake2b(digest_size=32)
     for array in arrays:
-        found.update(str(array.shape).encode())
-        found.update(np.ascontiguousarray(array).data)
-    return found.digest()
+        digest.update(str(array.shape).encode())
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.digest()

@@ -111,9 +111,9 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     first = np.empty(len(places.leaders), np.intp)
     first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
     group = find_leaders(first[slot], own[rest], chord_length(angle))
-    found = places.first.copy()
-    found[rest] = places.members[rest[group]]
-    return Sharing(found, hash_arrays(near, group))
+    leader = places.first.copy()
+    leader[rest] = places.members[rest[group]]
+    return Sharing(leader, hash_arrays(near, group))
 
 
 def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:

@@ -26,14 +26,14 @@ from service.surface.repatched import rebuild, surfaces_of
 def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchModel:
     """The model without patches that are curves and edges of others, as the module says."""
     first = np.cumsum([0, *(batch.count for batch in model.batches)])
-    found = []
+    thin_numbers = []
     for which, rows, line in find_thin(model.batches, connectivity):
         points, weights = flat_nets(model.batches[which], rows)
         is_curve = (points == points[:, line]).all(axis=(1, 2))
         if weights is not None:
             is_curve &= (weights == weights[:, line]).all(axis=1)
-        found.append(first[which] + rows[is_curve])
-    thin = np.concatenate(found)
+        thin_numbers.append(first[which] + rows[is_curve])
+    thin = np.concatenate(thin_numbers)
     side = connectivity.thin_sides[thin]
     edge = connectivity.edge[thin, np.where(side == 2, 0, 2)]
     # A patch of one point is a corner of others.

@@ -59,10 +59,10 @@ def find_lowest(
         order = np.lexsort((back, edge, place))
         edge, back, place = edge[order], back[order], place[order]
         _, first, number = np.unique(place, return_index=True, return_inverse=True)
-        found = find_leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
-        joins = degree[edge[found]] < degree[edge]
-        leader[edge[joins]] = edge[found[joins]]
-        turned[edge[joins]] = back[joins] != back[found[joins]]
+        lowest = find_leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
+        joins = degree[edge[lowest]] < degree[edge]
+        leader[edge[joins]] = edge[lowest[joins]]
+        turned[edge[joins]] = back[joins] != back[lowest[joins]]
     return leader, turned
 
 

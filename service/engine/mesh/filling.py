@@ -135,6 +135,6 @@ def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) 
         for side, patches, along, samples in layout.iterate_extras(block):
             across = np.full(len(along), float(side % 2))
             u, v = (across, along) if side < 2 else (along, across)
-            normals[samples], found = unit_normals(batch, patches, u, v)
-            limits += found
+            normals[samples], limit_count = unit_normals(batch, patches, u, v)
+            limits += limit_count
     return limits

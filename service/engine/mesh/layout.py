@@ -50,11 +50,11 @@ class Layout(SampleRuns):
     @staticmethod
     def plan(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
         """The layout at this many divisions of a patch along u and v; kept for the next mesh."""
-        found = MESH_PLANS.get(
+        layout = MESH_PLANS.get(
             ("layout", connectivity.key, resolution), lambda: Layout.build(connectivity, resolution)
         )
-        assert isinstance(found, Layout)
-        return found
+        assert isinstance(layout, Layout)
+        return layout
 
     @property
     def key(self) -> Hashable:
@@ -223,7 +223,7 @@ class Layout(SampleRuns):
             axis=1,
         )
         first, number = unique_rows(rows.astype(np.float64))
-        found: list[tuple[AnyShape, Ints]] = []
+        numbers_by_shape: list[tuple[AnyShape, Ints]] = []
         for k in np.argsort(first, kind="stable").tolist():
             is_triangle, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()
             collapsed = bool(bits[0]), bool(bits[1]), bool(bits[2]), bool(bits[3])
@@ -231,8 +231,8 @@ class Layout(SampleRuns):
             shape: AnyShape = TriangleShape(ru, collapsed)
             if not is_triangle:
                 shape = Shape((ru, rv), (a, b, c, d), collapsed, turned)
-            found.append((shape, np.flatnonzero(number == k)))
-        return tuple(found)
+            numbers_by_shape.append((shape, np.flatnonzero(number == k)))
+        return tuple(numbers_by_shape)
 
     def side_groups(self) -> Iterator[tuple[int, Ints]]:
         """Sides that are lines (patch · 4 + side), by the divisions of their edges."""

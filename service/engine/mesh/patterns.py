@@ -157,10 +157,10 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     whole = np.ones((len(left), 2), dtype=bool)
     # The last upright triangle of a row has no reversed one beside it.
     whole[triangle.side_rows(divisions - 1)[1], 1] = False
-    found = pairs.reshape(-1, 3)[whole.ravel()]
+    triangles = pairs.reshape(-1, 3)[whole.ravel()]
     if any(shape.collapsed[:3]):
-        found = found[_find_proper(merge_collapsed(shape)[found])]
-    return found
+        triangles = triangles[_find_proper(merge_collapsed(shape)[triangles])]
+    return triangles
 
 
 def _row_of_cells(columns: int) -> IndexArray:

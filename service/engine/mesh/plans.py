@@ -69,11 +69,17 @@ class FacePlan:
     @property
     def arrays(self) -> list[Ints | IndexArray]:
         """All arrays."""
-        found = [self.triangles, self.quads, self.ends, *self.grids, self.samples, self.welds]
+        candidates = [self.triangles, self.quads, self.ends, *self.grids, self.samples, self.welds]
         if self.means is not None:
             averages, vertices = self.means
-            found += [averages.leaders, averages.members, averages.slot, averages.first, vertices]
-        return [array for array in found if array is not None]
+            candidates += [
+                averages.leaders,
+                averages.members,
+                averages.slot,
+                averages.first,
+                vertices,
+            ]
+        return [array for array in candidates if array is not None]
 
 
 def plan_faces(
@@ -92,9 +98,9 @@ def plan_faces(
     pattern = b"" if sharing is None else (sharing.key, sharing.is_averaged)
     order = b"" if sequence is None else hash_arrays(sequence)
     key = ("faces", layout.key, options.faces, options.weld, options.normals, pattern, order)
-    found = MESH_PLANS.get(key, lambda: _plan(layout, options, sharing, sequence))
-    assert isinstance(found, FacePlan)
-    return found
+    plan = MESH_PLANS.get(key, lambda: _plan(layout, options, sharing, sequence))
+    assert isinstance(plan, FacePlan)
+    return plan
 
 
 def _plan(

@@ -106,7 +106,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     edge = np.empty(total * 4, dtype=np.intp)
     backward = np.empty(total * 4, dtype=bool)
     curves: list[EdgeCurves] = []
-    found = 0
+    edge_count = 0
     for sides in _sides_by_degree(batches):
         checkpoint()
         points, weights, turned = _direct_sides(sides)
@@ -120,13 +120,13 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         if weights is not None:
             leader = find_leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
-        edge[place] = number + found
+        edge[place] = number + edge_count
         backward[place] = turned
-        ids = np.arange(found, found + len(distinct))
+        ids = np.arange(edge_count, edge_count + len(distinct))
         curves.append(
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
         )
-        found += len(distinct)
+        edge_count += len(distinct)
     checkpoint()
     corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
     distinct, number = unique_rows(corners)

@@ -70,16 +70,16 @@ def evaluate_jets(
         if order > 0:
             normals[rows], degenerate[rows] = find_normals(nets, which, *here)
         if order > 1:
-            found = regular_curvatures(local, normals[rows])
+            local_curvatures = regular_curvatures(local, normals[rows])
             pole = degenerate[rows]
             if pole.any():
                 u_pole, v_pole = u[rows[pole]], v[rows[pole]]
-                found[:, pole] = find_limit_curvatures(
+                local_curvatures[:, pole] = find_limit_curvatures(
                     nets, which[pole], u_pole, v_pole, normals[rows[pole]]
                 )
             beside = find_curvatures_near(nets, which, *here, normals[rows])
-            found = np.where(np.isnan(beside), found, beside)
-            curvatures[:, rows] = found * np.stack([scale * scale, scale, scale, scale])
+            local_curvatures = np.where(np.isnan(beside), local_curvatures, beside)
+            curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_ends(patches, index, u, v, partials[0])
     return Jets(
         partials,
@@ -96,14 +96,14 @@ def _partials(
     p, q = nets.degree
     along_u = [bernstein(p - k, u) if k <= p else None for k in range(order + 1)]
     along_v = [bernstein(q - k, v) if k <= q else None for k in range(order + 1)]
-    found = []
+    partials = []
     for i, j in PARTIALS[: COUNTS[order]]:
         net, bu, bv = nets.partial_net(i, j), along_u[i], along_v[j]
         if net is None or bu is None or bv is None:
-            found.append(np.zeros((len(which), nets.point.shape[1])))
+            partials.append(np.zeros((len(which), nets.point.shape[1])))
         else:
-            found.append(evaluate_at(net, which, bu, bv))
-    return project_partials(np.stack(found)) if nets.rational else np.stack(found)
+            partials.append(evaluate_at(net, which, bu, bv))
+    return project_partials(np.stack(partials)) if nets.rational else np.stack(partials)
 
 
 def project_partials(x: FloatArray) -> FloatArray:

@@ -33,12 +33,12 @@ def evaluate_triangle_jets(
     curvatures = np.empty((4, m))
     for local, rows, which in triangles_of_samples(patches, index):
         places = to_barycentric(s[rows], t[rows])
-        found = _partials(local.patches, which, places, order)
+        local_partials = _partials(local.patches, which, places, order)
         scale = local.scale[which]
-        partials[:, rows] = found / scale[:, None]
+        partials[:, rows] = local_partials / scale[:, None]
         partials[0, rows] += local.middle[which]
         if order > 1:
-            bent = regular_curvatures(found, normals[rows])
+            bent = regular_curvatures(local_partials, normals[rows])
             bent[:, degenerate[rows]] = np.nan
             odd = degenerate[rows] | local.patches.collapsed[which, :3].any(axis=1)
             if odd.any():
@@ -65,14 +65,14 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
     if order > 1 and n > 1:
         nets[2, 0], nets[1, 1] = partial_nets(nets[1, 0])
         nets[0, 2] = partial_nets(nets[0, 1])[1]
-    found = np.zeros((COUNTS[order], len(which), net.shape[-1]))
+    partials = np.zeros((COUNTS[order], len(which), net.shape[-1]))
     for row, key in enumerate(PARTIALS[: COUNTS[order]]):
         if key in nets:
             below = sum(key)
             basis = triangle_basis.triangle_bernstein(n - below, places)
             factor = (1, n, n * (n - 1))[below]
-            found[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
-    return project_partials(found) if local.weights is not None else found
+            partials[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
+    return project_partials(partials) if local.weights is not None else partials
 
 
 def _write_at_poles(

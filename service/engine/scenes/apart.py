@@ -22,14 +22,14 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
     if not joined.clusters:
         return scene
     meshes = list(scene.meshes)
-    found: dict[int, PlacedModel] = {}
+    replaced: dict[int, PlacedModel] = {}
     for cluster in joined.clusters:
         mesh = scene.meshes[scene.nodes[joined.at[cluster.members[0]]].model]
         for k, number in enumerate(cluster.members):
             given = joined.given[number]
-            found[number] = PlacedModel(given.name, len(meshes), given.color)
+            replaced[number] = PlacedModel(given.name, len(meshes), given.color)
             meshes.append(_take_member(mesh, cluster, k, given.name))
-    nodes = [found.get(k) or scene.nodes[at] for k, at in enumerate(joined.at)]
+    nodes = [replaced.get(k) or scene.nodes[at] for k, at in enumerate(joined.at)]
     used = sorted({node.model for node in nodes})
     place = {old: new for new, old in enumerate(used)}
     return replace(
@@ -83,5 +83,5 @@ def _welds(welds: IndexArray | None, rows: Ints) -> IndexArray | None:
     if welds is None:
         return None
     _, first, back = np.unique(welds[rows], return_index=True, return_inverse=True)
-    found = first[back.reshape(-1)].astype(np.uint32)
-    return None if (found == np.arange(len(found))).all() else found
+    leader = first[back.reshape(-1)].astype(np.uint32)
+    return None if (leader == np.arange(len(leader))).all() else leader

@@ -96,8 +96,8 @@ def _match_sides(sides: list[_Side]) -> None:
 def _find_first_equal(rows: FloatArray) -> Ints:
     """Number of the first side with the same points, for each side."""
     first, number = unique_rows(rows.reshape(len(rows), -1))
-    found: Ints = first[number]
-    return found
+    leader: Ints = first[number]
+    return leader
 
 
 def _find_reversed(sides: FloatArray) -> Bools:

@@ -12,7 +12,7 @@ from service.engine.bounds.chords import (
     bound_from_distances,
     find_row_maxima,
     measure_distances,
-    project,
+    project_nets,
 )
 from service.engine.bounds.faces import DEPTH
 
@@ -79,14 +79,14 @@ def measure_shapes(
     tangents : two arrays, or None
         Those of `find_tangents`; None if angles do not matter.
     """
-    points = project(nets, 3)
+    points = project_nets(nets, 3)
     weights = nets[..., 3] if nets.shape[2] == 4 else None
     curve = bound_from_distances(measure_distances(points, chords), weights)
     # Without weights the elevated net is within 4/3 of the bound of the curve, at every degree.
     net = curve * (4 / 3)
     if weights is not None:
         rational = (weights != 1.0).any(axis=1)
-        elevated = project(_elevate(nets[rational]), 3)
+        elevated = project_nets(_elevate(nets[rational]), 3)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
     apart = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
@@ -99,7 +99,7 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
 
     They are along the first and the last leg of the net that is longer than its rounding.
     """
-    legs, length = _find_legs(project(nets, 3))
+    legs, length = _find_legs(project_nets(nets, 3))
     real = length > slack[:, None]
     rows = np.arange(len(nets))
     tangents = []
@@ -110,7 +110,7 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
     return tangents[0], tangents[1]
 
 
-def bound_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
+def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
     """Bounds (M,) of the rounding of nets by halving and moving.
 
     Each of the n levels of a halving takes means, right to half an ε of the largest coordinate;

@@ -9,7 +9,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.homogeneous import to_homogeneous
 from service.engine.adaptive.borders.chains import Chains
-from service.engine.adaptive.borders.curve_shapes import bound_rounding
+from service.engine.adaptive.borders.curve_shapes import bound_net_rounding
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.cutting.cells import halve
 from service.engine.bounds.faces import SPAN
@@ -124,7 +124,7 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
             owner,
             to_homogeneous(points, weights),
             origin,
-            bound_rounding(size, far, points.shape[1] - 1),
+            bound_net_rounding(size, far, points.shape[1] - 1),
             chains.edge[rows],
             chains.backward[rows],
             normals,

@@ -35,7 +35,7 @@ from service.engine.adaptive.borders.knot_cuts import cut_at_knots
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.cutting.normal_variation import FALLING, find_chord
 from service.engine.adaptive.limits import SidePieces
-from service.engine.bounds.chords import project
+from service.engine.bounds.chords import project_nets
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
@@ -126,7 +126,7 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
     straight_parts += halve_edges(curves, (row, cuts, again), goal, pieces)
     row, at, nets = (np.concatenate(columns) for columns in zip(*straight_parts, strict=True))
     owner = curves.owner[row]
-    points = project(nets[:, None], 3)[:, 0] + curves.origin[owner]
+    points = project_nets(nets[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
 
 
@@ -207,7 +207,7 @@ def _judge_parts(
     """
     owner, nets, depth = curves.owner[parts.row], parts.nets, parts.depth + further
     slack = curves.slack[owner]
-    ends = project(nets[:, [0, -1]], 3)
+    ends = project_nets(nets[:, [0, -1]], 3)
     tangents = find_tangents(nets, slack) if goal.angle < inf else None
     shapes = measure_shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
     decision = decide_cuts(

@@ -15,7 +15,7 @@ from service.engine.adaptive.borders.flatness import (
 )
 from service.engine.adaptive.cutting.normal_variation import find_chord
 from service.engine.adaptive.limits import SidePieces
-from service.engine.bounds.chords import project
+from service.engine.bounds.chords import project_nets
 from service.engine.bounds.goal import Goal
 
 
@@ -34,7 +34,7 @@ def cut_at_knots(
     """
     first, last = curves.start[chains], curves.start[chains + 1]
     cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
-    found: list[tuple[Ints, Ints, Ints, Bools]] = []
+    parts_by_side: list[tuple[Ints, Ints, Ints, Bools]] = []
     while len(first):
         tree, first, last, cuts = halve_runs(first, last, cuts, AHEAD // curves.nets[0].size)
         several = last - first > 1
@@ -44,7 +44,7 @@ def cut_at_knots(
         real, cut, must = tree.walk(cut, closed, again)
         refuse_hopeless(decision, real[several], slack, goal)
         straight, single = (real & several & ~cut).nonzero()[0], (real & ~several).nonzero()[0]
-        found.append((first[straight], first[single], cuts[single], must[single]))
+        parts_by_side.append((first[straight], first[single], cuts[single], must[single]))
         cut &= several
         pieces.add(curves.uses[curves.owner[first[cut]]])
         end = tree.level[-1]
@@ -52,7 +52,9 @@ def cut_at_knots(
         middle = (first[rest] + last[rest]) // 2
         first, last = np.append(first[rest], middle), np.append(middle, last[rest])
         cuts, again = np.tile(cuts[rest] + 1, 2), np.tile(closed[rest], 2)
-    straight, row, cuts, again = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    straight, row, cuts, again = (
+        np.concatenate(parts) for parts in zip(*parts_by_side, strict=True)
+    )
     return straight, row, cuts, again
 
 
@@ -75,7 +77,7 @@ def _judge_runs(
         into, _ = find_tangents(curves.nets[first], slack)
         _, out = find_tangents(curves.nets[last - 1], slack)
         tangents = into[run], out[run]
-    chords = project(ends, 3)
+    chords = project_nets(ends, 3)
     shares = None
     if goal.two_sided:
         # Spans are of one length: to each its share of the chord.

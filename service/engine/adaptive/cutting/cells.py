@@ -120,10 +120,10 @@ def evaluate_nine_points(nets: FloatArray) -> FloatArray:
     places = np.empty((3, 3, *nets.shape[2:]))
     places[:, 0], places[:, 2] = lines[:, 0], lines[:, -1]
     places[:, 1] = _evaluate_middle(lines.swapaxes(0, 1))
-    return project(places)
+    return project_cells(places)
 
 
-def project(nets: FloatArray) -> FloatArray:
+def project_cells(nets: FloatArray) -> FloatArray:
     """Control points, weights divided out: shape (p+1, q+1, 3, m)."""
     return nets if nets.shape[2] == 3 else nets[:, :, :3] / nets[:, :, 3:]
 

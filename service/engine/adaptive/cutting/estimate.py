@@ -8,7 +8,7 @@ its points plus a remainder, of which all control points count (`planes`).
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.cells import Cells, Leaves, evaluate_nine_points, project
+from service.engine.adaptive.cutting.cells import Cells, Leaves, evaluate_nine_points, project_cells
 from service.engine.adaptive.cutting.normal_variation import (
     Scale,
     compare_normals,
@@ -72,7 +72,7 @@ def estimate_cells(
         # If all cells pass so far, no copy of a part is needed.
         some = rest if len(rest) < len(fails) else slice(None)
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., some]
-        net, bare = project(nets[..., some]), flat[some]
+        net, bare = project_cells(nets[..., some]), flat[some]
         more = measure_remainder(net, at[..., some], normals, bare, goal.two_sided)
         above = (best[some] + REST * more > BOLD * allowed[some]).nonzero()[0]
         if len(above):
@@ -129,6 +129,6 @@ def find_allowed(nets: FloatArray, goal: Goal, eye: Vectors | None) -> FloatArra
     """Deviation allowed at the least distance of the box about each net from the eye."""
     if eye is None:
         return np.full(nets.shape[3], goal.tolerance)
-    net = project(nets)
+    net = project_cells(nets)
     low, high = net.min(axis=(0, 1)), net.max(axis=(0, 1))
     return goal.find_allowed(length(np.maximum(np.maximum(low - eye, eye - high), 0.0)))

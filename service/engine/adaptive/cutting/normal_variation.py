@@ -12,7 +12,7 @@ from math import pi, sin, tan
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.adaptive.cutting.cells import project
+from service.engine.adaptive.cutting.cells import project_cells
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 NONE = 1e-7
@@ -205,6 +205,6 @@ def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vec
     """Directions of the partials at a corner of nets (p+1, q+1, D, m)."""
     p, q = len(nets) - 1, nets.shape[1] - 1
     rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
-    near = project(nets[np.ix_(rows, columns)])
+    near = project_cells(nets[np.ix_(rows, columns)])
     along_u, along_v = near[1, 0] - near[0, 0], near[0, 1] - near[0, 0]
     return along_u * (-p if far_u else p), along_v * (-q if far_v else q)

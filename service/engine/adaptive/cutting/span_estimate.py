@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import Cells, Leaves, project
+from service.engine.adaptive.cutting.cells import Cells, Leaves, project_cells
 from service.engine.adaptive.cutting.estimate import (
     build_forms,
     choose_directions,
@@ -228,7 +228,7 @@ def _measure_remainders(
     (points, flat), two_sided = nine_points, task.goal.two_sided
     values = np.zeros((3, len(pieces.cell)))
     for net, rows in build_nets(task, pieces.own, cells[pieces.cell].nonzero()[0]):
-        cell, projected = pieces.cell[rows], project(net)
+        cell, projected = pieces.cell[rows], project_cells(net)
         under, no_plane = normals[..., cell], flat[cell]
         values[0, rows] = measure_remainder(
             projected, points[..., rows], under, no_plane, two_sided
