@@ -28,8 +28,8 @@ def build(
     """The model as one mesh; `single` and `allow` as in `tessellate`."""
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
-        made = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MOST)
-        return flatten(made) if isinstance(made, Scene) else made
+        result = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MOST)
+        return flatten(result) if isinstance(result, Scene) else result
     if isinstance(model, GroupModel):
         mesh = flatten(build_scene(model, options, allow=allow))
         return round_to_single(mesh) if single else mesh
@@ -78,9 +78,9 @@ def build_scene(
     """
     if options.accuracy is not None:
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
-        made = build_mesher(model, options, storage, nodes=True).build_mesh(goal, MOST)
-        if isinstance(made, Scene):
-            return made
+        mesh = build_mesher(model, options, storage, nodes=True).build_mesh(goal, MOST)
+        if isinstance(mesh, Scene):
+            return mesh
     joined = join_group(model, options, allow)
     meshes = tuple(_build_single(m, options, single, allow) for m in joined.group.models)
     scene = arrange(joined.group, meshes)

@@ -33,13 +33,13 @@ def find_extent(points: RealArray) -> tuple[RealArray, RealArray]:
     if len(points) <= MOST_TRANSPOSED:
         columns = points.T.copy()
         return np.minimum.reduce(columns, axis=1), np.maximum.reduce(columns, axis=1)
-    whole = len(points) // FOLD * FOLD
+    folded = len(points) // FOLD * FOLD
     if not points.flags.c_contiguous:
         return points.min(axis=0), points.max(axis=0)
     width = points.shape[1]
-    rows = points[:whole].reshape(-1, width * FOLD)
-    low = np.concatenate([rows.min(axis=0).reshape(FOLD, width), points[whole:]]).min(axis=0)
-    high = np.concatenate([rows.max(axis=0).reshape(FOLD, width), points[whole:]]).max(axis=0)
+    rows = points[:folded].reshape(-1, width * FOLD)
+    low = np.concatenate([rows.min(axis=0).reshape(FOLD, width), points[folded:]]).min(axis=0)
+    high = np.concatenate([rows.max(axis=0).reshape(FOLD, width), points[folded:]]).max(axis=0)
     return low, high
 
 

@@ -37,11 +37,13 @@ def find_reach(model: Model, options: MeshOptions) -> float:
     else:
         models = [(model, None)]
     furthest = 0.0
-    for own, matrix in models:
-        if isinstance(own, PatchModel):
+    for submodel, matrix in models:
+        if isinstance(submodel, PatchModel):
             # A mitre reaches √2 times as far as a wire is thick.
-            around = find_width(own, options)
-            low, high = place_bounds((own.bounds[0] - around, own.bounds[1] + around), matrix)
+            around = find_width(submodel, options)
+            low, high = place_bounds(
+                (submodel.bounds[0] - around, submodel.bounds[1] + around), matrix
+            )
             furthest = max(furthest, -float(low.min()), float(high.max()))
     return furthest
 
@@ -53,10 +55,10 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: b
     """
     if not isinstance(model, GroupModel):
         return _keep_kinds(model, kinds)
-    models = [_keep_kinds(own, kinds) for own in model.models]
+    models = [_keep_kinds(submodel, kinds) for submodel in model.models]
     if not apart:
-        common = set.intersection(*({*_find_attributes(own)} for own in models))
-        models = [_keep_attributes(own, common) for own in models]
+        common = set.intersection(*({*_find_attributes(submodel)} for submodel in models))
+        models = [_keep_attributes(submodel, common) for submodel in models]
     members = model.members
     if "colors" not in kinds:
         members = tuple(replace(member, color=None) for member in members)
@@ -97,12 +99,12 @@ def to_patches(model: Model) -> PatchModel:
     parts: list[Part] = []
     first = 0
     for member in model.members:
-        own = model.models[member.model]
-        if isinstance(own, SweepModel):
+        placed_model = model.models[member.model]
+        if isinstance(placed_model, SweepModel):
             raise InvalidRequest(NOT_PATCHES)
-        batches += [_place(batch, member) for batch in own.batches]
-        parts.append(Part(member.name, first, first + own.patch_count))
-        first += own.patch_count
+        batches += [_place(batch, member) for batch in placed_model.batches]
+        parts.append(Part(member.name, first, first + placed_model.patch_count))
+        first += placed_model.patch_count
     return PatchModel(model.name, tuple(batches), tuple(parts), model.up)
 
 

@@ -34,7 +34,7 @@ def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
     """The step of every different model of a group, or of the one that there is."""
     if not isinstance(model, GroupModel):
         return (find_step(*_box(model, options)),)
-    steps = [find_step(*_box(own, options)) for own in model.models]
+    steps = [find_step(*_box(member, options)) for member in model.models]
     family = list(range(len(steps)))
 
     def eldest(number: int) -> int:
@@ -58,14 +58,14 @@ def find_grid_error(model: Model, options: MeshOptions) -> float:
     return max(CORNER * steps[m.model] * scalings(m.matrix)[1] for m in model.members)
 
 
-def quantize(made: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | Scene:
+def quantize(mesh: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | Scene:
     """A mesh, or all meshes of a scene, with positions on the grids of their models."""
     steps = find_grid_steps(model, options)
-    if isinstance(made, Mesh):
-        return quantize_mesh(made, steps[0])
+    if isinstance(mesh, Mesh):
+        return quantize_mesh(mesh, steps[0])
     if not isinstance(model, GroupModel):
         raise TypeError("A scene is made of a group.")
-    return arrange(model, tuple(map(quantize_mesh, made.meshes, steps)))
+    return arrange(model, tuple(map(quantize_mesh, mesh.meshes, steps)))
 
 
 def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
@@ -142,8 +142,8 @@ def _neighbours(group: GroupModel) -> Iterator[list[int]]:
     for member in group.members:
         place = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
         places[place].add(member.model)
-    for there in places.values():
-        rows = [(number, _corners(group.models[number])) for number in sorted(there)]
+    for members in places.values():
+        rows = [(number, _corners(group.models[number])) for number in sorted(members)]
         owner = np.concatenate([np.full(len(corners), number) for number, corners in rows])
         _, corner = unique_rows(np.concatenate([corners for _, corners in rows]))
         order = np.lexsort((owner, corner))

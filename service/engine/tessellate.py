@@ -167,8 +167,8 @@ def _build_parts(
     `bound` is that of all.
     """
     if len(model.parts) == 1:
-        whole = (0, len(plan.triangles)), (0, len(plan.quads))
-        return (MeshPart(model.parts[0].name, *whole, deviation_bound=bound),)
+        all_faces = (0, len(plan.triangles)), (0, len(plan.quads))
+        return (MeshPart(model.parts[0].name, *all_faces, deviation_bound=bound),)
     triangles, quads = plan.ends
     return tuple(
         MeshPart(

@@ -158,11 +158,11 @@ class GroupMesher:
         self._joined, self._is_welded = joined, options.weld
         self._group = separate_copies(joined.group) if seen else joined.group
         self._storage, self._nodes = storage, nodes
-        own = storage if nodes else Storage()
+        node_storage = storage if nodes else Storage()
         models = self._group.models
         steps = find_grid_steps(self._group, options) if quantized else (0.0,) * len(models)
         self._models = [
-            ModelMesher(model, options, replace(own, step=step))
+            ModelMesher(model, options, replace(node_storage, step=step))
             for model, step in zip(models, steps, strict=True)
             if isinstance(model, PatchModel)
         ]
@@ -180,10 +180,10 @@ class GroupMesher:
         normals: list[SideNormals | None] = [None] * len(self._models)
         if goal.angle < pi:
             normals[:] = build_side_normals(
-                [(own.model.batches, own.seams) for own in self._models]
+                [(mesher.model.batches, mesher.seams) for mesher in self._models]
             )
-        for number, (model, own) in enumerate(zip(self._models, goals, strict=True)):
-            mesh = model.build_mesh(own, most // copies[number], effort, normals[number])
+        for number, (model, model_goal) in enumerate(zip(self._models, goals, strict=True)):
+            mesh = model.build_mesh(model_goal, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
         scene = arrange(group, tuple(meshes))

@@ -237,9 +237,9 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
             quarters[row, column] = _certify_against(
                 draft, face[row], places[row], hosts[row, column]
             )
-    own, others = quarters[:, 0], quarters[:, 1:].min(axis=1)
+    by_host, by_neighbours = quarters[:, 0], quarters[:, 1:].min(axis=1)
     bounds = np.full(len(rows), np.inf)
-    bounds[cut] = np.where(own < np.inf, own, others).reshape(-1, 4).max(axis=1)
+    bounds[cut] = np.where(by_host < np.inf, by_host, by_neighbours).reshape(-1, 4).max(axis=1)
     return bounds, bounds < np.inf
 
 

@@ -121,22 +121,22 @@ def _evaluate_channel(
     for batch, first, rows in group_by_batch(model.batches, samples.patch):
         nets = batch.channels[number].nets
         for part in row_slices(len(rows), nets[0].size, CHUNK_VALUES):
-            some = rows[part]
+            samples_of_part = rows[part]
             nets_of_samples, u, v = (
-                nets[samples.patch[some] - first],
-                samples.u[some],
-                samples.v[some],
+                nets[samples.patch[samples_of_part] - first],
+                samples.u[samples_of_part],
+                samples.v[samples_of_part],
             )
             if isinstance(batch, TrianglePatches):
                 places = to_barycentric(u * (1.0 - v), v)
                 basis = triangle_bernstein(degree_of(nets.shape[1]), places)
-                values[some] = np.einsum("km,mkd->md", basis, nets_of_samples)
+                values[samples_of_part] = np.einsum("km,mkd->md", basis, nets_of_samples)
             else:
                 along_u, along_v = (
                     bernstein(nets.shape[axis] - 1, t) for axis, t in ((1, u), (2, v))
                 )
                 lines = np.einsum("mi,mijd->mjd", along_u, nets_of_samples)
-                values[some] = np.einsum("mj,mjd->md", along_v, lines)
+                values[samples_of_part] = np.einsum("mj,mjd->md", along_v, lines)
     if model.batches[0].channels[number].kind == "colors":
         np.clip(values, 0.0, 1.0, out=values)
     # As for points: adding 0.0 turns -0.0 into 0.0.

@@ -76,8 +76,8 @@ def estimate_least_triangles(model: PatchModel, angle: float) -> float:
     for batch in model.batches:
         grids = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
         for rows in row_slices(grids.count, SAMPLES**2, CHUNK):
-            some = grids.take(np.arange(grids.count)[rows])
-            normals = evaluate(some, (SAMPLES, SAMPLES)).normals
+            chosen = grids.take(np.arange(grids.count)[rows])
+            normals = evaluate(chosen, (SAMPLES, SAMPLES)).normals
             assert normals is not None
             a, b, c = normals[:, :-1, :-1], normals[:, 1:, :-1], normals[:, :-1, 1:]
             along_u, along_v = b - a, c - a

@@ -85,10 +85,10 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
     """
     goals: dict[int, Goal] = {}
     for member in group.members:
-        own = move_goal(goal, member.matrix, group.models[member.model].bounds, error)
-        before = goals.setdefault(member.model, own)
-        if own.tolerance < before.tolerance:
-            goals[member.model] = own
+        moved = move_goal(goal, member.matrix, group.models[member.model].bounds, error)
+        before = goals.setdefault(member.model, moved)
+        if moved.tolerance < before.tolerance:
+            goals[member.model] = moved
     return tuple(goals[number] for number in sorted(goals))
 
 

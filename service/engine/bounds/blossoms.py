@@ -130,12 +130,12 @@ def build_triangle_nets(
     if right.all():
         return _combine(nets, sides, _build_half_shares(p, q))
     triangles = np.empty((*nets.shape[:2], _build_triangle_shares(p, q).shape[1]))
-    for some, at, shares in (
+    for rows, at, shares in (
         (right, sides, _build_half_shares(p, q)),
         (~right, places, _build_triangle_shares(p, q)),
     ):
-        if some.any():
-            triangles[some] = _combine(nets[some], at[..., some], shares)
+        if rows.any():
+            triangles[rows] = _combine(nets[rows], at[..., rows], shares)
     return triangles
 
 

@@ -111,11 +111,11 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     if len(pieces.part) == corners.shape[2]:
         return shares
     cut = (np.bincount(pieces.part)[pieces.part] > 1).nonzero()[0]
-    own = corners[..., pieces.part[cut]].astype(np.float64)
+    triangle = corners[..., pieces.part[cut]].astype(np.float64)
     # Differences of places are exact, products nearly so.
     for k in range(3):
-        one, two = own[(k + 1) % 3], own[(k + 2) % 3]
-        side, high = two - one, own[k] - one
+        one, two = triangle[(k + 1) % 3], triangle[(k + 2) % 3]
+        side, high = two - one, triangle[k] - one
         away = pieces.corners[..., cut] - one
         area = side[0] * high[1] - side[1] * high[0]
         thin = np.abs(area) < THIN * np.hypot(side[0], side[1])
@@ -139,17 +139,17 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     along = corners[:, axis]
     begin = np.minimum(along.min(axis=0) // SPAN, counts - 1)
     end = np.maximum(-(-along.max(axis=0) // SPAN), begin + 1)
-    whole = (end - begin == 1).nonzero()[0]
+    unsplit = (end - begin == 1).nonzero()[0]
     several = (end - begin > 1).nonzero()[0]
     if not len(several):
-        return whole, corners[..., whole], begin[whole]
+        return unsplit, corners[..., unsplit], begin[unsplit]
     many = (end - begin)[several]
     source = np.repeat(several, many)
     span = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many) + begin[source]
     rings = _slice_triangles(
         corners[..., several], np.repeat(np.arange(len(several)), many), span, axis
     )
-    sources, pieces, spans = [whole], [corners[..., whole]], [begin[whole]]
+    sources, pieces, spans = [unsplit], [corners[..., unsplit]], [begin[unsplit]]
     for k in (1, 2, 3):
         fan = rings[[0, k, k + 1]]
         steps = fan - fan[[1, 2, 0]]

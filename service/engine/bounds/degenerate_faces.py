@@ -65,8 +65,8 @@ def bound_missing_distances(
     further = np.zeros(len(layout.base))
     if not len(missing):
         return further
-    there = np.unique(corners[written])
-    np.maximum.at(further, owner[missing], _bound_distances(corners[missing], there, positions))
+    vertices = np.unique(corners[written])
+    np.maximum.at(further, owner[missing], _bound_distances(corners[missing], vertices, positions))
     return further
 
 
@@ -124,9 +124,9 @@ def build_rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints
 def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bools:
     """Which triangles are not written and do not lie on a side of a written one."""
     checkpoint()
-    there, gone = corners[written], np.sort(corners[~written], axis=1)
-    points = np.repeat(there.reshape(-1, 1), 2, axis=1)
-    sides = np.concatenate([there[:, :2], there[:, ::2], there[~halves[written], 1:], points])
+    kept, gone = corners[written], np.sort(corners[~written], axis=1)
+    points = np.repeat(kept.reshape(-1, 1), 2, axis=1)
+    sides = np.concatenate([kept[:, :2], kept[:, ::2], kept[~halves[written], 1:], points])
     # A triangle without area is a line or a point: two places in any case.
     step = [int(corners.max()) + 1, 1]
     missing = ~written
@@ -136,18 +136,18 @@ def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bool
     return missing
 
 
-def _bound_distances(corners: Ints, there: Ints, positions: RealArray) -> FloatArray:
+def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> FloatArray:
     """Bounds (m,) of the distance from any point of triangles (m, 3) to a place of the mesh."""
-    if not len(there):
+    if not len(vertices):
         return np.full(len(corners), np.inf)
-    others = there[:: -(-len(there) // CANDIDATES)]
+    others = vertices[:: -(-len(vertices) // CANDIDATES)]
     targets = np.concatenate([corners, np.tile(others, (len(corners), 1))], axis=1)
     points = positions[corners].astype(np.float64)
     nearest = np.full(len(corners), np.inf)
     for target in targets.T:
         away = points - positions[target].astype(np.float64)[:, np.newaxis]
         far = np.sqrt(np.square(away).sum(axis=2)).max(axis=1)
-        np.minimum(nearest, np.where(np.isin(target, there), far, np.inf), out=nearest)
+        np.minimum(nearest, np.where(np.isin(target, vertices), far, np.inf), out=nearest)
     return nearest
 
 

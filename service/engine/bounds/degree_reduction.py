@@ -71,8 +71,8 @@ def reduce_boxes(
         _build_matrices(degree - 1, sides[:, axis, first])
         for axis, degree in enumerate(nets.shape[2:])
     )
-    whole = build_box_nets(nets[patch[first]], along_u, along_v)
-    return np.cumsum(new) - 1, whole, *_reduce_nets(whole)
+    box_nets = build_box_nets(nets[patch[first]], along_u, along_v)
+    return np.cumsum(new) - 1, box_nets, *_reduce_nets(box_nets)
 
 
 def _build_matrices(degree: int, sides: FloatArray) -> FloatArray:

@@ -93,9 +93,9 @@ def bound_distances(
         first = np.diff(net, prepend=-1).nonzero()[0]
         largest[:, net[first]] = np.maximum.reduceat(values, first, axis=1)
     height = np.minimum(np.sqrt(highest), rise)
-    whole = np.maximum(largest[2:4], highest)
-    own, lens = np.sqrt(np.minimum(height * height + largest[:2], whole))
-    bound: FloatArray = np.minimum(own, lens + largest[4])
+    in_space = np.maximum(largest[2:4], highest)
+    to_triangle, to_lens = np.sqrt(np.minimum(height * height + largest[:2], in_space))
+    bound: FloatArray = np.minimum(to_triangle, to_lens + largest[4])
     return bound
 
 

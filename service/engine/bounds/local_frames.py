@@ -232,13 +232,13 @@ def build_local_frames(
     """
     across, joined = beyond
     middle = patch_nets.middles[:, patch]
-    own, away = vertices - middle, across - middle
-    unit = find_units(np.maximum(patch_nets.sizes[patch], np.abs(own).max(axis=(0, 1))))
+    near, away = vertices - middle, across - middle
+    unit = find_units(np.maximum(patch_nets.sizes[patch], np.abs(near).max(axis=(0, 1))))
     joined = joined & (np.abs(away).max(axis=1) <= FAR * unit)
-    across = np.where(joined[:, np.newaxis], away, own) / unit
+    across = np.where(joined[:, np.newaxis], away, near) / unit
     slack = bound_storage_error(np.abs(vertices).max(axis=(0, 1))) + patch_nets.lowering
     return LocalFrames(
-        build_reference_triangles(own / unit, across, joined),
+        build_reference_triangles(near / unit, across, joined),
         middle,
         unit,
         slack,

@@ -64,35 +64,37 @@ class PieceMeasure:
                 numbers = 2 * (p + 1) * (q + 1)
                 group = group[sort_by_box(pieces.patch[group], pieces.places[..., group])]
             for chunk in row_slices(len(group), numbers, CHUNK):
-                some = group[chunk]
-                patch, places = pieces.patch[some], pieces.places[..., some]
-                frames = self._build_frames(nets, some)
+                pieces_of_chunk = group[chunk]
+                patch, places = pieces.patch[pieces_of_chunk], pieces.places[..., pieces_of_chunk]
+                frames = self._build_frames(nets, pieces_of_chunk)
                 if is_high:
                     patches, which = np.unique(patch, return_inverse=True)
                     items = nets.items[patch_nets.row[patches]]
                     local = frames.restrict_reduced(items, which, patch_nets.sizes[patches], places)
                 else:
                     local = frames.restrict(nets.items[patch_nets.row[patch]], places)
-                deviation[some] = frames.to_model_units(local.deviation)
+                deviation[pieces_of_chunk] = frames.to_model_units(local.deviation)
                 if self.goal.view is not None:
-                    near[some] = frames.bound_distances_to_eye(local, self.goal.view.eye)
+                    near[pieces_of_chunk] = frames.bound_distances_to_eye(local, self.goal.view.eye)
                 if self.shares is not None:
-                    reverse = frames.bound_reverse_distances(local, self.shares[..., some])
-                    mesh[some] = frames.to_model_units(reverse)
+                    reverse = frames.bound_reverse_distances(
+                        local, self.shares[..., pieces_of_chunk]
+                    )
+                    mesh[pieces_of_chunk] = frames.to_model_units(reverse)
 
     def bound_by_hulls(self, rows: Ints) -> FloatArray:
         """Bounds of the deviation of the whole patches that these pieces are in."""
         bounds = np.empty(len(rows))
         for nets, selected in self.patch_nets.split_by_group(self.pieces.patch[rows]):
             for chunk in row_slices(len(selected), nets.items[0].size, CHUNK):
-                some = rows[selected[chunk]]
-                items = nets.items[self.patch_nets.row[self.pieces.patch[some]]]
-                bounds[selected[chunk]] = self._build_frames(nets, some).bound_by_hulls(items)
+                chunk_rows = rows[selected[chunk]]
+                items = nets.items[self.patch_nets.row[self.pieces.patch[chunk_rows]]]
+                bounds[selected[chunk]] = self._build_frames(nets, chunk_rows).bound_by_hulls(items)
         return bounds
 
-    def _build_frames(self, nets: Nets, some: Ints) -> LocalFrames:
+    def _build_frames(self, nets: Nets, rows: Ints) -> LocalFrames:
         """The frames of some pieces, of one degree."""
-        part, patch = self.pieces.part[some], self.pieces.patch[some]
+        part, patch = self.pieces.part[rows], self.pieces.patch[rows]
         host, beyond = self.parts.host[part].T, self.parts.across[part].T
         vertices, across = (
             np.ascontiguousarray(self.positions[ids].swapaxes(1, 2)) for ids in (host, beyond)

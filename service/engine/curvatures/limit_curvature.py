@@ -39,16 +39,16 @@ class LimitCurvatures:
         """
         values = np.empty((2, len(index)))
         for first, last in row_runs(len(index), CHUNK_SAMPLES):
-            some = slice(first, last)
-            here = index[some], u[some], v[some]
+            block = slice(first, last)
+            places = index[block], u[block], v[block]
             if isinstance(patches, TrianglePatches):
-                known = evaluate_triangle_jets(patches, *here, 2)
+                known = evaluate_triangle_jets(patches, *places, 2)
             else:
-                known = evaluate_jets(patches, *here, 2)
+                known = evaluate_jets(patches, *places, 2)
             if known.curvatures is None or known.degenerate is None:
                 raise ValueError("second partials come with curvatures")
-            values[0, some], values[1, some] = known.curvatures.gaussian, known.curvatures.mean
-            near = find_near_poles(patches, here[0], np.stack(here[1:], axis=1))
+            values[0, block], values[1, block] = known.curvatures.gaussian, known.curvatures.mean
+            near = find_near_poles(patches, places[0], np.stack(places[1:], axis=1))
             count = int((near | known.degenerate).sum())
             self.check(count, patches)
             self.spent += count * cost_of_limit(patches)
@@ -77,4 +77,6 @@ def cost_of_limit(patches: Patches) -> int:
 
 def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:
     """Whether all samples can be computed even if every one of them is a pole."""
-    return samples * max(cost_of_limit(batch) for own in models for batch in own.batches) <= MOST
+    return (
+        samples * max(cost_of_limit(batch) for model in models for batch in model.batches) <= MOST
+    )

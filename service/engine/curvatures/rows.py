@@ -47,8 +47,8 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
             for side, owners, along, places in layout.iterate_extras(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
-                own = np.searchsorted(block.patches, owners)
-                rows[:, places] = limit_to_storable(care.curvatures(batch, own, u, v))
+                patch_rows = np.searchsorted(block.patches, owners)
+                rows[:, places] = limit_to_storable(care.curvatures(batch, patch_rows, u, v))
     return to_channels(model, rows)
 
 

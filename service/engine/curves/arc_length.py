@@ -48,16 +48,16 @@ def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     for first in range(0, len(piece), step):
         rows = slice(first, first + step)
         coarse[rows], fine[rows] = speeds.integrals(piece[rows], at.t[:-1][rows], end[rows])
-    whole = float(fine.sum())
-    share = whole / len(piece)
+    total_length = float(fine.sum())
+    share = total_length / len(piece)
     floor = speeds.noise[piece] * (end - at.t[:-1])
     unsure = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share) + floor)
     lengths = fine
     lengths[unsure] = 0.0
     step = max(1, step // 16)  # room for what they are halved to
     for first in range(0, len(unsure), step):
-        here = unsure[first : first + step]
-        _refine(speeds, lengths, (here, piece[here], at.t[:-1][here], end[here]), share)
+        block = unsure[first : first + step]
+        _refine(speeds, lengths, (block, piece[block], at.t[:-1][block], end[block]), share)
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 

@@ -47,11 +47,11 @@ class CurveSamples:
         return row_slices(len(self), width, CHUNK)
 
     def parameters(self, breaks: FloatArray) -> FloatArray:
-        """Parameters in the curve's own domain, joints and ends exact."""
+        """Parameters in the curve's parameters domain, joints and ends exact."""
         low, high = breaks[self.piece], breaks[self.piece + 1]
-        own = low + (high - low) * self.t
-        own[self.t == 1.0] = high[self.t == 1.0]
-        return own
+        parameters = low + (high - low) * self.t
+        parameters[self.t == 1.0] = high[self.t == 1.0]
+        return parameters
 
 
 def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
@@ -62,8 +62,8 @@ def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
         weights = None if pieces.weights is None else pieces.weights[piece]
         place = _point(pieces.points[piece], weights, bernstein(pieces.degree, t))
         for end, index in ((0.0, 0), (1.0, -1)):
-            there = t == end
-            place[there] = pieces.points[piece[there], index]
+            is_end = t == end
+            place[is_end] = pieces.points[piece[is_end], index]
         out[rows] = place
     return out
 

@@ -88,8 +88,8 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T
         points = work.load_local(first, last).astype(work.dtype)[..., np.newaxis]
         while len(points) > 3:
-            here, along, above = neighbour_rows(len(points))
-            points = r * points[here] + s * points[along] + t * points[above]
+            corner, along, above = neighbour_rows(len(points))
+            points = r * points[corner] + s * points[along] + t * points[above]
         points = np.broadcast_to(points, (*points.shape[:-1], end - begin))
         at = r * points[0] + s * points[1] + t * points[2]
         work.write_local(at, work.positions[first:last, begin:end])

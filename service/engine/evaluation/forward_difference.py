@@ -126,9 +126,9 @@ def _march(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
     values = np.zeros((int(divisions.max()) + 1, *curves.shape[1:]), dtype)
     for j in range(len(values)):
         active = int(np.count_nonzero(divisions >= j))
-        here = differences_[..., :active]
-        np.add(begin[..., :active], here[0], out=values[j, ..., :active])
-        np.add(here[:-1], here[1:], out=here[:-1])
+        active_differences = differences_[..., :active]
+        np.add(begin[..., :active], active_differences[0], out=values[j, ..., :active])
+        np.add(active_differences[:-1], active_differences[1:], out=active_differences[:-1])
     return values
 
 

@@ -15,8 +15,8 @@ def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     ----------
     Farin, Curves and Surfaces for CAGD, 5th ed., section 17.4.
     """
-    here, along, above = neighbour_rows(len(nets))
-    return nets[along] - nets[here], nets[above] - nets[here]
+    corner, along, above = neighbour_rows(len(nets))
+    return nets[along] - nets[corner], nets[above] - nets[corner]
 
 
 def to_barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
@@ -30,6 +30,6 @@ def neighbour_rows(count: int) -> tuple[Ints, Ints, Ints]:
     In the order of the b_ijk of degree n − 1: the upright triangles of the net.
     """
     degree = triangle.degree_of(count)
-    here = np.delete(np.arange(count), triangle.side_rows(degree)[1])
-    above = triangle.row_starts(degree)[1] + np.arange(len(here))
-    return here, here + 1, above
+    corner = np.delete(np.arange(count), triangle.side_rows(degree)[1])
+    above = triangle.row_starts(degree)[1] + np.arange(len(corner))
+    return corner, corner + 1, above

@@ -33,29 +33,31 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         assert isinstance(model, PatchModel)
         mirrored = _mirrors(member)
         turned.append(mirrored)
-        own, order = _transposed(model) if mirrored else (model, None)
-        for batch in own.batches:
+        oriented, order = _transposed(model) if mirrored else (model, None)
+        for batch in oriented.batches:
             placed = place_points(batch.points.reshape(-1, 3), member.matrix)
             batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
-        for net in own.nets:
+        for net in oriented.nets:
             placed = place_points(net.points.reshape(-1, 3), member.matrix)
             nets.append(replace(net, points=placed.reshape(net.points.shape) + 0.0, channels=()))
-        domains += [replace(d, first=d.first + first) for d in _domains_of(own)]
-        sequence = np.arange(own.patch_count) if own.sequence is None else own.sequence
+        domains += [replace(d, first=d.first + first) for d in _domains_of(oriented)]
+        sequence = (
+            np.arange(oriented.patch_count) if oriented.sequence is None else oriented.sequence
+        )
         listed.append(first + (sequence if order is None else order[sequence]))
-        alone = len(own.parts) == 1
+        alone = len(oriented.parts) == 1
         parts += [
             Part(
                 member.name if alone else f"{member.name}/{part.name}",
                 part.first + first,
                 part.last + first,
             )
-            for part in own.parts
+            for part in oriented.parts
         ]
-        first += own.patch_count
-        merged += own.merged_knots
+        first += oriented.patch_count
+        merged += oriented.merged_knots
         stretch = 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3], 2))
-        moved = max(moved, own.moved * stretch * (1 + 2.0**-40))
+        moved = max(moved, oriented.moved * stretch * (1 + 2.0**-40))
     return (
         PatchModel(
             group.name,
@@ -101,14 +103,16 @@ def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
     batches: list[Patches] = []
     first = 0
     for batch in model.batches:
-        own = batch.take(source[first : first + batch.count] - first)
+        part = batch.take(source[first : first + batch.count] - first)
         first += batch.count
-        if isinstance(own, TrianglePatches):
-            batches.append(_exchanged(own))
+        if isinstance(part, TrianglePatches):
+            batches.append(_exchanged(part))
             continue
-        weights = None if own.weights is None else np.ascontiguousarray(own.weights.swapaxes(1, 2))
-        channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in own.channels)
-        points = np.ascontiguousarray(own.points.swapaxes(1, 2))
+        weights = (
+            None if part.weights is None else np.ascontiguousarray(part.weights.swapaxes(1, 2))
+        )
+        channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in part.channels)
+        points = np.ascontiguousarray(part.points.swapaxes(1, 2))
         batches.append(TensorPatches(points, weights, channels))
     return replace(model, batches=tuple(batches), domains=tuple(domains)), order
 

@@ -62,7 +62,7 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
             forms.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
     number = np.arange(edge_ends[-1])
     edges = OpenEdges(
-        tuple(_join_curves(some) for some in forms.values()),
+        tuple(_join_curves(curves) for curves in forms.values()),
         *(number, number, np.concatenate(begin), np.concatenate(end)),
         np.concatenate([border.corners for border in borders]),
     )
@@ -114,11 +114,11 @@ def find_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     if (last - first).sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []
-    for some in _runs(last - first, CHUNK):
-        counts = (last - first)[some]
-        edge = np.repeat(np.arange(some.start, some.stop), counts)
+    for run in _runs(last - first, CHUNK):
+        counts = (last - first)[run]
+        edge = np.repeat(np.arange(run.start, run.stop), counts)
         place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-        place += np.repeat(first[some], counts)
+        place += np.repeat(first[run], counts)
         inside = (corners[place] != edges.begin[edge]) & (corners[place] != edges.end[edge])
         for k in range(len(DIRECTIONS)):
             edge, place = edge[inside], place[inside]
@@ -149,17 +149,17 @@ def place_corners(
         degree = group.points.shape[1] - 1
         samples = np.linspace(0, 1, 8 * degree + 1)
         for part in row_slices(len(mine), 3 * len(samples), CHUNK):
-            here = mine[part]
-            own, target = of[edge[here]], points[here]
-            nets = group.points[own] - target[:, None]
-            weights = None if group.weights is None else group.weights[own]
+            pairs = mine[part]
+            curve, target = of[edge[pairs]], points[pairs]
+            nets = group.points[curve] - target[:, None]
+            weights = None if group.weights is None else group.weights[curve]
             away = np.square(points_at(nets, weights, samples)).sum(axis=2)
             if weights is None:
                 # Half a step from a sample the curve is at most this far away from it.
                 speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
                 close = np.sqrt(away.min(axis=1)) <= speed * (samples[1] / 2) + reach
-                here, nets, away = here[close], nets[close], away[close]
-                if not len(here):
+                pairs, nets, away = pairs[close], nets[close], away[close]
+                if not len(pairs):
                     continue
             t = samples[away.argmin(axis=1)]
             for _ in range(STEPS):
@@ -170,9 +170,9 @@ def place_corners(
             value, slope = _with_slope(nets, weights, t)
             near = np.square(value).sum(axis=1) <= reach**2
             ends = np.minimum(np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1))
-            at[here], is_on[here] = t, near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
+            at[pairs], is_on[pairs] = t, near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
             speed = np.sqrt(np.square(slope).sum(axis=1))
-            slack[here] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
+            slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
     return at, slack, is_on
 
 

@@ -44,8 +44,8 @@ def lines_of(model: PatchModel, cuts: Cuts) -> Lines:
     first = np.array([domain.first for domain in surfaces])
     columns = np.array([len(domain.v) - 1 for domain in surfaces])
     surface = np.searchsorted(first, cuts.patch, side="right") - 1
-    own, axis = cuts.patch - first[surface], (cuts.side < 2).astype(np.intp)
-    span = np.where(axis == 0, own // columns[surface], own % columns[surface])
+    local_patch, axis = cuts.patch - first[surface], (cuts.side < 2).astype(np.intp)
+    span = np.where(axis == 0, local_patch // columns[surface], local_patch % columns[surface])
     ends = np.cumsum([batch.count for batch in model.batches])
     grids = np.array([isinstance(batch, TensorPatches) for batch in model.batches])
     order = np.lexsort((cuts.at, span, axis, surface))
@@ -88,17 +88,17 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
         batch = model.batches[which]
         assert isinstance(batch, TensorPatches)
         rows = domain.first + np.arange(domain.patch_count)
-        own = batch.take(rows - (ends[which] - batch.count))
+        piece = batch.take(rows - (ends[which] - batch.count))
         places = runs[number]
         axis, span, at = lines.axis[places], lines.span[places], lines.at[places]
         grid = rows.reshape(len(domain.u) - 1, -1)
         knots = []
         for direction, old in enumerate((domain.u, domain.v)):
-            here = axis == direction
-            own, grid = _cut_grid(own, grid, direction, span[here], at[here])
-            inner = old[span[here]] + at[here] * np.diff(old)[span[here]]
+            is_across = axis == direction
+            piece, grid = _cut_grid(piece, grid, direction, span[is_across], at[is_across])
+            inner = old[span[is_across]] + at[is_across] * np.diff(old)[span[is_across]]
             knots.append(np.sort(np.concatenate([old, inner])))
-        pieces[which].append(own)
+        pieces[which].append(piece)
         owners.append(grid.ravel())
         domains.append(Domain(knots[0], knots[1], domain.first + added))
         added += grid.size - domain.patch_count

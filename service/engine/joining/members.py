@@ -62,10 +62,10 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     """The group with members joined that meet along an edge; parameters as of `join`."""
     models: list[PatchModel | SweepModel] = []
     seams_of: dict[int, Seams] = {}
-    for number, given in enumerate(group.models):
-        model = given
-        if isinstance(given, PatchModel):
-            model, seams = join(given, tolerance, allow)
+    for number, placed in enumerate(group.models):
+        model = placed
+        if isinstance(placed, PatchModel):
+            model, seams = join(placed, tolerance, allow)
             seams_of[number] = seams
         models.append(model)
     group = replace(group, models=tuple(models))

@@ -35,8 +35,8 @@ def near_groups(points: FloatArray, reach: float) -> Ints:
     first, number = unique_rows(points)
     leader, left = np.arange(len(first)), np.arange(len(first))
     for _ in range(LEVELS):
-        own, is_wide = _groups(points[first[left]], reach)
-        leader[left] = left[own]
+        lead, is_wide = _groups(points[first[left]], reach)
+        leader[left] = left[lead]
         left = left[is_wide]
         if not len(left):
             break
@@ -56,15 +56,15 @@ def _groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
     low, high = np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
     wide = np.square(high - low).sum(axis=1) > reach**2
     leader = np.arange(len(points))
-    whole = np.repeat(~wide, sizes)
-    leader[order[whole]] = np.repeat(order[starts], sizes)[whole]
+    is_joined = np.repeat(~wide, sizes)
+    leader[order[is_joined]] = np.repeat(order[starts], sizes)[is_joined]
     for size in range(2, MAX_CROWD + 1):
         crowds = starts[wide & (sizes == size), None] + np.arange(size)
         for begin in range(0, len(crowds), CHUNK):
             rows = order[crowds[begin : begin + CHUNK]]
             leader[rows] = np.take_along_axis(rows, _cliques(points[rows], reach), axis=1)
     is_left: Bools = np.zeros(len(points), dtype=bool)
-    is_left[order[~whole]] = True
+    is_left[order[~is_joined]] = True
     is_left &= np.bincount(leader, minlength=len(points))[leader] == 1
     return leader, is_left
 
@@ -84,11 +84,13 @@ def _gap_groups(points: FloatArray, reach: float) -> Ints:
     for _ in range(ROUNDS):
         before = len(np.unique(group))
         for axis in range(3):
-            own = points[left, axis]
-            order = np.lexsort((own, group[left]))
-            left, own = left[order], own[order]
+            coordinate = points[left, axis]
+            order = np.lexsort((coordinate, group[left]))
+            left, coordinate = left[order], coordinate[order]
             begins = np.ones(len(left), dtype=bool)
-            begins[1:] = (group[left[1:]] != group[left[:-1]]) | (own[1:] - own[:-1] > reach)
+            begins[1:] = (group[left[1:]] != group[left[:-1]]) | (
+                coordinate[1:] - coordinate[:-1] > reach
+            )
             # Groups that are not looked at any more keep numbers of their own, below zero.
             group[left] = np.cumsum(begins) - 1
             ends = np.append(begins[1:], True)

@@ -36,9 +36,9 @@ def find_neighbours(
         member = group.members[number]
         if member.model not in borders:
             borders[member.model] = find_open_border(seams[member.model])
-        own = borders[member.model]
-        if len(own.corners):
-            placed.append(own.move(partial(place_points, matrix=member.matrix)))
+        open_border = borders[member.model]
+        if len(open_border.corners):
+            placed.append(open_border.move(partial(place_points, matrix=member.matrix)))
             owner.append(number)
     if len(placed) < 2:
         return []

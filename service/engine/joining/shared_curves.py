@@ -124,10 +124,10 @@ def _beside_shared(
         of[number] = rows
         mine = np.flatnonzero(of[owner] >= 0)
         for part in row_slices(len(mine), 4 * len(shares) * (degree + 1), CHUNK):
-            here = mine[part]
-            own = of[owner[here]]
-            weights = None if group.weights is None else group.weights[own]
-            values[here] = points_at(group.points[own], weights, places[here])
+            part_rows = mine[part]
+            curve = of[owner[part_rows]]
+            weights = None if group.weights is None else group.weights[curve]
+            values[part_rows] = points_at(group.points[curve], weights, places[part_rows])
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     _, first, pair = np.unique(
         low * len(edges.corners) + high, return_index=True, return_inverse=True

@@ -71,22 +71,22 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     points = _equal_nets(pattern, border, group)
     weights, changed = None, 0.0
     if any(batch.weights is not None for batch in model.batches):
-        given = np.concatenate([border_weights(batch) for batch in model.batches])
-        near, logs = find_weight_tolerance(model, tolerance), np.log(given)
+        initial = np.concatenate([border_weights(batch) for batch in model.batches])
+        near, logs = find_weight_tolerance(model, tolerance), np.log(initial)
         scale = find_scales(pattern, points, logs, _owners(model, runs), near)
-        weights = BorderWeights(_equal_weights(given, logs, scale, group, near), scale, near)
+        weights = BorderWeights(_equal_weights(initial, logs, scale, group, near), scale, near)
     if not pattern.is_certain:
         raise_equal(pattern, points, weights, distance)
     if weights is not None:
-        change = np.log(weights.values / given)
+        change = np.log(weights.values / initial)
         changed = float(change.max(initial=0.0) - change.min(initial=0.0))
     moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
     moved += expm1(changed) * model.largest_patch / 2
     batches, first = list(model.batches), 0
     for number, run in enumerate(runs if moved else ()):
-        own = slice(first, first + len(run))
+        run_rows = slice(first, first + len(run))
         batches[number] = replace_border(
-            batches[number], points[own], None if weights is None else weights.values[own]
+            batches[number], points[run_rows], None if weights is None else weights.values[run_rows]
         )
         first += len(run)
     if pattern.connectivity.has_thin:
@@ -110,10 +110,10 @@ def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatA
         order = np.lexsort((*nets.reshape(len(nets), -1).T[::-1], edge))
         order = order[run_starts(edge[order])]
         points[rows[:, 1:-1]] = border[rows[order, 1:-1]][edge]
-        own = group[rows]
-        is_point = (own == own[:, :1]).all(axis=1)
-        points[rows[is_point]] = border[first[own[is_point]]]
-        points[rows[:, [0, -1]]] = border[first[own[:, [0, -1]]]]
+        groups = group[rows]
+        is_point = (groups == groups[:, :1]).all(axis=1)
+        points[rows[is_point]] = border[first[groups[is_point]]]
+        points[rows[:, [0, -1]]] = border[first[groups[:, [0, -1]]]]
     return points
 
 

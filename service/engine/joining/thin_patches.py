@@ -42,16 +42,16 @@ def flatten(
     flat, furthest = list(batches), 0.0
     for which, rows, line in find_thin(batches, connectivity):
         batch = flat[which]
-        nets, own = flat_nets(batch, rows)
+        nets, net_weights = flat_nets(batch, rows)
         points, weights = batch.points.copy(), batch.weights
         bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
         is_thin = bound <= WIDTH * distance
-        if own is not None and weights is not None:
-            change = np.ptp(np.log(own / own[:, line]), axis=1)
+        if net_weights is not None and weights is not None:
+            change = np.ptp(np.log(net_weights / net_weights[:, line]), axis=1)
             is_thin &= change <= WIDTH * weight_tolerance
             bound += np.expm1(change) * np.linalg.norm(np.ptp(nets, axis=1), axis=1) / 2
             weights = weights.copy()
-            weights.reshape(batch.count, -1)[rows[is_thin]] = own[is_thin][:, line]
+            weights.reshape(batch.count, -1)[rows[is_thin]] = net_weights[is_thin][:, line]
         points.reshape(batch.count, -1, 3)[rows[is_thin]] = nets[is_thin][:, line]
         flat[which] = replace(batch, points=points, weights=weights)
         furthest = max(furthest, float(bound[is_thin].max(initial=0.0)))

@@ -96,10 +96,10 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     channels : tuple of ChannelRows
         Written into.
     """
-    own = np.arange(len(place))
+    identity = np.arange(len(place))
     # The few samples that share their place with another one, numbered among themselves.
     shared = np.zeros(len(place), dtype=bool)
-    shared[place != own] = True
+    shared[place != identity] = True
     shared[place[shared]] = True
     rows = np.flatnonzero(shared)
     spot = np.searchsorted(rows, place[rows])
@@ -110,7 +110,7 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
         first = find_leaders(spot, *near)
         channel.values[rows] = values[first]
         local = find_leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
-    alike = own
+    alike = identity
     alike[rows] = rows[local]
     return alike
 

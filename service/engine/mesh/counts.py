@@ -60,8 +60,8 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
 
     place = layout.leaders
     if layout.may_fold:
-        whole = [_count_proper(layout, group, kind, place) for group in groups]
-        triangles, quads = (sum(column) for column in zip(*whole, strict=True))
+        counts = [_count_proper(layout, group, kind, place) for group in groups]
+        triangles, quads = (sum(column) for column in zip(*counts, strict=True))
     if options.weld and complete:
         vertices = _count_positions(layout, groups)
     else:

@@ -101,8 +101,8 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     Sharing or None
         None if all samples at one place share their vertex: there is no crease.
     """
-    own = normals.take(places.members, axis=0)
-    step = own - normals.take(places.first, axis=0)
+    sample_normals = normals.take(places.members, axis=0)
+    step = sample_normals - normals.take(places.first, axis=0)
     near = np.vecdot(step, step) <= chord_length(angle) ** 2
     if np.count_nonzero(near) == len(near):
         return None
@@ -110,7 +110,7 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     slot = places.slot[rest]
     first = np.empty(len(places.leaders), np.intp)
     first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
-    group = find_leaders(first[slot], own[rest], chord_length(angle))
+    group = find_leaders(first[slot], sample_normals[rest], chord_length(angle))
     leader = places.first.copy()
     leader[rest] = places.members[rest[group]]
     return Sharing(leader, hash_arrays(near, group))
@@ -123,13 +123,13 @@ def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     first one stands for all.
     """
     first = normals.take(averages.leaders, axis=0).astype(np.float64)
-    own = normals.take(averages.members, axis=0).astype(np.float64)
+    member_normals = normals.take(averages.members, axis=0).astype(np.float64)
     pairs, total = averages.pairs, np.empty((3, len(first)))
-    np.add(own[:pairs].T, 0.0, out=total[:, :pairs])  # turns −0 into 0
+    np.add(member_normals[:pairs].T, 0.0, out=total[:, :pairs])  # turns −0 into 0
     if pairs < len(first):
         slot = averages.slot[pairs:] - pairs
         for axis in range(3):
-            total[axis, pairs:] = np.bincount(slot, own[pairs:, axis])
+            total[axis, pairs:] = np.bincount(slot, member_normals[pairs:, axis])
     total += first.T
     squares = total * total
     length = np.sqrt(squares[0] + squares[1] + squares[2])

@@ -42,11 +42,13 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
     stays = np.ones(model.patch_count, dtype=bool)
     stays[thin] = False
     part = model.part_numbers
-    there = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
-    stays[thin] = ~np.isin(keys, there[stays])
+    keys_of_patches = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
+    stays[thin] = ~np.isin(keys, keys_of_patches[stays])
     lasts = np.bincount(part[stays], minlength=len(model.parts)) > 0
-    width = int(np.ptp(there)) + 1
-    in_part = np.isin(keys + width * part[thin], (there + width * part[:, np.newaxis])[stays])
+    width = int(np.ptp(keys_of_patches)) + 1
+    in_part = np.isin(
+        keys + width * part[thin], (keys_of_patches + width * part[:, np.newaxis])[stays]
+    )
     stays[thin] |= lasts[part[thin]] & ~in_part
     return model if stays.all() else _take_patches(model, stays)
 
@@ -109,8 +111,8 @@ def _take_patches(model: PatchModel, stays: Bools) -> PatchModel:
     ends = np.cumsum([0, *(batch.count for batch in model.batches)])
     pieces: list[list[Patches]] = []
     for batch, (first, last) in zip(model.batches, pairwise(ends.tolist()), strict=True):
-        own = owner[(owner >= first) & (owner < last)] - first
-        pieces.append([batch.take(own)] if len(own) else [])
+        kept = owner[(owner >= first) & (owner < last)] - first
+        pieces.append([batch.take(kept)] if len(kept) else [])
     return rebuild(model, pieces, owner, tuple(domains))
 
 

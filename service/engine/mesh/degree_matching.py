@@ -48,13 +48,13 @@ def find_lowest(
         degree[group.ids] = group.points.shape[1] - 1
     pair, edges, highest = find_candidates(lines, degree, begin, end)
     for common in np.unique(highest).tolist():
-        here = highest == common
-        edge, place = edges[here], pair[here]
+        has_degree = highest == common
+        edge, place = edges[has_degree], pair[has_degree]
         # Every one from the one end of its pair to the other, closed ones in both directions.
         back = begin[edge] > end[edge]
-        closed = np.flatnonzero(begin[edge] == end[edge])
-        edge, place = np.concatenate([edge, edge[closed]]), np.concatenate([place, place[closed]])
-        back = np.concatenate([back, ~back[closed]])
+        loops = np.flatnonzero(begin[edge] == end[edge])
+        edge, place = np.concatenate([edge, edge[loops]]), np.concatenate([place, place[loops]])
+        back = np.concatenate([back, ~back[loops]])
         # Low degrees have low numbers: they lead.
         order = np.lexsort((back, edge, place))
         edge, back, place = edge[order], back[order], place[order]

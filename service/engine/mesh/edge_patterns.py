@@ -63,28 +63,28 @@ class EdgePattern:
         """The seams whose points (B, 3) and weights (B,) these are; None if weights differ."""
         curves, first = [], 0
         for rows, (sides, number) in zip(self.edges, self.sides, strict=True):
-            own = None
+            side_weights = None
             if weights is not None:
                 # Only the ratio of weights matters.
-                own = weights[sides]
-                own /= own.max(axis=1, keepdims=True)
+                side_weights = weights[sides]
+                side_weights /= side_weights.max(axis=1, keepdims=True)
                 lead = np.empty((len(rows), sides.shape[1]))
-                lead[number[::-1]] = own[::-1]
-                if not np.array_equal(own, lead[number]):
+                lead[number[::-1]] = side_weights[::-1]
+                if not np.array_equal(side_weights, lead[number]):
                     return None
-                own = lead
+                side_weights = lead
             ids = np.arange(first, first + len(rows))
-            curves.append(EdgeCurves(ids, border.take(rows, axis=0), own))
+            curves.append(EdgeCurves(ids, border.take(rows, axis=0), side_weights))
             first += len(rows)
         return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
 
     def has_near_weights(self, weights: FloatArray, tolerance: float) -> bool:
         """Whether weights (B,) of two sides of an edge may be near, but not by rounding alone."""
         for sides, number in self.sides:
-            own = weights[sides]
-            own /= own.max(axis=1, keepdims=True)
-            lead = own[np.unique(number, return_index=True)[1]]
-            apart = np.abs(own - lead[number]).max(axis=1)
+            side_weights = weights[sides]
+            side_weights /= side_weights.max(axis=1, keepdims=True)
+            lead = side_weights[np.unique(number, return_index=True)[1]]
+            apart = np.abs(side_weights - lead[number]).max(axis=1)
             if ((apart > SAME_WEIGHT / 8) & (apart <= 4 * tolerance)).any():
                 return True
         return False
@@ -113,9 +113,9 @@ def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | Non
     nets.reshape(batch.count, -1, 3)[:, border] = points.reshape(batch.count, -1, 3)
     if batch.weights is None or weights is None:
         return replace(batch, points=nets)
-    own = batch.weights.copy()
-    own.reshape(batch.count, -1)[:, border] = weights.reshape(batch.count, -1)
-    return replace(batch, points=nets, weights=own)
+    patch_weights = batch.weights.copy()
+    patch_weights.reshape(batch.count, -1)[:, border] = weights.reshape(batch.count, -1)
+    return replace(batch, points=nets, weights=patch_weights)
 
 
 @lru_cache(maxsize=256)
@@ -160,17 +160,17 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     edges: list[Ints] = []
     sides_of: list[tuple[Ints, Ints]] = []
     for degree in sorted(places):
-        place, own = np.concatenate(places[degree]), np.concatenate(rows[degree])
+        place, side_rows = np.concatenate(places[degree]), np.concatenate(rows[degree])
         order = np.argsort(place)
-        place, own = place[order], own[order]
-        points = numbers[own]
+        place, side_rows = place[order], side_rows[order]
+        points = numbers[side_rows]
         collapsed[place] = (points == points[:, :1]).all(axis=1)
         canonical, _, turned = direct_edges(points[..., None].astype(np.float64), None)
         leader, number = find_first_rows(canonical[..., 0])
         edge[place] = sum(map(len, edges)) + number
         backward[place] = turned ^ turned[leader[number]]
-        edges.append(own[leader])
-        sides_of.append((np.where(backward[place, None], own[:, ::-1], own), number))
+        edges.append(side_rows[leader])
+        sides_of.append((np.where(backward[place, None], side_rows[:, ::-1], side_rows), number))
     at_corners = np.concatenate(corners)
     stand_in, corner = find_first_rows(numbers[at_corners].reshape(-1, 1).astype(np.float64))
     connectivity = Connectivity(

@@ -91,8 +91,11 @@ def direct_edges(
     turn = first > last
     tied = np.flatnonzero(first == last)
     if len(tied):
-        own = points[tied]
-        rows, turned = own.reshape(len(own), -1), own[:, ::-1].reshape(len(own), -1)
+        tied_points = points[tied]
+        rows, turned = (
+            tied_points.reshape(len(tied_points), -1),
+            tied_points[:, ::-1].reshape(len(tied_points), -1),
+        )
         if weights is not None:
             rows = np.concatenate([rows, weights[tied]], axis=1)
             turned = np.concatenate([turned, weights[tied, ::-1]], axis=1)

@@ -42,11 +42,11 @@ def join_faces(
             samples = layout.patch_samples(patches, shape)
             vertices = samples if welding is None else welding.vertex[samples]
             # Gathering through the pattern writes all faces of all these patches in one go.
-            whole = np.take(vertices.astype(np.uint32), local, axis=1)
+            corner_numbers = np.take(vertices.astype(np.uint32), local, axis=1)
             for run in _find_runs(position[patches]):
                 first = ends[position[patches[run.start]]] - len(local)
                 rows = slice(first, first + (run.stop - run.start) * len(local))
-                out[rows] = whole[run].reshape(-1, corners)
+                out[rows] = corner_numbers[run].reshape(-1, corners)
         parts.append(out)
     triangles, quads = parts
     if welding is not None and layout.may_fold:
@@ -79,7 +79,9 @@ def _drop_slivers(
     owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)
     around = place[quads]
     repeated = around == np.roll(around, -1, axis=1)
-    whole = ~repeated.any(axis=1) & (around[:, 0] != around[:, 2]) & (around[:, 1] != around[:, 3])
+    is_quad = (
+        ~repeated.any(axis=1) & (around[:, 0] != around[:, 2]) & (around[:, 1] != around[:, 3])
+    )
     halved = np.flatnonzero(repeated.sum(axis=1) == 1)
     # Leave out the first of the two corners that coincide.
     keep = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
@@ -92,7 +94,7 @@ def _drop_slivers(
     left = np.stack(
         [
             np.bincount(owner[order], minlength=total),
-            np.bincount(owner_of_quad[whole], minlength=total),
+            np.bincount(owner_of_quad[is_quad], minlength=total),
         ]
     )
-    return triangles[order], quads[whole], left
+    return triangles[order], quads[is_quad], left

@@ -52,12 +52,12 @@ def _strip(outer: list[int], inner: list[int], divisions: int, turn: bool) -> ND
     last = len(outer) - 1
     triangles = []
     b = 0
-    for a, (here, there) in enumerate(pairwise(outer)):
+    for a, (begin, end) in enumerate(pairwise(outer)):
         # Exact comparison of (a+1)/last with (b+2)/R in whole numbers.
         while b < len(inner) - 1 and (b + 2) * last < (a + 1) * divisions:
-            triangles.append((here, inner[b], inner[b + 1]))
+            triangles.append((begin, inner[b], inner[b + 1]))
             b += 1
-        triangles.append((here, inner[b], there))
+        triangles.append((begin, inner[b], end))
     while b < len(inner) - 1:
         triangles.append((outer[-1], inner[b], inner[b + 1]))
         b += 1

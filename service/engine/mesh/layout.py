@@ -69,12 +69,12 @@ class Layout(SampleRuns):
         is_triangle, total = connectivity.is_triangle, len(connectivity.edge)
         rus, rvs = np.full(total, ru), np.full(total, rv)
         rus[is_triangle] = rvs[is_triangle] = max(ru, rv)
-        own = np.stack(along_sides(rus, rvs), axis=1)
+        side_divisions = np.stack(along_sides(rus, rvs), axis=1)
         # A shared edge takes the larger of its two numbers of divisions: no triangle finds more
         # on any side than it has.
         divisions = np.zeros(len(connectivity.users), dtype=np.intp)
-        np.maximum.at(divisions, edge, own)
-        uneven = (divisions[edge] != own) & ~collapsed
+        np.maximum.at(divisions, edge, side_divisions)
+        uneven = (divisions[edge] != side_divisions) & ~collapsed
         framed = uneven.any(axis=1)
         base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
         # Strips need a line of samples inside to join to.
@@ -84,13 +84,13 @@ class Layout(SampleRuns):
         for wanted in (False, True):
             first = 0
             for number, count in enumerate(connectivity.counts):
-                here = np.flatnonzero(framed[first : first + count] == wanted)
-                if len(here):
-                    grid = int(rus[first + here[0]]), int(rvs[first + here[0]])
-                    has_triangles, is_whole = bool(is_triangle[first]), len(here) == count
-                    block = Block(number, first, here, grid, size, has_triangles, is_whole)
-                    base[first + here] = size + np.arange(len(here)) * block.count
-                    size += len(here) * block.count
+                rows = np.flatnonzero(framed[first : first + count] == wanted)
+                if len(rows):
+                    grid = int(rus[first + rows[0]]), int(rvs[first + rows[0]])
+                    has_triangles, is_whole = bool(is_triangle[first]), len(rows) == count
+                    block = Block(number, first, rows, grid, size, has_triangles, is_whole)
+                    base[first + rows] = size + np.arange(len(rows)) * block.count
+                    size += len(rows) * block.count
                     blocks.append(block)
                 first += count
         grids = np.stack(along_sides(rus, rvs), axis=1)
@@ -208,8 +208,8 @@ class Layout(SampleRuns):
     @cached_property
     def shapes(self) -> tuple[tuple[AnyShape, Ints], ...]:
         """Patches that one index pattern serves, in the order of their first."""
-        own = np.stack(along_sides(self.ru, self.rv), axis=1)
-        sides = np.where(self.extra >= 0, self.inner + 1, own)
+        side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1)
+        sides = np.where(self.extra >= 0, self.inner + 1, side_divisions)
         known = self.connectivity
         rows = np.concatenate(
             [

@@ -55,10 +55,10 @@ class OrientedSides:
         edges = int(self.edge.max()) + 1
         keys, number = np.unique(part[:, np.newaxis] * edges + self.edge, return_inverse=True)
         sums = np.bincount(number.ravel(), self.passage.ravel())
-        closed = np.zeros(count, dtype=bool)
-        closed[part] = True
-        closed[keys[sums != 0] // edges] = False
-        return closed
+        is_closed = np.zeros(count, dtype=bool)
+        is_closed[part] = True
+        is_closed[keys[sums != 0] // edges] = False
+        return is_closed
 
 
 def orient_sides(seams: Seams) -> OrientedSides:

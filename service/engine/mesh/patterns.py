@@ -139,8 +139,8 @@ def _build_cells(
     merged = merge_collapsed(shape)
     quads = cells[:0]
     if kind == "quads":
-        whole = _find_proper(merged[cells])
-        quads, cells = cells[whole], cells[~whole]
+        is_quad = _find_proper(merged[cells])
+        quads, cells = cells[is_quad], cells[~is_quad]
     triangles = np.concatenate([_turned(shape, _split_quads(cells)), *strips])
     triangles = triangles[_find_proper(merged[triangles])]
     return triangles.astype(np.uint32), quads.astype(np.uint32)
@@ -154,10 +154,10 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     above = np.uint32(divisions + 1) + np.arange(len(left), dtype=np.uint32)
     one = np.uint32(1)
     pairs = np.stack([left, left + one, above, left + one, above + one, above], axis=1)
-    whole = np.ones((len(left), 2), dtype=bool)
+    is_used = np.ones((len(left), 2), dtype=bool)
     # The last upright triangle of a row has no reversed one beside it.
-    whole[triangle.side_rows(divisions - 1)[1], 1] = False
-    triangles = pairs.reshape(-1, 3)[whole.ravel()]
+    is_used[triangle.side_rows(divisions - 1)[1], 1] = False
+    triangles = pairs.reshape(-1, 3)[is_used.ravel()]
     if any(shape.collapsed[:3]):
         triangles = triangles[_find_proper(merge_collapsed(shape)[triangles])]
     return triangles
@@ -203,7 +203,9 @@ def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
     else:
         ru, rv = shape.resolution
         extra = sum(
-            n - 1 for n, own in zip(shape.sides, shape.grid_divisions, strict=True) if n != own
+            n - 1
+            for n, divisions in zip(shape.sides, shape.grid_divisions, strict=True)
+            if n != divisions
         )
         number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
         merged = np.arange(number.size + extra)

@@ -149,9 +149,9 @@ def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
     averages = Averages.from_leaders(leader)
     vertex = np.searchsorted(welding.samples, averages.leaders)
     vertex = np.minimum(vertex, len(welding.samples) - 1)
-    there = welding.samples[vertex] == averages.leaders
-    if not there.all():
-        averages = Averages.from_leaders(leader, np.sort(averages.members[there[averages.slot]]))
+    is_kept = welding.samples[vertex] == averages.leaders
+    if not is_kept.all():
+        averages = Averages.from_leaders(leader, np.sort(averages.members[is_kept[averages.slot]]))
         vertex = np.searchsorted(welding.samples, averages.leaders)
     return (averages, vertex) if len(averages.leaders) else None
 

@@ -130,10 +130,10 @@ class SampleRuns:
         runs = [self.base[patches, None] + np.arange(count)]
         runs += [
             self.extra[patches, side, None] + np.arange(divisions - 1)
-            for side, (divisions, own) in enumerate(
+            for side, (divisions, grid_divisions) in enumerate(
                 zip(shape.sides, shape.grid_divisions, strict=True)
             )
-            if divisions != own
+            if divisions != grid_divisions
         ]
         return np.concatenate(runs, axis=1)
 

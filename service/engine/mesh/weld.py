@@ -66,11 +66,11 @@ def merge_samples(
     leader = place if alike is None else alike
     if normals is not None:
         leader = find_leaders(place, normals, chord_length(crease_angle))
-        own = np.arange(len(place))
+        identity = np.arange(len(place))
         averages = Averages.from_leaders(leader)
         normals[averages.leaders] = mean_normals(normals, averages)
         if alike is not None:
-            shared = np.flatnonzero(leader != own)
+            shared = np.flatnonzero(leader != identity)
             normals[shared] = normals[leader[shared]]
             leader = find_leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
     return leader
@@ -81,8 +81,8 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
 
     Parameters are those of `weld`; `leader[leader]` equals `leader`.
     """
-    own = np.arange(len(place))
-    kept = leader == own
+    identity = np.arange(len(place))
+    kept = leader == identity
     if used is not None and len(used):
         wanted = np.zeros(len(place), dtype=bool)
         wanted[leader[used]] = True
@@ -90,10 +90,10 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
     samples = np.flatnonzero(kept)
     # The first vertex at every place; written backwards, it is the one that stays.
     first = np.zeros(len(place), dtype=np.intp)
-    first[place[samples[::-1]]] = own[: len(samples)][::-1]
+    first[place[samples[::-1]]] = identity[: len(samples)][::-1]
     # A sample in no face is no vertex, but a grid may show it: then another one at its place does.
     number = first[place]
-    number[samples] = own[: len(samples)]
+    number[samples] = identity[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])
 
 

@@ -62,13 +62,13 @@ def evaluate_jets(
     degenerate = np.empty(m, dtype=bool)
     curvatures = np.empty((4, m))
     for nets, rows, which in nets_of_samples(patches, index):
-        here = u[rows], v[rows]
-        local = _partials(nets, which, *here, order)
+        parameters = u[rows], v[rows]
+        local = _partials(nets, which, *parameters, order)
         scale = nets.scale[which]
         partials[:, rows] = local / scale[:, None]
         partials[0, rows] += nets.middle[which]
         if order > 0:
-            normals[rows], degenerate[rows] = find_normals(nets, which, *here)
+            normals[rows], degenerate[rows] = find_normals(nets, which, *parameters)
         if order > 1:
             local_curvatures = regular_curvatures(local, normals[rows])
             pole = degenerate[rows]
@@ -77,7 +77,7 @@ def evaluate_jets(
                 local_curvatures[:, pole] = find_limit_curvatures(
                     nets, which[pole], u_pole, v_pole, normals[rows[pole]]
                 )
-            beside = find_curvatures_near(nets, which, *here, normals[rows])
+            beside = find_curvatures_near(nets, which, *parameters, normals[rows])
             local_curvatures = np.where(np.isnan(beside), local_curvatures, beside)
             curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_ends(patches, index, u, v, partials[0])
@@ -131,8 +131,8 @@ def _write_ends(
 ) -> None:
     """Corners, and sides that are one point, are their control points bit for bit."""
     corners = take_corners(patches.points)
-    for side, (here, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
-        rows = np.flatnonzero(here)
+    for side, (on_side, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
+        rows = np.flatnonzero(on_side)
         rows = rows[patches.collapsed[index[rows], side]]
         points[rows] = corners[index[rows], corner]
     rows = np.flatnonzero(((u == 0) | (u == 1)) & ((v == 0) | (v == 1)))

@@ -48,8 +48,8 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
     }
     first = 0
     for batch in model.batches:
-        here = (places.patch >= first) & (places.patch < first + batch.count)
-        rows = np.flatnonzero(here)
+        is_in_batch = (places.patch >= first) & (places.patch < first + batch.count)
+        rows = np.flatnonzero(is_in_batch)
         if len(rows):
             u, v = places.local[rows].T
             index = places.patch[rows] - first

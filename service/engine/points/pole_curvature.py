@@ -86,10 +86,10 @@ def find_limit_curvatures(
             order = Line(nets, which[rows], u[rows], v[rows], direction).order()
             open_[rows[order <= ORDERS[-1]]] = False
             for least, most in pairwise((-1, *ORDERS)):
-                here = rows[(order > least) & (order <= most)]
-                if len(here):
-                    line = Line(nets, which[here], u[here], v[here], direction)
-                    result[:, here] = _quotients(line.series(4 * most + 1), normals[here])
+                block = rows[(order > least) & (order <= most)]
+                if len(block):
+                    line = Line(nets, which[block], u[block], v[block], direction)
+                    result[:, block] = _quotients(line.series(4 * most + 1), normals[block])
     return result
 
 

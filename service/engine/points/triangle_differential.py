@@ -97,6 +97,6 @@ def _write_corners(
 ) -> None:
     """Corners are their control points bit for bit."""
     s, t = places
-    for number, here in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
-        rows = np.flatnonzero(here)
+    for number, at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
+        rows = np.flatnonzero(at_corner)
         points[rows] = patches.corners[index[rows], number]

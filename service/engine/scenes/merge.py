@@ -81,8 +81,8 @@ def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
 
 def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
     """Rows of all meshes; None where a mesh has none."""
-    there = [array for array in rows if array is not None]
-    return np.concatenate(there) if len(there) == len(rows) else None
+    arrays = [array for array in rows if array is not None]
+    return np.concatenate(arrays) if len(arrays) == len(rows) else None
 
 
 def _fill_rows(
@@ -92,17 +92,17 @@ def _fill_rows(
 
     What a mesh lacks, rows or columns, has this value.
     """
-    there = [array for array in rows if array is not None]
-    if not there:
+    arrays = [array for array in rows if array is not None]
+    if not arrays:
         return None
-    width = max(array.shape[1] for array in there)
-    whole = np.full((sum(counts), width), value, dtype=there[0].dtype)
+    width = max(array.shape[1] for array in arrays)
+    merged = np.full((sum(counts), width), value, dtype=arrays[0].dtype)
     first = 0
     for array, count in zip(rows, counts, strict=True):
         if array is not None:
-            whole[first : first + count, : array.shape[1]] = array
+            merged[first : first + count, : array.shape[1]] = array
         first += count
-    return whole
+    return merged
 
 
 def _shift_faces(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:

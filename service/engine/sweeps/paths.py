@@ -66,8 +66,10 @@ class Paths:
         steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
         lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
         even = np.linspace(0.0, 1.0, points.shape[1])
-        whole = lengths[:, -1:]
-        fractions = np.where(whole > 0, lengths / np.where(whole > 0, whole, 1.0), even)
+        total_length = lengths[:, -1:]
+        fractions = np.where(
+            total_length > 0, lengths / np.where(total_length > 0, total_length, 1.0), even
+        )
         return Paths(points, tangents, fractions, closed, even)
 
 
@@ -93,7 +95,7 @@ def build_path(
         counts[0] = 1
         counts[-1] -= mitred[-1]
     lengths = arc_lengths(pieces, at)
-    own = at.parameters(pieces.breaks)
+    parameters = at.parameters(pieces.breaks)
 
     sample = np.repeat(np.arange(len(at)), counts)
     number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -109,7 +111,7 @@ def build_path(
         tangents=directions[np.newaxis],
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
         closed=closed,
-        parameters=((own - own[0]) / (own[-1] - own[0]))[sample],
+        parameters=((parameters - parameters[0]) / (parameters[-1] - parameters[0]))[sample],
         mitres=planes[np.newaxis] if mitred.any() else None,
         mitred=mitred[sample] & (number == 1),
         speeds=speeds[np.newaxis],

@@ -184,11 +184,11 @@ def _add_caps(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
     for at_end in (False, True):
         if not wanted[at_end]:
             continue
-        here = -1 if at_end else 0
-        rim = rows.positions[:, here]
-        centre = np.broadcast_to(paths.points[:, here, None], rim.shape)
-        normal = paths.tangents[:, here, None, None] * (1.0 if at_end else -1.0)
-        angle = 2 * np.pi * rows.uvs[:, here, :, 1]
+        at = -1 if at_end else 0
+        rim = rows.positions[:, at]
+        centre = np.broadcast_to(paths.points[:, at, None], rim.shape)
+        normal = paths.tangents[:, at, None, None] * (1.0 if at_end else -1.0)
+        angle = 2 * np.pi * rows.uvs[:, at, :, 1]
         disc = 0.5 + 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         disc[:, -1] = disc[:, 0]
         added = [(rim, disc), (centre, np.full_like(disc, 0.5))]

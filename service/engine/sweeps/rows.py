@@ -94,8 +94,8 @@ def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
     """Triangles and quads between the rows of one curve, numbers of samples."""
     corner = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     low, high = rows.pointed[:-1], rows.pointed[1:]
-    whole = rows.drawn & ~low & ~high
-    cells = np.stack([c[whole] for c in corner], axis=-1).reshape(-1, 4)
+    is_quad = rows.drawn & ~low & ~high
+    cells = np.stack([c[is_quad] for c in corner], axis=-1).reshape(-1, 4)
     fans = [
         np.stack([corner[k][strip] for k in chosen], axis=-1).reshape(-1, 3)
         for strip, chosen in (

@@ -92,9 +92,9 @@ def _polygon_overlay(
 
 def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
     """Vertices from samples: all of them, or one for those at one place that agree."""
-    own = np.arange(len(swept.place))
+    identity = np.arange(len(swept.place))
     if not options.weld:
-        return Welding(own, own, own)
+        return Welding(identity, identity, identity)
     used = np.zeros(len(swept.place), dtype=bool)
     used[swept.triangles] = True
     used[swept.quads] = True

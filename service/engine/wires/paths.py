@@ -211,13 +211,13 @@ def _join_chain(
     if closed:
         after[-1] = after[0]
         before[0] = before[-1]
-    whole = _Curve(
+    chain_curve = _Curve(
         np.concatenate([curve.points[bool(k) :] for k, curve in enumerate(chain)]),
         after,
         np.concatenate([curve.normals[bool(k) :] for k, curve in enumerate(chain)]),
     )
     bends = np.square((before + after) / 2).sum(axis=1) < np.cos(max(crease_angle, 1e-6) / 2) ** 2
-    return whole, before, bends
+    return chain_curve, before, bends
 
 
 def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:

@@ -107,16 +107,16 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         codes = np.where(turned[:, None], back, forth)
         first, number = unique_rows(codes.astype(np.float64))
         # Either all sides along one chain are whole, or none is.
-        whole = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
-        whole &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
-        single[rows[whole]] = False
-        kept = whole[first]
+        is_alike = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
+        is_alike &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
+        single[rows[is_alike]] = False
+        kept = is_alike[first]
         leaders = np.where(turned[first[kept], None], rows[first[kept], ::-1], rows[first[kept]])
-        place = (np.cumsum(kept) - 1)[number[whole]]
-        side = steps.side[rows[whole, 0]]
+        place = (np.cumsum(kept) - 1)[number[is_alike]]
+        side = steps.side[rows[is_alike, 0]]
         groups.append(
             _ChainRuns(
-                leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[whole]
+                leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[is_alike]
             )
         )
     return _join_chains(steps, [_list_single_chains(steps, single), *groups])

@@ -104,9 +104,9 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
     rows = np.arange(len(nets))
     tangents = []
     for at in (real.argmax(axis=1), real.shape[1] - 1 - real[:, ::-1].argmax(axis=1)):
-        some = real[rows, at]
-        unit = np.where(some, length[rows, at], 1.0)
-        tangents.append(np.where(some[:, None], legs[rows, at] / unit[:, None], 0.0))
+        has_length = real[rows, at]
+        unit = np.where(has_length, length[rows, at], 1.0)
+        tangents.append(np.where(has_length[:, None], legs[rows, at] / unit[:, None], 0.0))
     return tangents[0], tangents[1]
 
 

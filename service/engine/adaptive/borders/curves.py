@@ -147,15 +147,15 @@ def halve_runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, In
     total = 0
     while True:
         first, last, cuts = levels[-1]
-        some = (last - first > 1).nonzero()[0]
-        first, last, cuts = first[some], last[some], cuts[some]
+        long_runs = (last - first > 1).nonzero()[0]
+        first, last, cuts = first[long_runs], last[long_runs], cuts[long_runs]
         total += int((last - first).sum())
-        if not len(some) or 2 * total > room:
+        if not len(long_runs) or 2 * total > room:
             break
         middle = (first + last) // 2
         levels.append((np.append(first, middle), np.append(middle, last), np.tile(cuts + 1, 2)))
-        parents.append(np.tile(level[-1].start + some, 2))
-        level.append(slice(level[-1].stop, level[-1].stop + 2 * len(some)))
+        parents.append(np.tile(level[-1].start + long_runs, 2))
+        level.append(slice(level[-1].stop, level[-1].stop + 2 * len(long_runs)))
     first, last, cuts = (np.concatenate(column) for column in zip(*levels, strict=True))
     return Tree(level, np.concatenate(parents)), first, last, cuts
 

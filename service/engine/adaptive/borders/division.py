@@ -174,8 +174,8 @@ def halve_edges(
         at, nets = halve_nets(tree, parts.at, parts.depth, parts.nets)
         number = np.arange(len(at)) % len(parts.row)
         row, cuts = parts.row[number], parts.cuts[number] + tree.depth
-        own = _EdgeParts(row, at, cuts, parts.again, parts.depth, nets)
-        decision, slack = _judge_parts(curves, own, tree.depth, goal)
+        halves = _EdgeParts(row, at, cuts, parts.again, parts.depth, nets)
+        decision, slack = _judge_parts(curves, halves, tree.depth, goal)
         real, cut, _ = tree.walk(decision.cut, decision.closed, parts.again)
         refuse_hopeless(decision, real, slack, goal)
         pieces.add(curves.uses[curves.owner[row[cut]]])
@@ -185,12 +185,12 @@ def halve_edges(
         left = last.start + cut[last].nonzero()[0]
         depth = parts.depth + len(tree.level)
         for begin, end in row_runs(len(left), max(1, block // 2)):
-            some = left[begin:end]
+            rows = left[begin:end]
             at_both, both = halve_nets(
-                build_halving_tree(len(some), 2), at[some], depth - 1, nets[some]
+                build_halving_tree(len(rows), 2), at[rows], depth - 1, nets[rows]
             )
-            half = slice(len(some), None)
-            twice = (np.tile(column[some], 2) for column in (row, cuts + 1, decision.closed))
+            half = slice(len(rows), None)
+            twice = (np.tile(column[rows], 2) for column in (row, cuts + 1, decision.closed))
             again_row, again_cuts, again = twice
             waiting.append(
                 _EdgeParts(again_row, at_both[half], again_cuts, again, depth, both[half])
@@ -217,6 +217,6 @@ def _judge_parts(
     turns = curves.measure_turns(parts.row, begin, begin + 0.5**depth)
     if turns is None:
         return decision, slack
-    half, whole = turns
-    far = (whole > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * whole))
+    half, total = turns
+    far = (total > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * total))
     return replace(decision, cut=decision.cut | (far & (depth < CORNERS))), slack

@@ -34,7 +34,7 @@ def cut_at_knots(
     """
     first, last = curves.start[chains], curves.start[chains + 1]
     cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
-    parts_by_side: list[tuple[Ints, Ints, Ints, Bools]] = []
+    rounds: list[tuple[Ints, Ints, Ints, Bools]] = []
     while len(first):
         tree, first, last, cuts = halve_runs(first, last, cuts, AHEAD // curves.nets[0].size)
         several = last - first > 1
@@ -44,7 +44,7 @@ def cut_at_knots(
         real, cut, must = tree.walk(cut, closed, again)
         refuse_hopeless(decision, real[several], slack, goal)
         straight, single = (real & several & ~cut).nonzero()[0], (real & ~several).nonzero()[0]
-        parts_by_side.append((first[straight], first[single], cuts[single], must[single]))
+        rounds.append((first[straight], first[single], cuts[single], must[single]))
         cut &= several
         pieces.add(curves.uses[curves.owner[first[cut]]])
         end = tree.level[-1]
@@ -52,9 +52,7 @@ def cut_at_knots(
         middle = (first[rest] + last[rest]) // 2
         first, last = np.append(first[rest], middle), np.append(middle, last[rest])
         cuts, again = np.tile(cuts[rest] + 1, 2), np.tile(closed[rest], 2)
-    straight, row, cuts, again = (
-        np.concatenate(parts) for parts in zip(*parts_by_side, strict=True)
-    )
+    straight, row, cuts, again = (np.concatenate(parts) for parts in zip(*rounds, strict=True))
     return straight, row, cuts, again
 
 

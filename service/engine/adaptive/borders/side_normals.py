@@ -54,14 +54,14 @@ class SideNormals:
 
         Returns
         -------
-        half, whole : ndarray of float64, shape (M,)
+        half, total : ndarray of float64, shape (M,)
             The larger of the distances |n − n′| between the middle and an end, and their sum; each
             is the largest of all patches at the edge.
         """
-        own = self.number[edge]
-        count = self.count[own]
+        run = self.number[edge]
+        count = self.count[run]
         part = np.repeat(np.arange(len(edge)), count)
-        row = (self.start[own] - np.cumsum(count) + count)[part] + np.arange(len(part))
+        row = (self.start[run] - np.cumsum(count) + count)[part] + np.arange(len(part))
         patch, side = np.divmod(self.side[row], 4)
         t = np.stack([begin, begin + (end - begin) / 2, end], axis=1)[part]
         along = np.where((against[part] ^ self.backward[row])[:, None], 1.0 - t, t)
@@ -70,10 +70,10 @@ class SideNormals:
         u, v = np.where(along_v, across, along), np.where(along_v, along, across)
         normals, _ = scattered_normals(self.batches, np.repeat(patch, 3), u.ravel(), v.ravel())
         steps = np.sqrt(np.square(np.diff(normals.reshape(-1, 3, 3), axis=1)).sum(axis=2))
-        half, whole = np.zeros(len(edge)), np.zeros(len(edge))
+        half, total = np.zeros(len(edge)), np.zeros(len(edge))
         np.maximum.at(half, part, steps.max(axis=1))
-        np.maximum.at(whole, part, steps.sum(axis=1))
-        return half, whole
+        np.maximum.at(total, part, steps.sum(axis=1))
+        return half, total
 
 
 def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> list[SideNormals]:
@@ -93,7 +93,7 @@ def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> lis
     order = np.argsort(edge, kind="stable")
     count = np.bincount(edge, minlength=1 + max(int(n.max(initial=-1)) for n in numbers))
     all_models = SideNormals(
-        batches=tuple(batch for own, _ in models for batch in own),
+        batches=tuple(batch for model_batches, _ in models for batch in model_batches),
         side=np.concatenate(sides)[order],
         backward=np.concatenate(backward)[order],
         start=np.cumsum(count) - count,
@@ -105,14 +105,14 @@ def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> lis
 
 def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
     """Numbers of the edges (E,) of each model, equal where their curves are."""
-    numbers = [np.zeros(len(own.users), np.intp) for own in seams]
-    degrees = {group.points.shape[1] for own in seams for group in own.curves}
+    numbers = [np.zeros(len(seam.users), np.intp) for seam in seams]
+    degrees = {group.points.shape[1] for seam in seams for group in seam.curves}
     count = 0
     for size in sorted(degrees):
         groups = [
             (number, group)
-            for number, own in zip(numbers, seams, strict=True)
-            for group in own.curves
+            for number, seam in zip(numbers, seams, strict=True)
+            for group in seam.curves
             if group.points.shape[1] == size
         ]
         rows = []

@@ -70,11 +70,11 @@ def estimate_cells(
     rest = (~fails).nonzero()[0]
     if len(rest):
         # If all cells pass so far, no copy of a part is needed.
-        some = rest if len(rest) < len(fails) else slice(None)
-        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., some]
-        net, bare = project_cells(nets[..., some]), flat[some]
-        more = measure_remainder(net, at[..., some], normals, bare, goal.two_sided)
-        above = (best[some] + REST * more > BOLD * allowed[some]).nonzero()[0]
+        passing = rest if len(rest) < len(fails) else slice(None)
+        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., passing]
+        net, bare = project_cells(nets[..., passing]), flat[passing]
+        more = measure_remainder(net, at[..., passing], normals, bare, goal.two_sided)
+        above = (best[passing] + REST * more > BOLD * allowed[passing]).nonzero()[0]
         if len(above):
             chosen = rest[above]
             fails[chosen] = True

@@ -90,15 +90,15 @@ def compare_normals(
         wholes.append(np.maximum(ends.max(axis=0), halves[-1]))
         longs.append(length(points[1:] - points[:2]).max(axis=(0, 1)))
     may = [
-        _is_halving_helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
-        for half, whole, share, long, beside in zip(
+        _is_halving_helpful((half, total), share, 2.0 * long, scale.size, beside <= most)
+        for half, total, share, long, beside in zip(
             halves, wholes, scale.shares, longs, wholes[::-1], strict=True
         )
     ]
     across = _measure_apart(normals[*ONE], normals[*OTHER]).max(axis=0)
     helps = _measure_apart(normals[::2, ::2], normals[1, 1]).max(axis=(0, 1)) <= FALLING * across
     helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
-    gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
+    gains = [np.where(own, total, -1.0) for own, total in zip(may, wholes, strict=True)]
     exceeds = (gains[0] > most) | (gains[1] > most)
     # A turn across is at most the sum of turns along u and v: one of these has at least half of it.
     exceeds |= helps & (across > most) & (np.maximum(*gains) > 0.5 * most)
@@ -116,7 +116,7 @@ def _is_halving_helpful(
 
     Parameters
     ----------
-    turn : (half, whole)
+    turn : (half, total)
         The larger turn of the two halves, and the turn of the whole, shape (m,) each.
     share : ndarray of float64, shape (m,)
         Lengths of the cells in parameters.
@@ -126,8 +126,8 @@ def _is_halving_helpful(
         Whether normals turn little enough in the other direction. Then each halving adds one cell;
         a fold that is along neither direction needs twice as many cells for every halving.
     """
-    half, whole = turn
-    cheap = ((half <= FALLING * whole) | alone) & (share > FINEST)
+    half, total = turn
+    cheap = ((half <= FALLING * total) | alone) & (share > FINEST)
     is_helpful: Bools = (share > ROUGH) | (extent > WIDE * size) | cheap
     return is_helpful & (extent > GRAIN * size)
 
@@ -171,8 +171,8 @@ def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> FloatArr
             u[i, j], v[i, j] = _find_legs(nets, i == 2, j == 2)
     normals = cross(u, v)
     size, long_u, long_v = length(normals), length(u), length(v)
-    some = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
-    normals *= (some / np.where(some, size, 1.0))[:, :, np.newaxis]
+    is_regular = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
+    normals *= (is_regular / np.where(is_regular, size, 1.0))[:, :, np.newaxis]
     for lines in (normals, normals.swapaxes(0, 1)):
         a, b, c = lines
         share = 2.0 * dot(a, b), 2.0 * dot(c, b)

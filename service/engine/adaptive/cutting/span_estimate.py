@@ -129,8 +129,8 @@ class _CellTriangles:
                     lower = a + s * (b - a) + t * (d - a)
                     upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
                 gone = points - np.where(below[:, np.newaxis], lower, upper)
-                whole = stray * np.sqrt(dot(gone, gone))
-                high = np.maximum(np.where(stray == 1.0, 0.0, high), whole)
+                distance = stray * np.sqrt(dot(gone, gone))
+                high = np.maximum(np.where(stray == 1.0, 0.0, high), distance)
             heights[way] = high.max(axis=0)
         return heights
 

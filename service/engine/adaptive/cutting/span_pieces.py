@@ -76,22 +76,22 @@ def split_cells(cells: Cells) -> SpanPieces:
     box = cells.box[:, cell]
     low, high = box[::2], box[1::2]
     begin = (low // SPAN + np.array([number // width, number % width])) * SPAN
-    own = np.empty_like(box)
-    np.maximum(low, begin, out=own[::2])
-    np.minimum(high, begin + SPAN, out=own[1::2])
-    return SpanPieces(cells, Cells(cells.face[cell], own), cell, start, end - 1, along_v)
+    boxes = np.empty_like(box)
+    np.maximum(low, begin, out=boxes[::2])
+    np.minimum(high, begin + SPAN, out=boxes[1::2])
+    return SpanPieces(cells, Cells(cells.face[cell], boxes), cell, start, end - 1, along_v)
 
 
-def build_nets(task: Task, own: Cells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
+def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
     """Nets of the pieces in these rows, a group and a block at a time, and the rows of each."""
-    patch = task.find_patches(own)
+    patch = task.find_patches(cells)
     for nets, selected in task.patch_nets.split_by_group(patch[rows]):
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
         for k in range(0, len(selected), block):
-            some = rows[selected[k : k + block]]
-            net = restrict(nets, task.patch_nets.row[patch[some]], own.take(some))
+            chunk = rows[selected[k : k + block]]
+            net = restrict(nets, task.patch_nets.row[patch[chunk]], cells.take(chunk))
             task.limits.spend(net.size)
-            yield net, some
+            yield net, chunk
 
 
 class NinePoints:
@@ -102,23 +102,23 @@ class NinePoints:
         self.place = np.full(len(task.patch_nets.sizes), -1)
         self.points = np.empty((3, 3, 3, 0))
 
-    def evaluate(self, own: Cells, patch: Ints) -> FloatArray:
+    def evaluate(self, cells: Cells, patch: Ints) -> FloatArray:
         """Nine points (3, 3, 3, N) of pieces in these patches, about the middles of the patches."""
-        whole = (own.box[1::2] - own.box[::2] == SPAN).all(axis=0)
-        fresh = (whole & (self.place[patch] < 0)).nonzero()[0]
+        is_span = (cells.box[1::2] - cells.box[::2] == SPAN).all(axis=0)
+        fresh = (is_span & (self.place[patch] < 0)).nonzero()[0]
         if len(fresh):
             # Pieces of many cells may be the same span.
             fresh = fresh[np.unique(patch[fresh], return_index=True)[1]]
             more = np.empty((3, 3, 3, len(fresh)))
             self.place[patch[fresh]] = np.arange(len(fresh))
-            for net, rows in build_nets(self.task, own, fresh):
+            for net, rows in build_nets(self.task, cells, fresh):
                 more[..., self.place[patch[rows]]] = evaluate_nine_points(net)
             self.place[patch[fresh]] += self.points.shape[3]
             self.points = np.concatenate([self.points, more], axis=3)
-        if whole.all():
+        if is_span.all():
             return self.points.take(self.place[patch], axis=3)
         points = np.empty((3, 3, 3, len(patch)))
-        points[..., whole] = self.points[..., self.place[patch[whole]]]
-        for net, rows in build_nets(self.task, own, (~whole).nonzero()[0]):
+        points[..., is_span] = self.points[..., self.place[patch[is_span]]]
+        for net, rows in build_nets(self.task, cells, (~is_span).nonzero()[0]):
             points[..., rows] = evaluate_nine_points(net)
         return points

@@ -75,15 +75,15 @@ class Draft:
             near, far = self.polygons.find_affected(cut, flat, len(self.samples))
             old = np.concatenate([near, far])
             parts = [fresh] if old_leaves is None else [fresh, old_leaves.take(old)]
-            some = Leaves.concatenate(parts)
-            self.task.limits.spend(OVERHEAD * len(some))
-            boundaries = trace_boundaries(self.border_places, some, self.halvings)
+            leaves = Leaves.concatenate(parts)
+            self.task.limits.spend(OVERHEAD * len(leaves))
+            boundaries = trace_boundaries(self.border_places, leaves, self.halvings)
             size = boundaries.start[1:] - boundaries.start[:-1]
-            crowded = find_crowded(self.task, some, size[: len(fresh) + len(near)])
+            crowded = find_crowded(self.task, leaves, size[: len(fresh) + len(near)])
             if not len(crowded):
                 break
-            along_v = find_crowded_directions(boundaries, some, crowded)
-            halves = some.take(crowded).halve(along_v)
+            along_v = find_crowded_directions(boundaries, leaves, crowded)
+            halves = leaves.take(crowded).halve(along_v)
             of_fresh = crowded[crowded < len(fresh)]
             of_near = crowded[crowded >= len(fresh)] - len(fresh)
             rest = fresh.take(np.delete(np.arange(len(fresh)), of_fresh))
@@ -91,15 +91,15 @@ class Draft:
                 [rest, divide_cells(self.task, Cells.concatenate([*halves]))]
             )
             cut = np.concatenate([cut, near[of_near]])
-        replacement = [self._replace(boundaries, some, fresh, near, (cut, far))]
+        replacement = [self._replace(boundaries, leaves, fresh, near, (cut, far))]
         # Finding neighbours takes memory of its own: all temporary arrays are freed before.
-        del boundaries, some, parts, fresh
+        del boundaries, leaves, parts, fresh
         self.triangles.add(*replacement.pop(), self.samples)
 
     def _replace(
         self,
         boundaries: CellBoundaries,
-        some: Leaves,
+        leaves: Leaves,
         fresh: Leaves,
         near: Ints,
         others: tuple[Ints, Ints],
@@ -109,7 +109,7 @@ class Draft:
         Parameters
         ----------
         boundaries : CellBoundaries
-            Those of the leaves `some`: the fresh leaves, those near, and those around these.
+            Those of `leaves`: the fresh leaves, those near, and those around these.
         others : (cut, far)
             The leaves that were cut, and the leaves around those near.
 
@@ -137,7 +137,7 @@ class Draft:
         segments = np.zeros(len(self.border.at), dtype=bool)
         segments[boundaries.touching[0, changed[boundaries.touching[1]]]] = True
         points = self.samples.points[self.samples.vertex[sample]]
-        triangles = build_triangles(boundaries, some, points, changed, segments)
+        triangles = build_triangles(boundaries, leaves, points, changed, segments)
         replaced = np.zeros(begin + count, dtype=bool)
         replaced[cut] = replaced[number[rows]] = True
         is_removed = self.triangles.find_replaced(replaced, segments)

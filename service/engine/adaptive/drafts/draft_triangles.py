@@ -102,45 +102,45 @@ class DraftTriangles:
         mark[self.vertices[self.is_changed]] = True
         one, two, three = (mark[self.vertices[:, k]] & self.is_alive for k in range(3))
         edge = np.stack([one & two, two & three, three & one], axis=1)
-        some = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
-        self._find_neighbours(some, edge[some], samples)
+        touched = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
+        self._find_neighbours(touched, edge[touched], samples)
         # A flat triangle whose host was removed is not always among these; it loses its host here.
         flat = (self.is_flat & self.is_alive).nonzero()[0]
         orphans = flat[(self.host[flat] >= 0) & ~self.is_alive[self.host[flat]]]
         self.host[orphans] = -1
 
-    def _find_neighbours(self, some: Ints | slice, edges: Bools, samples: DraftSamples) -> None:
+    def _find_neighbours(self, rows: Ints | slice, edges: Bools, samples: DraftSamples) -> None:
         """Hosts and neighbours of some triangles; only those at marked edges (m, 3) may change."""
-        number = np.arange(len(self.host))[some]
-        kept = ~self.is_flat[some]
+        number = np.arange(len(self.host))[rows]
+        kept = ~self.is_flat[rows]
         self.bare = NONE
         if not kept.all():
             self._find_hosts(number, kept, edges)
-        vertex, corners = self.vertices[some], self.corners[some]
+        vertex, corners = self.vertices[rows], self.corners[rows]
         beside, across, crowd = find_neighbours(vertex, kept, samples.face[corners[:, 0]])
-        if not isinstance(some, slice):
+        if not isinstance(rows, slice):
             beside = np.where(beside >= 0, number[beside], -1)
-        changed = edges & (self.across[some] != across)
+        changed = edges & (self.across[rows] != across)
         self.is_changed[number[changed.any(axis=1)]] = True
-        self.across[some] = np.where(edges, across, self.across[some])
+        self.across[rows] = np.where(edges, across, self.across[rows])
         del across
-        self.beside[some] = np.where(edges, beside, self.beside[some])
+        self.beside[rows] = np.where(edges, beside, self.beside[rows])
         crowd = crowd[edges.ravel()[crowd]]
         self.crossed = np.empty((0, 2), dtype=np.intp)
         if len(crowd):
             self.crossed = find_crossed_edges(corners, crowd)
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
-    def _find_hosts(self, some: Ints, kept: Bools, edges: Bools) -> None:
+    def _find_hosts(self, rows: Ints, kept: Bools, edges: Bools) -> None:
         """Hosts of those of some triangles that are not kept; and the leaves that are bare."""
-        corners, host = self.corners[some], self.host[some]
+        corners, host = self.corners[rows], self.host[rows]
         flat = ~kept & (host >= 0)
         host[flat] = np.where(self.is_alive[host[flat]], host[flat], -1)
         moved = host < 0
         if moved.any():
-            assign_hosts(corners, self.leaf[some], host)
-        self.host[some] = host
-        self.is_changed[some[moved]] = True
+            assign_hosts(corners, self.leaf[rows], host)
+        self.host[rows] = host
+        self.is_changed[rows[moved]] = True
         del host
         side = ((~kept[:, np.newaxis] & edges).ravel()).nonzero()[0]
         forth, back = number_directed_edges(corners)
@@ -148,12 +148,12 @@ class DraftTriangles:
         del corners
         side = side[~is_among(back, forth)]
         del forth, back
-        vertex = self.vertices[some]
+        vertex = self.vertices[rows]
         keys = number_edges(vertex)
         ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
         del vertex
         is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(kept, 3)])
-        self.bare = np.unique(self.leaf[some[side[is_open] // 3]])
+        self.bare = np.unique(self.leaf[rows[side[is_open] // 3]])
 
     def drop_neighbours(self) -> None:
         """Free the memory of neighbours and vertices, which are not needed any more."""

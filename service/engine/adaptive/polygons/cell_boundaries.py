@@ -107,12 +107,12 @@ def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints)
     face, u, v = face[first], u[first], v[first]
     rank_u, rank_v = rank_u[first], rank_v[first]
     by_u, by_v = rank_u * many_v + rank_v, rank_v * many_u + rank_u
-    own = np.full(len(first), -1)
+    point_number = np.full(len(first), -1)
     on_border = np.concatenate([vertex.ravel(), border.vertex])
-    own[sample[on_border >= 0]] = on_border[on_border >= 0]
+    point_number[sample[on_border >= 0]] = on_border[on_border >= 0]
     del on_border, vertex, rank_u, rank_v
-    fresh = (own < 0).nonzero()[0]
-    own[fresh] = len(border.points) + np.arange(len(fresh))
+    fresh = (point_number < 0).nonzero()[0]
+    point_number[fresh] = len(border.points) + np.arange(len(fresh))
     lifted, entry = sample[corner * count + number], sample[4 * count :].copy()
     del sample
     order = by_v.argsort()
@@ -139,7 +139,7 @@ def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints)
         face,
         u,
         v,
-        own,
+        point_number,
         len(border.points) + len(fresh),
         start,
         corners,

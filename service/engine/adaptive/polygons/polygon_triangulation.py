@@ -100,18 +100,18 @@ def triangulate_polygons(
     for batch in _batches(size):
         corners = [start[rows] + list_triples(n)[:, :, np.newaxis] for n, rows in batch]
         owner = [
-            rows[np.arange(own[0].size) % len(rows)]
-            for (_, rows), own in zip(batch, corners, strict=True)
+            rows[np.arange(triples[0].size) % len(rows)]
+            for (_, rows), triples in zip(batch, corners, strict=True)
         ]
-        every = np.concatenate([own.reshape(3, -1) for own in corners], axis=1)
+        every = np.concatenate([triples.reshape(3, -1) for triples in corners], axis=1)
         own_form = form[3:].take(np.concatenate(owner), axis=1)
         costs = _find_costs(x[every], y[every], points.take(every, axis=1), own_form)
         first = 0
-        for (n, rows), own in zip(batch, corners, strict=True):
-            mine = costs[first : first + own[0].size].reshape(own.shape[1:])
+        for (n, rows), triples in zip(batch, corners, strict=True):
+            mine = costs[first : first + triples[0].size].reshape(triples.shape[1:])
             first += mine.size
             chosen = _choose_among_all(mine, n) if n <= ALL else _choose_step_by_step(mine, n)
-            triangles.append(own[:, chosen, np.arange(len(rows))].reshape(3, -1).T)
+            triangles.append(triples[:, chosen, np.arange(len(rows))].reshape(3, -1).T)
             polygon += [rows] * (n - 2)
     return np.concatenate(triangles), np.concatenate(polygon)
 
@@ -124,12 +124,12 @@ def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
         rows = (size == n).nonzero()[0]
         step = max(1, CHUNK // comb(n, 3))
         for begin in range(0, len(rows), step):
-            some = rows[begin : begin + step]
-            total += len(some) * comb(n, 3)
+            chunk = rows[begin : begin + step]
+            total += len(chunk) * comb(n, 3)
             if total > CHUNK and batch:
                 yield batch
-                batch, total = [], len(some) * comb(n, 3)
-            batch.append((n, some))
+                batch, total = [], len(chunk) * comb(n, 3)
+            batch.append((n, chunk))
     if batch:
         yield batch
 

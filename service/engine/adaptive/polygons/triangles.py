@@ -230,10 +230,10 @@ def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, 
     sides = sides[crowd]
     del owner, mine, two
     beside, across = np.full((2, vertex.size), -1, dtype=INDEX)
-    for own, theirs in ((one, other), (other, one)):
-        triangle, edge = np.divmod(theirs, 3)
-        beside[own] = triangle
-        across[own] = vertex[triangle, edge - 1]
+    for side, opposite in ((one, other), (other, one)):
+        triangle, edge = np.divmod(opposite, 3)
+        beside[side] = triangle
+        across[side] = vertex[triangle, edge - 1]
     return beside.reshape(vertex.shape), across.reshape(vertex.shape), sides
 
 
