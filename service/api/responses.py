@@ -85,9 +85,9 @@ async def send_pieces(body: Content | memoryview, send: Send) -> None:
     Only pieces that are shorter are copied, into one chunk: sending costs more than copying.
     """
     for content in body.join_short(CHUNK) if isinstance(body, Pieces) else (body,):
-        whole = memoryview(content)
-        for start in range(0, len(whole), CHUNK):
-            piece = whole[start : start + CHUNK]
+        view = memoryview(content)
+        for start in range(0, len(view), CHUNK):
+            piece = view[start : start + CHUNK]
             await send({"type": "http.response.body", "body": piece, "more_body": True})
     await send(_END)
 
@@ -128,8 +128,11 @@ def file_response(
 ) -> Response:
     """A response with a job's file; with a file name, unless it is JSON."""
     job.finish_work(len(content))
-    own = (b"content-length", b"%d" % len(content)), (b"server-timing", str(job.timing).encode())
-    headers = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report), *own)
+    body_headers = (
+        (b"content-length", b"%d" % len(content)),
+        (b"server-timing", str(job.timing).encode()),
+    )
+    headers = (*_POST_HEADERS, *_type_headers(fmt, name), *report_headers(report), *body_headers)
     return FileResponse(content, headers)
 
 

@@ -74,19 +74,19 @@ def combine_run(
     for low in range((count + 1 if weights is not None else count) // 2):
         # The middle point of an odd count contributes no difference from M, only its weight.
         pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
-        given = [_append_axes(shares[..., k], points.ndim - 1) for k in pair]
+        pair_shares = [_append_axes(shares[..., k], points.ndim - 1) for k in pair]
         if weights is not None and weight is not None:
-            given = [
+            pair_shares = [
                 _append_axes(shares[..., k], weights.ndim - 1)
                 * weights.take(first + k, axis=0)[:, np.newaxis]
                 for k in pair
             ]
-            weight += sum(given[1:], given[0])
-            given = [share[..., np.newaxis] for share in given]
+            weight += sum(pair_shares[1:], pair_shares[0])
+            pair_shares = [share[..., np.newaxis] for share in pair_shares]
         if len(pair) == 2:
             term, other = (
                 _weigh_differences(points, first + k, middle, share)
-                for share, k in zip(given, pair, strict=True)
+                for share, k in zip(pair_shares, pair, strict=True)
             )
             term += other
             place += term

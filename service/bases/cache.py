@@ -175,9 +175,9 @@ def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> 
     if not 0 < len(text) <= LONGEST_TEXT:
         return build()
     # The cache keeps the text too, so its bytes count.
-    own = (np.frombuffer(text, np.uint8),)
+    key_bytes = (np.frombuffer(text, np.uint8),)
     cached = MESH_PLANS.get(
-        ("text", name, text), lambda: _DerivedValue(own, _build_read_only(build))
+        ("text", name, text), lambda: _DerivedValue(key_bytes, _build_read_only(build))
     )
     assert isinstance(cached, _DerivedValue)
     return cast(Array, cached.value)

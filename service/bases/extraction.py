@@ -184,9 +184,9 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
         alone = part.shares.max(axis=-1) >= 1.0
         controls = part.first[:, np.newaxis] + part.shares.argmax(axis=-1)
         copies.append((part.targets[alone], controls[alone]))
-        some = ~alone.all(axis=1)
-        if some.any():
-            remaining.append(_Sums(part.first[some], part.shares[some], part.targets[some]))
+        rows = ~alone.all(axis=1)
+        if rows.any():
+            remaining.append(_Sums(part.first[rows], part.shares[rows], part.targets[rows]))
     pairs = np.concatenate([np.stack(pair) for pair in copies], axis=1)
     return Extraction(int(places[-1, -1]) + 1, places, tuple(remaining), pairs, repeated)
 

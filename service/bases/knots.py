@@ -58,8 +58,8 @@ def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
         value[number[end]], most[number[end]] = knots[end], degree + 1
     value, most = value[number], most[number]
     narrow = (knots[last] - knots[first] < least)[number]
-    made: FloatArray = np.where(narrow & (count[number] <= most), value, knots)
-    return made
+    moved: FloatArray = np.where(narrow & (count[number] <= most), value, knots)
+    return moved
 
 
 def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:

@@ -48,8 +48,8 @@ def add(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
-    given = surface_document(surface_source(arguments))
-    document = {key: value for key, value in given.items() if key in FIELDS}
+    fields = surface_document(surface_source(arguments))
+    document = {key: value for key, value in fields.items() if key in FIELDS}
     chosen: dict[str, Any] = {}
     rows: Any = None
     if arguments.ray is not None:

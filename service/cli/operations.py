@@ -12,7 +12,7 @@ OPERATIONS_FLAG = "operations"
 """The flag whose text is a JSON list of operations."""
 
 
-def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], list[Any]]:
+def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str], list[Any]]:
     """The operations of flags, given as (name, text), and the flag of each operation.
 
     Raises
@@ -22,7 +22,7 @@ def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], l
     """
     flags: list[str] = []
     operations: list[Any] = []
-    for name, text in given:
+    for name, text in arguments:
         parsed = _listed(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
         operations += parsed
         flags += [name] * len(parsed)

@@ -39,8 +39,8 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     source = surface_source(arguments)
-    given = {name: getattr(arguments, name) for name in FLAGS}
-    chosen = {name: _value(text) for name, text in given.items() if text is not None}
+    flags = {name: getattr(arguments, name) for name in FLAGS}
+    chosen = {name: _value(text) for name, text in flags.items() if text is not None}
     if {"uv", "barycentric"} & chosen.keys() and isinstance(source, dict):
         # Places on the command line replace those in the file.
         source = {key: value for key, value in source.items() if key not in FLAGS[:3]}

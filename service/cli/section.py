@@ -50,8 +50,8 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.sections.registry import SECTION_FORMATS
 
     fmt = chosen_format(arguments, SECTION_FORMATS)
-    given = surface_document(surface_source(arguments))
-    document = {key: value for key, value in given.items() if key in FIELDS}
+    fields = surface_document(surface_source(arguments))
+    document = {key: value for key, value in fields.items() if key in FIELDS}
     chosen: dict[str, Any] = {}
     if arguments.offsets is not None or arguments.point is not None or arguments.normal is not None:
         planes = dict(document.get("planes", {"normals": [[0, 0, 1]]}))

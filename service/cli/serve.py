@@ -30,8 +30,8 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.server.run import serve
     from service.settings.environment import from_environment, with_flags
 
-    given = {"host": arguments.host, "port": arguments.port}
-    flags = {name: text for name, text in given.items() if text is not None}
+    texts = {"host": arguments.host, "port": arguments.port}
+    flags = {name: text for name, text in texts.items() if text is not None}
     # Records wait until the settings say how to write a log line.
     early = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
     logging.getLogger().addHandler(early)

@@ -86,9 +86,9 @@ def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
     """A surface of patches of one degree, each with its own vertices."""
     p, q = degree
     points = np.concatenate(batch.points)
-    own = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
+    indices = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
     tree: Tree = {"type": "patches", "vertices": points.reshape(-1, 3)}
-    tree["patches"] = own.swapaxes(1, 2)
+    tree["patches"] = indices.swapaxes(1, 2)
     if batch.rational:
         tree["weights"] = np.concatenate(batch.weights).ravel()
     for name, corners in (("uvs", batch.uvs), ("colors", batch.colors)):

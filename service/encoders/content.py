@@ -131,11 +131,13 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
 
     It lists the parts if any of their bounds is known.
     """
-    closed: dict[str, object] = {}
+    seam_fields: dict[str, object] = {}
     if report.closure is not None:
         seams = {"u": report.closure.u, "v": report.closure.v}
-        closed = {f"closed_{name}": seam is not None for name, seam in seams.items()}
-        closed |= {f"continuity_{name}": seam for name, seam in seams.items() if seam is not None}
+        seam_fields = {f"closed_{name}": seam is not None for name, seam in seams.items()}
+        seam_fields |= {
+            f"continuity_{name}": seam for name, seam in seams.items() if seam is not None
+        }
     return {
         "vertices": report.vertices,
         "triangles": report.triangles,
@@ -145,7 +147,7 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
         "watertight": report.watertight,
         "boundary_edges": report.boundary_edges,
         "poles_repaired": report.poles_repaired,
-        **closed,
+        **seam_fields,
         **_accuracy(report, parts),
         **_curvature(report),
         **({"merged_knots": report.merged_knots} if report.merged_knots else {}),

@@ -86,9 +86,9 @@ def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
 
 def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
     """Each part as a line `g name` and its faces; `row` is that of `colored_positions`."""
-    own = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
-    others = [own for values in (mesh.uvs, mesh.normals) if values is not None]
-    corners = np.stack([own if row is None else row + np.uint32(1), *others], axis=1)
+    numbers = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
+    others = [numbers for values in (mesh.uvs, mesh.normals) if values is not None]
+    corners = np.stack([numbers if row is None else row + np.uint32(1), *others], axis=1)
     separator = b"//" if mesh.uvs is None else b"/"
     lines: list[bytes] = []
     for part in mesh.parts:

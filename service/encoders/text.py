@@ -132,11 +132,11 @@ def _array_text(array: NDArray[np.generic]) -> bytes:
         return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
     if array.ndim > 1:
         return b"[" + b",".join(map(_array_text, array)) + b"]"
-    whole = array.size - array.size % ROW
-    text = orjson.dumps(array[:whole].reshape(-1, ROW), option=orjson.OPT_SERIALIZE_NUMPY)
+    values_in_rows = array.size - array.size % ROW
+    text = orjson.dumps(array[:values_in_rows].reshape(-1, ROW), option=orjson.OPT_SERIALIZE_NUMPY)
     text = text.replace(b"[", b"").replace(b"]", b"")
-    rest = orjson.dumps(array[whole:], option=orjson.OPT_SERIALIZE_NUMPY)
-    return b"".join((b"[", text, b"," if whole < array.size else b"", rest[1:]))
+    rest = orjson.dumps(array[values_in_rows:], option=orjson.OPT_SERIALIZE_NUMPY)
+    return b"".join((b"[", text, b"," if values_in_rows < array.size else b"", rest[1:]))
 
 
 def rows(

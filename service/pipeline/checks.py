@@ -150,18 +150,20 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
         got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
         raise InvalidRequest(Issue("coordinate_too_large", message, "/wire_width", got, needed))
     models = model.models if isinstance(model, GroupModel) else (model,)
-    for own in models:
-        if isinstance(own, SweepModel):
+    for submodel in models:
+        if isinstance(submodel, SweepModel):
             message = "Curves of so high a degree take long to be measured: with the square of it."
-            count = sweep.estimate_effort(own, options)
+            count = sweep.estimate_effort(submodel, options)
             limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
         elif options.curvatures:
-            _check_names(own)
+            _check_names(submodel)
     if options.method == "de_casteljau":
         why = "it grows with the third power of the degree."
         message = f"De Casteljau's algorithm would take too long: {why}"
-        patches = [own for own in models if isinstance(own, PatchModel)]
-        count = sum(de_casteljau.estimate_effort(own, options.resolution) for own in patches)
+        patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]
+        count = sum(
+            de_casteljau.estimate_effort(submodel, options.resolution) for submodel in patches
+        )
         limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 
@@ -196,7 +198,7 @@ def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
     if isinstance(model, GroupModel):
         copies = [counts[member.model] for member in model.members]
     once, all_copies = (
-        Counts(*map(sum, zip(*map(astuple, some), strict=True))) for some in (counts, copies)
+        Counts(*map(sum, zip(*map(astuple, group), strict=True))) for group in (counts, copies)
     )
     return once, all_copies
 

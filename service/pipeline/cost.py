@@ -169,19 +169,19 @@ def mesh_cost(
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
     numbers += 2 * options.uvs + 2 * options.curvatures
     row = (8 if flat or not fmt.single else 4) * numbers
-    own = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
+    mesh_bytes = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
     # Normals and curvatures that are limits are computed some at a time, before there are faces.
     beside = VERTEX * mesh.vertices + max(FACE * faces, rims)
     limits = min(SCRATCH, 2000 * size.control_points)
     limits += min(SCRATCH, 1000 * mesh.vertices) * options.curvatures
-    built = (2 + 2 * flat) * own + max(beside, limits)
+    built = (2 + 2 * flat) * mesh_bytes + max(beside, limits)
     if options.method == "de_casteljau":  # nets of 64 samples at least, in some levels
         built += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
         built += STATION * (mesh.vertices + mesh.patches)
-    memory = max(built, own + _writing_memory(mesh, file, fmt, encode))
+    memory = max(built, mesh_bytes + _writing_memory(mesh, file, fmt, encode))
     return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
 
 
@@ -194,19 +194,19 @@ def adaptive_cost(
 ) -> Cost:
     """The cost of a mesh by tolerance: as many triangles as limits, budget and memory allow."""
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
-    empty, some = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
+    empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     least = fmt.byte_bound(empty, encode)
-    each = -(-(fmt.byte_bound(some, encode) - least) >> 16) + 1
+    rise = -(-(fmt.byte_bound(large, encode) - least) >> 16) + 1
     # While a budget is sought, the nearest file so far is kept, and the coarsest.
     files = 4 if accuracy.is_budgeted else 2
     lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface = lowering_memory(size)
     fixed = surface + CELLS + files * least + lines
-    one = CERTIFIED + 8 * size.width + files * each
+    one = CERTIFIED + 8 * size.width + files * rise
     limits.check_memory(fixed + 2 * one, "The mesh", accuracy.pointer, "a smaller surface")
     memory = max(limits.max_memory // SHARE, min(fixed + surface, limits.max_memory))
     most = min(adaptive_triangles(accuracy, limits, mesh.patches), (memory - fixed) // one)
-    file = min(least + each * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
+    file = min(least + rise * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
     vertices = min(limits.max_vertices, most + 2 * mesh.patches)
     return Cost(vertices, most, file, fixed + one * most, 5e-3 + 3e-5 * most)
 

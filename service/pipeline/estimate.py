@@ -196,7 +196,7 @@ class EstimateWork:
             `tolerance_too_small`, as for the mesh.
         """
         options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
-        patches = [own for own in models if isinstance(own, PatchModel)]
+        patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]
         most = Counts(size.vertices, size.triangles, size.quads)
         if len(patches) < len(models) or isinstance(model, SweepModel):
             return _Prediction(most, most, exact=False)
@@ -205,7 +205,8 @@ class EstimateWork:
         if options.has_solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(most, most, exact=False)
         counts = [
-            count_mesh(own, options) if options.has_faces else Counts(0, 0, 0) for own in patches
+            count_mesh(submodel, options) if options.has_faces else Counts(0, 0, 0)
+            for submodel in patches
         ]
         certain = not options.curvatures or is_affordable(patches, size.vertices)
         return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
@@ -282,9 +283,9 @@ def _bound_meshes(
     group = model if goal.view is None else separate_copies(model)
     goals = build_model_goals(goal, group, moved)
     bounds = [
-        bound_triangles(own, aim, options)
-        for own, aim in zip(group.models, goals, strict=True)
-        if isinstance(own, PatchModel)
+        bound_triangles(submodel, aim, options)
+        for submodel, aim in zip(group.models, goals, strict=True)
+        if isinstance(submodel, PatchModel)
     ]
     return _sum(bounds), _sum(bounds[member.model] for member in group.members)
 

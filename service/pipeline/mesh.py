@@ -182,9 +182,9 @@ def plan_mesh(
     ------
     InvalidRequest, TooLarge, UnsupportedByFormat
     """
-    whole = surface.size()
-    different = whole if whole.members == 1 else surface.stored_size()
-    known = plan_sizes(whole, different, options, (fmt, encode), limits)
+    size = surface.size()
+    different = size if size.members == 1 else surface.stored_size()
+    known = plan_sizes(size, different, options, (fmt, encode), limits)
     return MeshWork(surface, options, fmt, encode, limits, *known)
 
 

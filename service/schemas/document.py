@@ -115,8 +115,8 @@ class DocumentBudget:
     @property
     def memory(self) -> int:
         """Bytes that the text so far and everything made of it take at most, until it is arrays."""
-        made = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
-        return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + made
+        parsed = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
+        return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + parsed
 
 
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:

@@ -122,9 +122,9 @@ def define_group(
     """The group in the language of requests; `inner` writes the surfaces of its members."""
     members: list[dict[str, Any]] = []
     for member in surface.members:
-        given = {"name": member.name, "color": member.color, "matrix": member.matrix}
-        given = {name: value for name, value in given.items() if value is not None}
-        members.append({"surface": inner(member.surface)} | given)
+        fields = {"name": member.name, "color": member.color, "matrix": member.matrix}
+        fields = {name: value for name, value in fields.items() if value is not None}
+        members.append({"surface": inner(member.surface)} | fields)
     return {"type": "group", "members": members, "up": surface.up, "name": surface.name}
 
 

@@ -119,8 +119,8 @@ def _limits(root: Path) -> Iterator[int]:
         else:
             continue
         # Inside a container the path may be the host's; then the limit is at the top.
-        own = PurePosixPath(path.lstrip("/"))
-        for group in (own, *own.parents):
+        group_path = PurePosixPath(path.lstrip("/"))
+        for group in (group_path, *group_path.parents):
             try:
                 text = (place / group / name).read_text(encoding="ascii")
             except (OSError, UnicodeError):

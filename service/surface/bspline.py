@@ -188,10 +188,10 @@ class BsplineSurface(SurfaceKind):
         bezier_weights = None if line_weights is None else np.empty(points.shape[:-1])
         for block in row_slices(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
             places = along_u.point_numbers[block]
-            some = slice(places[0, 0], places[-1, -1] + 1)
+            used = slice(places[0, 0], places[-1, -1] + 1)
             values, weight = along_v.combine(
-                np.ascontiguousarray(lines[:, some]),
-                None if line_weights is None else line_weights[:, some],
+                np.ascontiguousarray(lines[:, used]),
+                None if line_weights is None else line_weights[:, used],
             )
             # Numbers of the patches' control points among these, in rows of one value of v.
             count = values.shape[1]

@@ -91,16 +91,16 @@ class Channels:
             _check_degree(where, net)
 
     def check_spans(
-        self, own: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
+        self, counts: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
     ) -> None:
         """Refuse nets that are no grids, whose degree is too high, or that are too large lowered.
 
-        A net of `own` rows and columns is a spline of this degree, and may be larger.
+        A net of `counts` rows and columns is a spline of this degree, and may be larger.
         """
         patches = spans[0] * spans[1]
         for _, _, where, net in self.each():
             _check_grid(where, net)
-            if net.shape[:2] == own:
+            if net.shape[:2] == counts:
                 size = (degree[0] + 1) * (degree[1] + 1) * net.shape[2]
                 _check_numbers(where, patches * size)
                 continue

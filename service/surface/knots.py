@@ -91,8 +91,8 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
             raise InvalidRequest(Issue("wrong_value", message, where, "another text", needed))
         return knots
     vector = np.array(knots, dtype=np.float64, order="C")
-    whole = count + degree + 1
-    if vector.shape not in ((whole,), (whole - 2,)):
+    full_length = count + degree + 1
+    if vector.shape not in ((full_length,), (full_length - 2,)):
         raise InvalidRequest(
             Issue(
                 "wrong_length",
@@ -100,11 +100,11 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
                 "its first and its last one may both be left out.",
                 where,
                 f"{vector.size} knots",
-                f"{whole} = {count} + {degree} + 1, or {whole - 2}",
+                f"{full_length} = {count} + {degree} + 1, or {full_length - 2}",
             )
         )
     _check_values(vector, where)
-    _check_order(vector, degree, whole, where)
+    _check_order(vector, degree, full_length, where)
     vector += 0.0
     vector.flags.writeable = False
     return vector
@@ -128,8 +128,8 @@ def count_merged(knots: Knots, count: int, degree: int) -> int:
     if isinstance(knots, str):
         return 0
     vector = build_knot_vector(knots, count, degree)
-    given = _complete(knots, len(vector))
-    return int(np.count_nonzero((np.diff(vector) == 0) & (np.diff(given) > 0)))
+    completed = _complete(knots, len(vector))
+    return int(np.count_nonzero((np.diff(vector) == 0) & (np.diff(completed) > 0)))
 
 
 def _complete(knots: FloatArray, length: int) -> FloatArray:
@@ -196,10 +196,10 @@ def _check_values(vector: FloatArray, where: str) -> None:
     )
 
 
-def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> None:
+def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) -> None:
     """Refuse knots that decrease, that are equal too often, and a domain without length.
 
-    The first and the last of the `whole` knots may have been left out.
+    The first and the last of the `full_length` knots may have been left out.
     """
     _refuse(
         np.flatnonzero(vector[1:] < vector[:-1]) + 1,
@@ -211,8 +211,8 @@ def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> Non
             needed="at least the knot before",
         ),
     )
-    left_out = len(vector) < whole
-    knots = _complete(vector, whole)
+    left_out = len(vector) < full_length
+    knots = _complete(vector, full_length)
     # A knot that equals the one p + 1 positions before is one too many.
     _refuse(
         np.flatnonzero(knots[degree + 1 :] == knots[: -degree - 1]) + degree + 1 - left_out,

@@ -129,7 +129,7 @@ class PatchSurface(SurfaceKind):
         triangles, (p, q), n = len(self.triangles), self.degree, self.triangle_degree
         weights, channels = self.weights, self.channels
         size = tensor_size(len(self.patches), (p, q), weights, channels, name=self.name)
-        own = self.vertices.nbytes + (0 if weights is None else weights.nbytes)
+        vertex_bytes = self.vertices.nbytes + (0 if weights is None else weights.nbytes)
         rows, triangular = self.indices, self.triangles.size
         numbers = 3 + (weights is not None) + size.width
         kept = (rows * numbers + 2 * size.patches + 2 * triangles) * NUMBER
@@ -145,7 +145,7 @@ class PatchSurface(SurfaceKind):
             net_cells=rows,
             parts=len(self.parts) + 1,
             name_bytes=size.name_bytes + self._name_bytes,
-            own=own + NUMBER * rows + sum(net.nbytes for *_, net in channels.each()),
+            own=vertex_bytes + NUMBER * rows + sum(net.nbytes for *_, net in channels.each()),
             arrays=kept,
             peak=kept + beside,
             sides=size.sides + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),
@@ -174,8 +174,8 @@ class PatchSurface(SurfaceKind):
         for members, indices in forms:
             chosen = indices
             if order is not None:
-                here = order[first : first + len(members)]
-                chosen = indices[here if sequence is None else np.searchsorted(members, here)]
+                rows = order[first : first + len(members)]
+                chosen = indices[rows if sequence is None else np.searchsorted(members, rows)]
             first += len(members)
             kind = TensorPatches if indices.ndim == 3 else TrianglePatches
             batches.append(kind(*self._gather(chosen)))

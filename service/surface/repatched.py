@@ -27,7 +27,7 @@ def rebuild(
     Each patch is a piece of patch `owner` (P',) of the model, or is this patch. All patches of one
     part have to follow one another, part after part as in the model.
     """
-    batches = tuple(join_batches(some) for some in pieces if some)
+    batches = tuple(join_batches(group) for group in pieces if group)
     listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
     position = np.empty(model.patch_count, dtype=np.intp)
     position[listed] = np.arange(model.patch_count)

@@ -185,14 +185,14 @@ def group_sizes(
     copies = [sizes[number] for number in numbers]
     labels = [len(title.encode()) + 1 for title in names]
 
-    def summed(some: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
-        whole, apart = add_sizes(copies, name=name), add_sizes(sizes, name=name)
+    def summed(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
+        placed, apart = add_sizes(copies, name=name), add_sizes(sizes, name=name)
         named = sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True))
         return replace(
-            add_sizes(some, name=name),
+            add_sizes(members, name=name),
             # A node for every member, and below it a node for each name.
-            parts=whole.parts + len(copies),
-            name_bytes=whole.name_bytes + named,
+            parts=placed.parts + len(copies),
+            name_bytes=placed.name_bytes + named,
             members=len(copies),
             label_bytes=sum(labels),
             colors=4 if colored else max(size.colors for size in sizes),

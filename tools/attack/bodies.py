@@ -75,11 +75,11 @@ async def wide(port: int) -> Counter[str]:
 
 async def bombs(port: int) -> Counter[str]:
     zeros = bytes(32 << 20)
-    made = {"gzip": gzip.compress(zeros), "deflate": zlib.compress(zeros), "x-gzip": b"\x1f\x8b"}
-    many = {"gzip, gzip, gzip": made["gzip"], "br": b"x", "zstd": b"(\xb5/\xfd", "": b"{}"}
+    bombs = {"gzip": gzip.compress(zeros), "deflate": zlib.compress(zeros), "x-gzip": b"\x1f\x8b"}
+    many = {"gzip, gzip, gzip": bombs["gzip"], "br": b"x", "zstd": b"(\xb5/\xfd", "": b"{}"}
     sent = [
         post("/v1/mesh", body, f"Content-Encoding: {coding}", media_type=kind)
-        for coding, body in (made | many).items()
+        for coding, body in (bombs | many).items()
         for kind in ("application/json", NPY, TEAPOT)
     ]
     return await storm(port, cycle(sent))

@@ -115,8 +115,8 @@ async def _gone(port: int, sent: bytes, after: float, times: int, reads: int = 0
 async def half_closed(port: int) -> Counter[str]:
     """Half-closed connections: the service answers complete requests and waits for no more."""
     answers: Counter[str] = Counter()
-    whole = post("/v1/mesh?format=stl", grid(30, 30))
-    for request in (get("/health"), whole, whole[:500], get("/health")[:20]) * 10:
+    request_bytes = post("/v1/mesh?format=stl", grid(30, 30))
+    for request in (get("/health"), request_bytes, request_bytes[:500], get("/health")[:20]) * 10:
         try:
             async with asyncio.timeout(5), connected(port) as (reader, writer):
                 writer.write(request)
@@ -161,11 +161,11 @@ async def _reads_slowly(port: int, request: bytes) -> str:
 
 async def _narrow(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     """A connection with a small receive buffer, which the client does not read."""
-    own = socket.socket()
-    own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    own.setblocking(False)
-    await asyncio.get_running_loop().sock_connect(own, ("127.0.0.1", port))
-    return await asyncio.open_connection(sock=own, limit=4096)
+    client = socket.socket()
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    client.setblocking(False)
+    await asyncio.get_running_loop().sock_connect(client, ("127.0.0.1", port))
+    return await asyncio.open_connection(sock=client, limit=4096)
 
 
 async def in_and_out(port: int) -> Counter[str]:

@@ -54,8 +54,8 @@ async def connected(
 
 def reset(writer: asyncio.StreamWriter) -> None:
     """Ends a connection as a client that is gone does, by RST."""
-    own: socket.socket = writer.get_extra_info("socket")
-    own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    connection: socket.socket = writer.get_extra_info("socket")
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     writer.transport.abort()
 
 

@@ -137,14 +137,14 @@ def report(found: list[Finding]) -> int:
     verdicts = [each for each in found if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
-    for title, some, counts in (
+    for title, listed, counts in (
         ("family", by_tolerance, ("missed", "bad", "excused")),
         ("by resolution", by_resolution, ()),
         ("models", models, ("seams", "boundary")),
         ("equal up to rounding", nearly, ("closed",)),
     ):
-        if some:
-            print("\n".join([*rows(title, some, counts), ""]))
+        if listed:
+            print("\n".join([*rows(title, listed, counts), ""]))
     two = [v for v in by_tolerance if v.case.two_sided and v.mesh_bound > 0]
     if two:
         tight = max(v.mesh_deviation / v.mesh_bound for v in two)

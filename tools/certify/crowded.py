@@ -22,28 +22,28 @@ def mixed(seed: int) -> Case:
     """
     rng = np.random.default_rng([seed, 2])
     kinds = list(BODIES)
-    whole = complex_of(kinds[seed % len(kinds)], 2 * seed)
-    is_closed = all(len(patches) == 2 for patches in whole.edges().values())
+    net_complex = complex_of(kinds[seed % len(kinds)], 2 * seed)
+    is_closed = all(len(patches) == 2 for patches in net_complex.edges().values())
     if seed % 5 == 0:
         # The corner of the last patch is not what its neighbours say.
-        whole.nets[-1].reshape(-1, 3)[0] += 1e-3 * rng.uniform(0.5, 1, 3)
+        net_complex.nets[-1].reshape(-1, 3)[0] += 1e-3 * rng.uniform(0.5, 1, 3)
         is_closed = False
-    triangles = {len(net) for net in whole.nets if net.ndim == 2}
+    triangles = {len(net) for net in net_complex.nets if net.ndim == 2}
     is_list = len(triangles) > 1 or seed // len(kinds) % 2
-    surface: Pieces = _multipatch(rng, whole) if is_list else _patches(rng, whole)
+    surface: Pieces = _multipatch(rng, net_complex) if is_list else _patches(rng, net_complex)
     return Case(surface, 1e-12, is_closed)
 
 
-def _patches(rng: Random, whole: Complex) -> PatchSurface:
+def _patches(rng: Random, net_complex: Complex) -> PatchSurface:
     """Grids of several degrees, and triangles of one: a soup, or vertices that patches share."""
-    ends = np.cumsum([0, *(net[..., 0].size for net in whole.nets)]).tolist()
+    ends = np.cumsum([0, *(net[..., 0].size for net in net_complex.nets)]).tolist()
     rows = [
         np.arange(first, first + net[..., 0].size).reshape(net.shape[:-1])
-        for first, net in zip(ends, whole.nets, strict=False)
+        for first, net in zip(ends, net_complex.nets, strict=False)
     ]
-    numbers = np.concatenate([net.reshape(-1, 3) for net in whole.nets])
-    if whole.weights is not None:
-        weights = np.concatenate([each.ravel() for each in whole.weights])
+    numbers = np.concatenate([net.reshape(-1, 3) for net in net_complex.nets])
+    if net_complex.weights is not None:
+        weights = np.concatenate([each.ravel() for each in net_complex.weights])
         numbers = np.column_stack([numbers, weights])
     if rng.integers(2):
         numbers, place = np.unique(numbers, axis=0, return_inverse=True)
@@ -52,15 +52,15 @@ def _patches(rng: Random, whole: Complex) -> PatchSurface:
     return PatchSurface(
         numbers[:, :3].copy(),
         tuple(each for each in rows if each.ndim == 2),
-        None if whole.weights is None else numbers[:, 3].copy(),
+        None if net_complex.weights is None else numbers[:, 3].copy(),
         triangles=np.array(triangles) if triangles else NO_TRIANGLES,
     )
 
 
-def _multipatch(rng: Random, whole: Complex) -> MultipatchSurface:
+def _multipatch(rng: Random, net_complex: Complex) -> MultipatchSurface:
     found: list[Single] = []
-    for k, net in enumerate(whole.nets):
-        weights = None if whole.weights is None else whole.weights[k]
+    for k, net in enumerate(net_complex.nets):
+        weights = None if net_complex.weights is None else net_complex.weights[k]
         if net.ndim == 2:
             found.append(TriangleSurface(net, weights))
         elif rng.integers(2):
@@ -91,18 +91,18 @@ def crowded(seed: int) -> Case:
     A point of a span that vanishes in rounding may be moved without any effect.
     """
     rng = np.random.default_rng([seed, 3])
-    whole = body(rng, has_poles=bool(seed % 2))
+    surface = body(rng, has_poles=bool(seed % 2))
     gap = 10.0 ** -(3 + seed // 2 % 14)
-    counts = whole.control_net.shape
+    counts = surface.control_net.shape
     form = seed // 28 % 4
-    first, second = (_crowd(rng, counts[k], whole.degree[k], gap) for k in range(2))
-    whole = BsplineSurface(whole.control_net, whole.degree, (first, second), whole.weights)
+    first, second = (_crowd(rng, counts[k], surface.degree[k], gap) for k in range(2))
+    surface = BsplineSurface(surface.control_net, surface.degree, (first, second), surface.weights)
     if form == 0:
-        return Case(whole, 1e-12, is_closed=True)
+        return Case(surface, 1e-12, is_closed=True)
     if form == 1:
-        (batch,) = whole.lower().batches
+        (batch,) = surface.lower().batches
         return Case(soup(batch), 1e-12, is_closed=True)
-    found = cut_up(rng, whole, form)
+    found = cut_up(rng, surface, form)
     if seed % 5 == 0:
         net = found[0].control_net.copy()
         net[0, 1] += 1e-4 * np.ptp(net) * rng.uniform(0.5, 1, 3)
@@ -121,9 +121,9 @@ def _crowd(rng: Random, count: int, degree: int, gap: float) -> Array:
     left = count - degree - 1
     places = np.sort(rng.uniform(0.1, 0.9, max(left, 1))).tolist()
     while left:
-        some = min(left, int(rng.integers(1, degree, endpoint=True)))
-        inner += [places[left - 1] + k * gap for k in range(some)]
-        left -= some
+        repeats = min(left, int(rng.integers(1, degree, endpoint=True)))
+        inner += [places[left - 1] + k * gap for k in range(repeats)]
+        left -= repeats
     knots = np.concatenate([np.zeros(degree + 1), np.sort(inner), np.ones(degree + 1)])
     moved: Array = (knots + rng.choice([0, 1, -1]) * 10.0 ** rng.integers(0, 6)) * rng.uniform(
         0.1, 9

@@ -43,6 +43,6 @@ def _doubt(sheet: Sheet, places: Array) -> Array:
     for axis in range(2):
         step = np.zeros_like(places)
         step[:, axis] = np.spacing(np.abs(places[:, axis]).astype(np.float32))
-        for there in (places - step, places + step):
-            moved = np.maximum(moved, np.abs(sheet.at(sheet.inside(there)) - at))
+        for neighbours in (places - step, places + step):
+            moved = np.maximum(moved, np.abs(sheet.at(sheet.inside(neighbours)) - at))
     return 2 * moved

@@ -51,29 +51,29 @@ class Joint(Finding):
 def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
     """Meshes it whole, in another order, and some of its patches alone."""
     joint = Joint(kind=kind, seed=seed, tolerance=tolerance)
-    whole = complex_of(kind, seed)
+    net_complex = complex_of(kind, seed)
     rng = np.random.default_rng([seed, 1])
-    patches = range(len(whole.nets))
+    patches = range(len(net_complex.nets))
     try:
         start = time.process_time()
-        mesh = _mesh(whole.model(patches), tolerance)
+        mesh = _mesh(net_complex.model(patches), tolerance)
         joint.seconds = time.process_time() - start
         again = _mesh(
-            whole.model(rng.permutation(len(patches)).tolist(), together=False), tolerance
+            net_complex.model(rng.permutation(len(patches)).tolist(), together=False), tolerance
         )
         few = rng.permutation(len(patches))[:ALONE].tolist()
-        alone = {k: _mesh(whole.model([k]), tolerance) for k in few}
+        alone = {k: _mesh(net_complex.model([k]), tolerance) for k in few}
     except Exception as error:  # whatever it is, there is no mesh
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
     check_order(joint, mesh, again)
-    sides = check_seams(joint, whole, mesh)
+    sides = check_seams(joint, net_complex, mesh)
     for k, single in alone.items():
         together = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
-        _check_alone(joint, whole, k, single, together)
+        _check_alone(joint, net_complex, k, single, together)
     count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
-    check_deviation(joint, sheets_of(whole.model(patches)), mesh, "patch", count)
+    check_deviation(joint, sheets_of(net_complex.model(patches)), mesh, "patch", count)
     return joint
 
 
@@ -99,20 +99,24 @@ def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
     return found
 
 
-def check_seams(joint: Joint, whole: Complex, mesh: Written) -> dict[tuple[int, Pair], list[int]]:
+def check_seams(
+    joint: Joint, net_complex: Complex, mesh: Written
+) -> dict[tuple[int, Pair], list[int]]:
     """Both sides of a seam name the same vertices; returns the vertices of all sides."""
     edges, uses = np.unique(np.sort(edges_of(mesh.faces), axis=1), axis=0, return_counts=True)
     times = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
         joint.wrong.append(f"{(uses > 2).sum()} edges of more than two triangles")
     sides: dict[tuple[int, Pair], list[int]] = {}
-    for k, loop in enumerate(whole.loops):
-        lines = _sides(mesh.vertices, mesh.faces[slice(*mesh.parts[f"patch {k}"])], whole, loop)
+    for k, loop in enumerate(net_complex.loops):
+        lines = _sides(
+            mesh.vertices, mesh.faces[slice(*mesh.parts[f"patch {k}"])], net_complex, loop
+        )
         if lines is None:
             joint.wrong.append(f"the border of patch {k} does not run from corner to corner")
             return sides
         sides |= {(k, pair): line for pair, line in lines.items()}
-    for pair, patches in whole.edges().items():
+    for pair, patches in net_complex.edges().items():
         lines_ = [sides[k, pair] for k in patches]
         if any(line != lines_[0] for line in lines_):
             joint.wrong.append(f"the sides of the seam {pair} differ")
@@ -134,7 +138,7 @@ def check_seams(joint: Joint, whole: Complex, mesh: Written) -> dict[tuple[int, 
 
 
 def _sides(
-    vertices: Array, faces: Rows, whole: Complex, loop: Loop
+    vertices: Array, faces: Rows, net_complex: Complex, loop: Loop
 ) -> dict[Pair, list[int]] | None:
     """Vertices along each side of one patch, from its lower corner to its higher.
 
@@ -146,7 +150,7 @@ def _sides(
     if len(following) != (uses == 1).sum():
         return None
     near = {tuple(point): row for row, point in enumerate(vertices.tolist())}
-    number = {near.get(tuple(whole.corners[c].tolist()), -1): c for c in loop}
+    number = {near.get(tuple(net_complex.corners[c].tolist()), -1): c for c in loop}
     if -1 in number:
         return None
     start = at = next(iter(number))
@@ -167,15 +171,15 @@ def _sides(
 
 
 def _check_alone(
-    joint: Joint, whole: Complex, k: int, single: Written, sides: Mapping[Pair, Array]
+    joint: Joint, net_complex: Complex, k: int, single: Written, sides: Mapping[Pair, Array]
 ) -> None:
     """A patch computed by itself has the same vertices on the edges that are stated alike."""
-    lines = _sides(single.vertices, single.faces, whole, whole.loops[k])
+    lines = _sides(single.vertices, single.faces, net_complex, net_complex.loops[k])
     if lines is None:
         joint.wrong.append(f"the border of patch {k} alone does not run from corner to corner")
         return
     for pair, line in lines.items():
-        known = pair in whole.alike and pair in sides
+        known = pair in net_complex.alike and pair in sides
         if known and single.vertices[line].tolist() != sides[pair].tolist():
             joint.wrong.append(f"edge {pair} of patch {k} differs when computed alone")
 

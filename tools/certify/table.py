@@ -32,20 +32,20 @@ def rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) ->
     kinds: dict[str, list[Finding]] = {}
     for each in findings:
         kinds.setdefault(each.kind, []).append(each)
-    lines = [_row(kind, some, counts) for kind, some in kinds.items()]
+    lines = [_row(kind, cases, counts) for kind, cases in kinds.items()]
     return [header, *lines, _row("all", findings, counts)]
 
 
 def _row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
-    whole = [each for each in findings if each.triangles] or findings
-    proved = [each for each in whole if each.bound > 1e-12 * each.tolerance]
+    meshed = [each for each in findings if each.triangles] or findings
+    proved = [each for each in meshed if each.bound > 1e-12 * each.tolerance]
     tight = [each.deviation / each.bound for each in proved] or [0.0]
     sums = (sum(getattr(each, count) for each in findings) for count in counts)
     return (
-        f"{name:28}{len(findings):7}{median(each.triangles for each in whole):10.0f}"
+        f"{name:28}{len(findings):7}{median(each.triangles for each in meshed):10.0f}"
         f"{max(tight):12.3f}{median(tight):8.3f}"
-        f"{max(each.deviation / each.tolerance for each in whole):10.3f}"
-        f"{max(each.bound / each.tolerance for each in whole):10.3f}"
+        f"{max(each.deviation / each.tolerance for each in meshed):10.3f}"
+        f"{max(each.bound / each.tolerance for each in meshed):10.3f}"
         f"{''.join(f'{total:9}' for total in sums)}"
         f"{sum(bool(each.wrong) for each in findings):6}"
         f"{sum(each.seconds for each in findings):8.1f}"

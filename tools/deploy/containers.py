@@ -86,11 +86,13 @@ class Engine:
 
     def build(self, source: Path, tag: str, arguments: dict[str, str]) -> None:
         """Builds the Dockerfile of a folder anew, with this machine's ways to the registries."""
-        given = [text for pair in arguments.items() for text in ("--build-arg", "=".join(pair))]
+        build_arguments = [
+            text for pair in arguments.items() for text in ("--build-arg", "=".join(pair))
+        ]
         # The format is Docker's, which has health checks; the times are those of no build.
         self.buildah(
             "bud", "--quiet", "--no-cache", "--pull-never", "--isolation", "chroot",
-            "--format", "docker", "--timestamp", "0", *given, *self._registries(),
+            "--format", "docker", "--timestamp", "0", *build_arguments, *self._registries(),
             "--tag", tag, source,
         )  # fmt: skip
 

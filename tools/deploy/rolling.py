@@ -84,10 +84,10 @@ def check_store(folder: Path, traffic: Traffic, instances: tuple[Server, ...]) -
     for number, instance in enumerate(instances):
         with httpx.Client(base_url=instance.url, timeout=30) as client:
             for id, body in list(traffic.stored.items())[number :: len(instances)]:
-                given = client.get(f"/v1/surfaces/{id}")
-                assert given.status_code == 200, f"{id} was acknowledged and is lost"
+                response = client.get(f"/v1/surfaces/{id}")
+                assert response.status_code == 200, f"{id} was acknowledged and is lost"
                 net = json.loads(body)["surface"]["control_net"]
-                assert given.json()["surface"]["control_net"] == net
+                assert response.json()["surface"]["control_net"] == net
     return f"{len(objects)} objects, all whole; {len(traffic.stored)} acknowledged, all there"
 
 
@@ -178,8 +178,8 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
     # Little is on its way while the client does not read.
     little = httpx.HTTPTransport(socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)])
     with two_behind_haproxy(tmp_path) as (proxy, instances):
-        whole = httpx.get(proxy.url + target, headers=plain, timeout=60)
-        assert whole.status_code == 200
+        complete = httpx.get(proxy.url + target, headers=plain, timeout=60)
+        assert complete.status_code == 200
         with (
             httpx.Client(base_url=proxy.url, transport=little, timeout=60) as client,
             client.stream("GET", target, headers=plain) as answer,
@@ -190,9 +190,9 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
             with pytest.raises(httpx.RemoteProtocolError):
                 deque(pieces)
         assert answer.status_code == 200
-        assert int(answer.headers["content-length"]) == len(whole.content)
+        assert int(answer.headers["content-length"]) == len(complete.content)
         # The other one goes on as if nothing had happened.
-        assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == whole.content
+        assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == complete.content
 
 
 def test_what_the_proxy_does_by_itself(tmp_path: Path) -> None:

@@ -198,8 +198,8 @@ class _Live:
 
     async def _speak(self, content: bytes) -> None:
         state, wire = ServerState(), Connection()
-        made: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
-        protocol = made(config=self.config, server_state=state, app_state={})
+        protocol_class: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
+        protocol = protocol_class(config=self.config, server_state=state, app_state={})
         protocol.connection_made(wire)
         half = len(content) // 2
         for piece in (content[:half], content[half:]):

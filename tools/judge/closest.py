@@ -51,12 +51,12 @@ def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) 
         rng.uniform(low - by * reach, high + by * reach, (each, 3)) for by in (0, 0.3, 4)
     )
     on, normals = (np.concatenate(many) for many in zip(*map(_with_normals, sheets), strict=True))
-    here, there, close, below = (rng.integers(0, len(on), each) for _ in range(4))
+    first, second, close, below = (rng.integers(0, len(on), each) for _ in range(4))
     above = rng.choice([-1, 1], each) * 10.0 ** rng.uniform(-3, 1, each)
     return np.concatenate(
         [
-            near, beside, far, on[here], on[close] + rng.normal(0, 1e-3 * reach, (each, 3)),
-            on[below] + reach * above[:, np.newaxis] * normals[below], (on[here] + on[there]) / 2,
+            near, beside, far, on[first], on[close] + rng.normal(0, 1e-3 * reach, (each, 3)),
+            on[below] + reach * above[:, np.newaxis] * normals[below], (on[first] + on[second]) / 2,
         ]
     )  # fmt: skip
 
@@ -94,13 +94,15 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     outside = (least < bounds[:, 0] - slack) | (columns["distances"] > bounds[:, 1])
     enclosed = undecided = 0
     if surface:
-        some = np.arange(seed % EACH, len(points), EACH)
+        sampled = np.arange(seed % EACH, len(points), EACH)
         origin = (low + high) / 2
         nets = nets_of(document_of(surface), origin)
-        lows, highs = least_distances(nets, points[some] - origin, WIDTH * diagonal)
-        outside[some] |= (bounds[some, 1] + slack[some] < lows) | (bounds[some, 0] > highs)
+        lows, highs = least_distances(nets, points[sampled] - origin, WIDTH * diagonal)
+        outside[sampled] |= (bounds[sampled, 1] + slack[sampled] < lows) | (
+            bounds[sampled, 0] > highs
+        )
         undecided = int(np.isnan(highs).sum())
-        enclosed = len(some) - undecided
+        enclosed = len(sampled) - undecided
     if (outside | wrong).any():
         print(f"{name}, {seed}: points {np.flatnonzero(outside | wrong)[:9].tolist()}", flush=True)
     return name, Counter(

@@ -84,11 +84,11 @@ class Mesh:
     def nearest(self, points: Array, *, of_all: bool) -> Index:
         """A triangle (m,) near each point (m, 3), or the nearest; no proof depends on which."""
         _, rows = self.soup.tree.query(points, k=range(1, min(FEW, len(self.soup.owner)) + 1))
-        some = self.soup.owner[rows]
-        every = np.repeat(points, some.shape[1], axis=0)
-        gaps = to_triangles(every, self.corners[some.ravel()]).reshape(some.shape)
+        owners = self.soup.owner[rows]
+        every = np.repeat(points, owners.shape[1], axis=0)
+        gaps = to_triangles(every, self.corners[owners.ravel()]).reshape(owners.shape)
         best = gaps.argmin(axis=1)[:, np.newaxis]
-        found, least = (np.take_along_axis(x, best, 1)[:, 0] for x in (some, gaps))
+        owner, least = (np.take_along_axis(x, best, 1)[:, 0] for x in (owners, gaps))
         for tree, triangles, radius in self.soup.balls if of_all else ():
             near = tree.query_ball_point(points, least + radius)
             row = np.repeat(np.arange(len(points)), [len(each) for each in near])
@@ -96,8 +96,8 @@ class Mesh:
             gap = to_triangles(points[row], self.corners[chosen])
             order = np.argsort(-gap)  # the least is written last
             order = order[gap[order] < least[row[order]]]
-            found[row[order]], least[row[order]] = chosen[order], gap[order]
-        return np.asarray(found, dtype=np.intp)
+            owner[row[order]], least[row[order]] = chosen[order], gap[order]
+        return np.asarray(owner, dtype=np.intp)
 
 
 def prove(nets: list[Array], corners: Array, bound: float) -> Proof:
@@ -135,9 +135,9 @@ def _prove(
         left = np.flatnonzero(~(_distances(mesh, points, of_all=late) + radius <= bound))
         pieces, points = pieces[:, left], points[:, left]
         if late and len(left):
-            some = points[:, :: 1 + len(left) // WITNESSES, 0, 0].T
+            witnesses = points[:, :: 1 + len(left) // WITNESSES, 0, 0].T
             # The tree of the mesh may call a triangle flat that is less than 1e-10 high.
-            far = float(mesh.soup.distances(some).max()) - radius - 1e-9 * mesh.size
+            far = float(mesh.soup.distances(witnesses).max()) - radius - 1e-9 * mesh.size
             if far > bound:
                 proof.beyond = far
                 return
@@ -190,9 +190,11 @@ def _distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
     twin = host.copy()
     twin[2, :, :, 0] = mesh.corners[other[rows] // 3, (other[rows] + 2) % 3].T
     beside, theirs, _ = _closest(points[:, rows], twin)
-    here = gaps[rows] <= beside
-    fold = _fold(host, twin, np.where(here, shares[turn, rows], 0), np.where(here, 0, theirs))
-    both = np.where(here, gaps[rows], beside).max(axis=1) + fold
+    is_nearer = gaps[rows] <= beside
+    fold = _fold(
+        host, twin, np.where(is_nearer, shares[turn, rows], 0), np.where(is_nearer, 0, theirs)
+    )
+    both = np.where(is_nearer, gaps[rows], beside).max(axis=1) + fold
     found[rows] = np.fmin(found[rows], both)
     return found
 

@@ -47,12 +47,12 @@ def strewn(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Arr
     origins = (low + high) / 2 + rng.normal(0, reach, (count, 3)) * rng.choice([0.1, 1], (count, 1))
     at = rng.uniform(low, high, (count, 3))
     on = points[rng.integers(0, len(points), count)]
-    some = rng.random(count)
-    at = np.where((some < 0.4)[:, np.newaxis], on, at)
+    draw = rng.random(count)
+    at = np.where((draw < 0.4)[:, np.newaxis], on, at)
     beside = points[rng.integers(0, len(points), count)]
-    origins = np.where((some < 0.1)[:, np.newaxis], 3 * at - 2 * beside, origins)
+    origins = np.where((draw < 0.1)[:, np.newaxis], 3 * at - 2 * beside, origins)
     axis = np.eye(3)[rng.integers(0, 3, count)] * reach
-    origins = np.where((some > 0.9)[:, np.newaxis], at - axis, origins)
+    origins = np.where((draw > 0.9)[:, np.newaxis], at - axis, origins)
     directions = at - origins
     still = ~directions.any(axis=1)
     directions[still] = [0.0, 0, 1]
@@ -89,8 +89,8 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     lost = unheld(ray, t, error, found["ray"], tuple(found["t_bounds"].T))
     _tell(name, seed, ray[lost])
     ours = found["ray"]
-    there = origins[ours] + found["t"][:, np.newaxis] * directions[ours]
-    away = np.linalg.norm(there - found["positions"], axis=1)
+    places = origins[ours] + found["t"][:, np.newaxis] * directions[ours]
+    away = np.linalg.norm(places - found["positions"], axis=1)
     invented = away > 1e-9 * model.diagonal + 2e-16 * np.abs(origins[ours]).max(axis=1)
     return name, _counted(found, len(origins), int(lost.sum()), invented, seconds)
 
@@ -126,8 +126,8 @@ def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     lost = unheld(true_ray, true, error, ray, tuple(found["t_bounds"].T))
     lost &= found["reached"][true_ray]
     _tell(name, seed, true_ray[lost])
-    there = origins[ray] + t[:, np.newaxis] * d[ray]
-    invented = np.abs(off(there)[0]) > 2e-9 * model.diagonal
+    places = origins[ray] + t[:, np.newaxis] * d[ray]
+    invented = np.abs(off(places)[0]) > 2e-9 * model.diagonal
     # A crossing is no mere touching: there is a root within its interval.
     order = np.lexsort((true, true_ray))
     ends = true[order] - error[order], true[order] + error[order]
@@ -150,10 +150,10 @@ def almost_tangent(name: str, count: int, seed: int) -> tuple[Array, Array]:
         normals = points * np.cos(tilt)[:, np.newaxis] + np.outer(np.sin(tilt), [0, 0, 1])
         points = points + 0.4 * normals
     d = rng.normal(size=(count, 3))
-    some = rng.random(count) < 0.5
-    d[some] = np.cross(normals[some], d[some])
+    is_grazing = rng.random(count) < 0.5
+    d[is_grazing] = np.cross(normals[is_grazing], d[is_grazing])
     depth = rng.choice([-1, 1], count) * 10.0 ** rng.uniform(-10, 0, count)
-    points = points - np.where(some, depth, 0.0)[:, np.newaxis] * normals
+    points = points - np.where(is_grazing, depth, 0.0)[:, np.newaxis] * normals
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     return points - 4 * d, d
 

@@ -50,10 +50,10 @@ def component(script: Script) -> dict[str, Any]:
 def with_scripts(bill: dict[str, Any]) -> dict[str, Any]:
     """The list with what pages load, and with our version, which pyproject.toml does not tell."""
     main = {**bill["metadata"]["component"], "version": __version__}
-    own = main["bom-ref"]
+    main_ref = main["bom-ref"]
     more = [component(script) for script in scripts()]
     needs = {each["ref"]: each.get("dependsOn", []) for each in bill["dependencies"]}
-    needs[own] = [*needs.get(own, []), *(each["bom-ref"] for each in more)]
+    needs[main_ref] = [*needs.get(main_ref, []), *(each["bom-ref"] for each in more)]
     needs |= {each["bom-ref"]: [] for each in more}
     return {
         **bill,

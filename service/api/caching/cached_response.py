@@ -186,7 +186,8 @@ class CachedResponse:
 
     def _messages(self, status: int, headers: list[RawHeaders]) -> tuple[Message, Message]:
         plain, pinned = (
-            {"type": "http.response.start", "status": status, "headers": own} for own in headers
+            {"type": "http.response.start", "status": status, "headers": header_list}
+            for header_list in headers
         )
         return plain, pinned
 

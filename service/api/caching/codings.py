@@ -104,8 +104,8 @@ def compressed(coding: Coding, content: bytes) -> bytes | None:
     """The compressed content; None where compressing does not pay."""
     if len(content) < MIN_BYTES:
         return None
-    made = COMPRESS[coding](content)
-    return made if len(made) <= WORTH * len(content) else None
+    body = COMPRESS[coding](content)
+    return body if len(body) <= WORTH * len(content) else None
 
 
 _PLAIN = AcceptedCodings(("identity",), plain=True)
@@ -114,16 +114,16 @@ _USUAL = 200
 
 
 def _parsed(header: bytes) -> AcceptedCodings:
-    given: dict[str, float] = {}
+    by_name: dict[str, float] = {}
     for item, weight in quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")
-        given[name] = max(weight, given.get(name, 0.0))
-    others = given.get("*", 0.0)
-    weights = {coding: given.get(coding, others) for coding in CODINGS}
-    plain = given.get("identity", given.get("*", 1.0)) > 0
+        by_name[name] = max(weight, by_name.get(name, 0.0))
+    others = by_name.get("*", 0.0)
+    weights = {coding: by_name.get(coding, others) for coding in CODINGS}
+    plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
     # A client that lists codings prefers any of them to none.
     least = min((w for w in weights.values() if w > 0), default=1.0)
-    if plain and "identity" not in given:
+    if plain and "identity" not in by_name:
         weights["identity"] = least
     order = sorted((c for c in CODINGS if weights[c] > 0), key=lambda c: -weights[c])
     return AcceptedCodings(tuple(order), plain)

@@ -89,9 +89,10 @@ class Signer:
         if len(moments) != 1 or len(signatures) != 1 or not is_signable(path):
             raise _invalid()
         rest = [(name, value) for name, value in pairs if name != SIGNATURE]
-        given = signatures[0].encode()
+        signature = signatures[0].encode()
         right = [
-            hmac.compare_digest(_signature(s, path, rest).encode(), given) for s in self._secrets
+            hmac.compare_digest(_signature(s, path, rest).encode(), signature)
+            for s in self._secrets
         ]
         if not any(right) or not _MOMENT.fullmatch(moments[0]):
             raise _invalid()
@@ -123,9 +124,11 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
 
 def _stripped(query: str) -> str:
     """The query without the parameters that signing added; the rest unchanged."""
-    own = (EXPIRES, SIGNATURE)
+    signature_fields = (EXPIRES, SIGNATURE)
     parts = (part for part in query.split("&"))
-    return "&".join(part for part in parts if unquote_plus(part.partition("=")[0]) not in own)
+    return "&".join(
+        part for part in parts if unquote_plus(part.partition("=")[0]) not in signature_fields
+    )
 
 
 def _invalid() -> SignatureInvalid:

@@ -46,15 +46,15 @@ def computes_rightly() -> bool:
     net = np.zeros((3, 3, 3))
     net[..., 0], net[..., 1] = np.mgrid[:3, :3]
     net[1, 1, 2] = 4.0
-    made: Mesh = build_mesh(BezierSurface(net).lower(), MeshOptions((2, 2)), BY_NAME["json"])
+    mesh: Mesh = build_mesh(BezierSurface(net).lower(), MeshOptions((2, 2)), BY_NAME["json"])
     expected = net.reshape(9, 3)
     expected[4, 2] = 1.0
     return (
-        made.positions.shape == (9, 3)
-        and bool(np.abs(made.positions - expected).max() <= 1e-12)
-        and len(made.triangles) == 8
-        and made.normals is not None
-        and bool(np.abs(made.normals[4] - (0.0, 0.0, 1.0)).max() <= 1e-6)
+        mesh.positions.shape == (9, 3)
+        and bool(np.abs(mesh.positions - expected).max() <= 1e-12)
+        and len(mesh.triangles) == 8
+        and mesh.normals is not None
+        and bool(np.abs(mesh.normals[4] - (0.0, 0.0, 1.0)).max() <= 1e-6)
     )
 
 

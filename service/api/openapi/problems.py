@@ -165,8 +165,8 @@ def _error_response(name: str, examples: Mapping[str, Example]) -> Json:
 
 def _retry_after(*, always: bool = True) -> Json:
     text = "Seconds after which to try again."
-    whole = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
-    return {"Retry-After": header(text, 3, always=always, **whole)}
+    schema = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
+    return {"Retry-After": header(text, 3, always=always, **schema)}
 
 
 _HEADERS: Mapping[str, Json] = {

@@ -139,8 +139,10 @@ async def get_surface_mesh(
             record.cache = "miss"
             counters: RequestCounters = request.app.state.observed
             make = partial(_make, services, counters, MeshTarget(subject, fmt, query))
-            made = await services.flights.join((subject.url, cache.generation), make, job.until_end)
-            entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
+            built = await services.flights.join(
+                (subject.url, cache.generation), make, job.until_end
+            )
+            entry, timing = built.entry, Timing("cache;desc=miss", built.timing)
         variant = await _coded(services, job, entry, wanted, timing)
     cache.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
     if condition is not None and is_any(condition):

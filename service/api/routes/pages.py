@@ -38,10 +38,10 @@ _MEDIA_TYPES = MappingProxyType(
 )
 
 
-def _headers(own: str) -> dict[str, str]:
+def _headers(extra: str) -> dict[str, str]:
     """Headers of a page, with its own directives in the content security policy."""
     always = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    policy = f"default-src 'none'; script-src 'self'; connect-src 'self'; {own}; {always}"
+    policy = f"default-src 'none'; script-src 'self'; connect-src 'self'; {extra}; {always}"
     return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
 
 

@@ -145,9 +145,9 @@ def _rows(values: NDArray[Any]) -> Bytes:
     """The bytes of elements, (N, stride), each padded to a multiple of 4."""
     stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     size = stored.itemsize * stored.shape[1]
-    whole = stored.view(np.uint8).reshape(len(stored), size)
+    row_bytes = stored.view(np.uint8).reshape(len(stored), size)
     if size % 4 == 0:
-        return whole
+        return row_bytes
     rows = np.zeros((len(stored), size + -size % 4), dtype=np.uint8)
-    rows[:, :size] = whole
+    rows[:, :size] = row_bytes
     return rows

@@ -91,8 +91,8 @@ def textual(document: JsonObject, buffer: Packed) -> bytes:
         return json_text(document)
     document["buffers"] = [{"byteLength": buffer.length, "uri": DATA_URI}, *buffer.others]
     # A JSON writer would copy the buffer, and reserve 8 times its length.
-    before, here, after = json_text(document).partition(_QUOTED)
-    return b"".join((before, here[:-1], *_base64(buffer.chunks), b'"', after))
+    before, quoted, after = json_text(document).partition(_QUOTED)
+    return b"".join((before, quoted[:-1], *_base64(buffer.chunks), b'"', after))
 
 
 def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
@@ -102,7 +102,7 @@ def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
         for first, last in row_runs(len(chunk), PIECE):
             piece = left + chunk[first:last]
             # 3 bytes are 4 letters; the rest goes to the next chunk.
-            whole = len(piece) - len(piece) % 3
-            left = piece[whole:]
-            yield base64.b64encode(piece[:whole])
+            length = len(piece) - len(piece) % 3
+            left = piece[length:]
+            yield base64.b64encode(piece[:length])
     yield base64.b64encode(left)

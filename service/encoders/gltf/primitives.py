@@ -54,9 +54,9 @@ def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterato
     """Every part with faces and every overlay with lines."""
     refuse_quads(mesh, "glTF")
     columns = quantized_columns(mesh) if mesh.step else plain_columns(mesh)
-    for part, own, triangles in split_parts(mesh):
+    for part, rows, triangles in split_parts(mesh):
         checkpoint()
-        mine = {name: column.take(own) for name, column in columns.items()}
+        mine = {name: column.take(rows) for name, column in columns.items()}
         yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
     for overlay in find_nonempty(mesh.overlays):
         points = overlay.positions
@@ -93,9 +93,9 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
         ("glTF", runs, vertices),
         lambda: _split(mesh.triangles, runs, vertices),
     )
-    for part, (own, triangles) in zip(mesh.parts, split.pieces, strict=True):
+    for part, (rows, triangles) in zip(mesh.parts, split.pieces, strict=True):
         if len(triangles):
-            yield part, own, triangles
+            yield part, rows, triangles
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -118,13 +118,17 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
     used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
     pieces: list[tuple[Ints | slice, IndexArray]] = []
     for run in runs:
-        own: IndexArray | slice = slice(0, 0)
+        part_vertices: IndexArray | slice = slice(0, 0)
         faces = triangles[slice(*run)]
         if len(faces):
-            own, faces = _own_vertices(faces, used, lookup)
-        count = own.stop - own.start if isinstance(own, slice) else len(own)
+            part_vertices, faces = _own_vertices(faces, used, lookup)
+        count = (
+            part_vertices.stop - part_vertices.start
+            if isinstance(part_vertices, slice)
+            else len(part_vertices)
+        )
         # NumPy gathers fastest by indices of the size of an address.
-        rows = own if isinstance(own, slice) else own.astype(np.intp)
+        rows = part_vertices if isinstance(part_vertices, slice) else part_vertices.astype(np.intp)
         pieces.append((rows, index_rows(faces, count)))
     return _Split(tuple(pieces))
 
@@ -139,9 +143,9 @@ def _own_vertices(
     """
     low, high = int(triangles.min()), int(triangles.max()) + 1
     used[triangles] = True
-    own = np.flatnonzero(used[low:high]).astype(np.uint32) + np.uint32(low)
+    vertices = np.flatnonzero(used[low:high]).astype(np.uint32) + np.uint32(low)
     used[low:high] = False
-    if len(own) == high - low:
+    if len(vertices) == high - low:
         return slice(low, high), triangles - np.uint32(low)
-    lookup[own] = np.arange(len(own), dtype=np.uint32)
-    return own, lookup[triangles]
+    lookup[vertices] = np.arange(len(vertices), dtype=np.uint32)
+    return vertices, lookup[triangles]

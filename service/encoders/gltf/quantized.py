@@ -67,5 +67,5 @@ def _shares(column: Column) -> Column:
     values = column.values
     if not len(values) or values.min() < 0 or values.max() > 1:
         return column
-    whole: NDArray[np.uint16] = np.rint(values.astype(np.float64) * LARGEST).astype("<u2")
-    return Column(whole, normalized=True)
+    integers: NDArray[np.uint16] = np.rint(values.astype(np.float64) * LARGEST).astype("<u2")
+    return Column(integers, normalized=True)

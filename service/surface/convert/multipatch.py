@@ -73,13 +73,13 @@ def _nets(single: Single) -> list[FloatArray]:
 
 def _to_patches(single: Single, degree: int) -> PatchSurface:
     """One surface as patches over vertices, triangles in this degree, channels in the patches'."""
-    whole = Batch((single.control_net, single.weights), single.channels).apply(_add_batch_axis)
+    batch = Batch((single.control_net, single.weights), single.channels).apply(_add_batch_axis)
     if isinstance(single, TriangleSurface):
-        whole = whole.apply(partial(elevate_triangle_nets, degree=degree))
-        return share_vertices(None, whole)
+        batch = batch.apply(partial(elevate_triangle_nets, degree=degree))
+        return share_vertices(None, batch)
     rows, columns = (max(net.shape[axis] for net in _nets(single)) for axis in (0, 1))
     return share_vertices(
-        whole.apply(partial(elevate_nets, degree=(rows - 1, columns - 1), first_axis=1))
+        batch.apply(partial(elevate_nets, degree=(rows - 1, columns - 1), first_axis=1))
     )
 
 
@@ -94,8 +94,8 @@ def _join_pieces(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> 
     grids = [
         grid + start
         for piece, start in zip(pieces, first, strict=False)
-        for _, some in group_by_degree(piece.patches)
-        for grid in some
+        for _, patches in group_by_degree(piece.patches)
+        for grid in patches
     ]
     triangles = [
         piece.triangles + start

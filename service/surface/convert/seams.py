@@ -71,8 +71,8 @@ def _sides_of_triangles(
     points: FloatArray, weights: FloatArray, raised: FloatArray
 ) -> Iterator[_Side]:
     old, new = (side_rows(degree_of(net.shape[1])) for net in (points, raised))
-    for here, there in zip(old, new, strict=True):
-        yield _Side(points[:, here], weights[:, here], raised, there)
+    for old_rows, new_rows in zip(old, new, strict=True):
+        yield _Side(points[:, old_rows], weights[:, old_rows], raised, new_rows)
 
 
 def _match_sides(sides: list[_Side]) -> None:

@@ -55,8 +55,8 @@ def elevate_spline(
         if degree > surface.degree[axis]:
             where = degree_pointer(operation.degree, axis)
             check_degree(degree, allowed, where)
-            whole = find_domain(surface, axis)
-            surface = _refine_over(surface, _Change(axis, degree, whole, where), allowed)
+            domain = find_domain(surface, axis)
+            surface = _refine_over(surface, _Change(axis, degree, domain, where), allowed)
     return surface
 
 
@@ -68,10 +68,13 @@ def restrict_spline(
     A parameter that differs from a knot by rounding alone counts as this knot.
     """
     pieces: list[tuple[str, Interval | None]] = []
-    for axis, given in enumerate((operation.u, operation.v)):
+    for axis, interval in enumerate((operation.u, operation.v)):
         ends = None
-        if given is not None:
-            ends = snap_to_knot(surface, axis, given[0]), snap_to_knot(surface, axis, given[1])
+        if interval is not None:
+            ends = (
+                snap_to_knot(surface, axis, interval[0]),
+                snap_to_knot(surface, axis, interval[1]),
+            )
             least = find_least_span(*find_domain(surface, axis))
             _check_length(ends[1] - ends[0], least, f"/{'uv'[axis]}")
         pieces.append(("uv"[axis], ends))
@@ -131,14 +134,14 @@ def reverse_spline(
     """S'(−u, v) = S(u, v), since negating knots is exact; named knots keep their domain."""
     axis = "uv".index(operation.direction)
     knots = list(surface.knots)
-    given = knots[axis]
+    vector = knots[axis]
     order = np.arange(surface.control_net.shape[axis])[::-1]
-    if not isinstance(given, str):
-        knots[axis] = 0.0 - given[::-1]
-    elif given == "periodic":
+    if not isinstance(vector, str):
+        knots[axis] = 0.0 - vector[::-1]
+    elif vector == "periodic":
         # The p points that are repeated at the end must come first after the reversal.
         order = np.roll(order, surface.degree[axis])
-    own = surface.control_net.shape[:2]
+    counts = surface.control_net.shape[:2]
     weights = None if surface.weights is None else np.take(surface.weights, order, axis)
     return replace(
         surface,
@@ -147,7 +150,9 @@ def reverse_spline(
         weights=weights,
         channels=map_channels(
             surface.channels,
-            lambda net: np.take(net, order, axis) if net.shape[:2] == own else np.flip(net, axis),
+            lambda net: (
+                np.take(net, order, axis) if net.shape[:2] == counts else np.flip(net, axis)
+            ),
         ),
     )
 
@@ -156,12 +161,12 @@ def bezier_of_spline(
     surface: BsplineSurface, _operation: ToBezier, allowed: SizeLimits
 ) -> PatchSurface:
     """The Bézier patches of the spans over shared vertices, points and channels in one degree."""
-    own = surface.control_net.shape[:2]
+    counts = surface.control_net.shape[:2]
     degrees = [surface.degree]
     degrees += [
         (net.shape[0] - 1, net.shape[1] - 1)
         for _, _, _, net in surface.channels.each()
-        if net.shape[:2] != own
+        if net.shape[:2] != counts
     ]
     degree = max(p for p, _ in degrees), max(q for _, q in degrees)
     rows, columns = (
@@ -173,7 +178,7 @@ def bezier_of_spline(
 
     def carried(net: FloatArray) -> FloatArray:
         values = next(nets).nets
-        if net.shape[:2] != own:
+        if net.shape[:2] != counts:
             values = _join_nets(values.reshape(rows, columns, *values.shape[1:]).copy())
             values = values.reshape(rows * columns, *values.shape[2:])
         # Rounding must not take means beyond the values of the net: colours end at 1.
@@ -215,9 +220,9 @@ def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) 
     shortest = float(np.diff(knot.breaks(target, degree)).min())
     _check_length(shortest, find_least_span(*find_domain(surface, axis)), where)
     count = len(target) - degree - 1
-    own = surface.control_net.shape[:2]
-    beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == own)
-    check_count(count * own[1 - axis], allowed, beside)
+    counts = surface.control_net.shape[:2]
+    beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == counts)
+    check_count(count * counts[1 - axis], allowed, beside)
     vectors, degrees = list(surface.knot_vectors), list(surface.degree)
     vectors[axis], degrees[axis] = target, degree
     check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
@@ -235,13 +240,13 @@ def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) 
         return _close_rows(combine(*net, index, shares), net, index, shares)
 
     points, weights = apply_along((surface.control_net, surface.weights), axis, refined)
-    new = list(own)
+    new = list(counts)
     new[axis] = count
     low, high = find_domain(surface, axis)
     ends = tuple((t - low) / (high - low) for t in piece)
 
     def carried(net: FloatArray) -> FloatArray:
-        if net.shape[:2] == own:
+        if net.shape[:2] == counts:
             return apply_along((net, None), axis, refined)[0]
         cut = partial(polynomials.restrict, first=ends[0], last=ends[1])
         return _elevate_ambiguous(apply_along((net, None), axis, cut)[0], (new[0], new[1]))
@@ -258,7 +263,7 @@ def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) 
     )
 
 
-def _close_rows(made: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
+def _close_rows(closed_net: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
     """Copy the first row to the last where both are equal means of equal points.
 
     The ends of a periodic spline are equal in exact arithmetic, and rounding must not part them.
@@ -269,16 +274,16 @@ def _close_rows(made: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
     )
     one, other = index[first, 0], index[last, -1]
     if same and all(np.array_equal(v[one], v[other]) for v in net if v is not None):
-        for values in made:
+        for values in closed_net:
             if values is not None:
                 values[-1] = values[0]
-    return made
+    return closed_net
 
 
-def _elevate_ambiguous(net: FloatArray, own: tuple[int, int]) -> FloatArray:
+def _elevate_ambiguous(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
     """A channel's net over the whole domain, elevated if it would have the form of a spline's."""
     axis = 0 if len(net) <= MAX_DEGREE else 1
-    while net.shape[:2] == own:
+    while net.shape[:2] == counts:
         net = apply_along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[
             0
         ]
