@@ -1,4 +1,4 @@
-"""Suggests the documented field that an unknown name was probably meant to be."""
+"""Suggests what an unknown name was probably meant to be: a documented field, a kind of surface."""
 
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
@@ -7,7 +7,13 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 
 MAX_LETTERS = 40
-"""Longer names get no suggestion: to compare them would take long, and no field is that long."""
+"""Longer names get no suggestion: to compare them would take long, and no name is that long."""
+
+
+def sort_nearest_first(name: str, names: Sequence[str]) -> list[str]:
+    """The names in their order, but the one nearest to `name` first, if one is near."""
+    near = get_close_matches(name.lower(), names, 1) if len(name) <= MAX_LETTERS else []
+    return [*near, *(other for other in names if other not in near)]
 
 
 def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:

@@ -22,6 +22,7 @@ from pydantic_core import core_schema
 from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
 from service.schemas.arrays import Array, NumberGrid, tuple_schema
+from service.schemas.field_names import sort_nearest_first
 from service.schemas.validation import to_invalid, wrong_type
 from service.surface.checks import Up
 
@@ -117,7 +118,8 @@ def one_of_kinds(
     """The annotation of a union of models whose member is chosen by the value of a key.
 
     The first kind is meant where none is said, unless the key is `op`: then it must be there. A
-    value that names no known kind is refused before the union is asked; `unknown` is the issue.
+    value that names no known kind is refused before the union is asked; `unknown` is the issue,
+    and lists the kinds, the nearest first.
     """
     needed, where = "one of " + ", ".join(kinds), f"/{key}"
 
@@ -134,7 +136,8 @@ def one_of_kinds(
         if not isinstance(name, str):
             raise to_invalid(replace(wrong_type(name, needed), pointer=where))
         if name not in kinds:
-            raise to_invalid(replace(unknown, pointer=where, got="an unknown name", needed=needed))
+            nearest = "one of " + ", ".join(sort_nearest_first(name, kinds))
+            raise to_invalid(replace(unknown, pointer=where, got="an unknown name", needed=nearest))
         return value
 
     return Discriminator(tell), BeforeValidator(check), Field(description=description)

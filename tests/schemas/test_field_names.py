@@ -38,3 +38,11 @@ def test_nearest_field(
     (issue,) = refusal.value.issues
     near = f"`{field}`, or another documented name" if field else "a documented name"
     assert (issue.code, issue.pointer, issue.needed) == ("unknown_field", pointer, near)
+
+
+@pytest.mark.parametrize(("name", "first"), [("Bspline", "bspline"), ("x" * 41, "bezier")])
+def test_nearest_kind(name: str, first: str) -> None:
+    with pytest.raises(InvalidRequest) as refusal:
+        validate_document(MeshRequest, {"surface": {"type": name}})
+    needed = refusal.value.issues[0].needed
+    assert needed.startswith(f"one of {first}, ") and needed.count("bspline") == 1, needed

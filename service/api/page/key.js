@@ -1,5 +1,5 @@
 // The key of whoever works here, where the service needs one: asked for in a dialog, sent with every
-// request to the service, and gone with the tab. It never stands in an address.
+// request to the service, and gone with the tab. It never stands in a URL.
 
 import { announce, button, element, input, write } from './page.js';
 

@@ -1,4 +1,4 @@
-// The editor: opens a surface, asks for its mesh whenever something changes, shows the answer.
+// The editor: opens a surface, asks for its mesh whenever something changes, shows it.
 
 import { watchKey } from './key.js';
 import { Library } from './library.js';
@@ -19,7 +19,7 @@ import { State } from './state.js';
 import { watchTheme } from './theme.js';
 import { View } from './view.js';
 
-/** @typedef {import('./service.js').MeshAnswer} MeshAnswer */
+/** @typedef {import('./service.js').MeshResponse} MeshResponse */
 
 const FIRST = 'utah-teapot';
 
@@ -40,7 +40,7 @@ let isShown = false;
 /** Whether any document is open. */
 let isOpen = false;
 
-/** @type {MeshRequests<Wish, MeshAnswer>} */
+/** @type {MeshRequests<Wish, MeshResponse>} */
 const requests = new MeshRequests({
   send: ({ coarse }) => mesh({
     surface: state.surface,

@@ -10,7 +10,7 @@ export class Measure {
   /** @param {State} state */
   constructor(state) {
     this.state = state;
-    /** Changes so far: an answer about an older surface is not shown. */
+    /** Changes so far: a response about an older surface is not shown. */
     this.changes = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
@@ -28,14 +28,14 @@ export class Measure {
   /** Asks for the measures of the surface as it is now. */
   async ask() {
     const { changes } = this;
-    const found = await measure(this.state.surface);
+    const measures = await measure(this.state.surface);
     if (changes !== this.changes) return;
     element('measure', HTMLButtonElement).hidden = true;
-    put('area', String(found.area.value), short(found.area.value));
-    const edges = found.open_edges + found.inconsistent_edges;
+    put('area', String(measures.area.value), short(measures.area.value));
+    const edges = measures.open_edges + measures.inconsistent_edges;
     const without = `none: ${edges} open or inconsistent ${edges === 1 ? 'edge' : 'edges'}`;
-    put('volume', String(found.volume?.value ?? ''), found.volume ? short(found.volume.value) : without);
-    announce(`Area ${short(found.area.value)}; volume ${found.volume ? short(found.volume.value) : without}`);
+    put('volume', String(measures.volume?.value ?? ''), measures.volume ? short(measures.volume.value) : without);
+    announce(`Area ${short(measures.area.value)}; volume ${measures.volume ? short(measures.volume.value) : without}`);
   }
 }
 

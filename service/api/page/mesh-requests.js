@@ -2,19 +2,19 @@
 // document that is no longer open is dropped.
 
 /**
- * @template Wish, Answer
+ * @template Wish, Result
  * @typedef {object} Telling
- * @property {(wish: Wish) => Promise<Answer>} send
- * @property {(answer: Answer, wish: Wish) => void | Promise<void>} answered
+ * @property {(wish: Wish) => Promise<Result>} send
+ * @property {(result: Result, wish: Wish) => void | Promise<void>} answered
  * @property {(error: Error, wish: Wish) => void} failed
  * @property {() => void} idle  nothing is in flight and nothing waits
  */
 
 /**
- * @template Wish, Answer
+ * @template Wish, Result
  */
 export class MeshRequests {
-  /** @param {Telling<Wish, Answer>} telling */
+  /** @param {Telling<Wish, Result>} telling */
   constructor(telling) {
     this.telling = telling;
     /** @type {Wish | null} */
@@ -42,8 +42,8 @@ export class MeshRequests {
       const { generation } = this;
       this.waiting = null;
       try {
-        const answer = await this.telling.send(wish);
-        if (generation === this.generation) await this.telling.answered(answer, wish);
+        const result = await this.telling.send(wish);
+        if (generation === this.generation) await this.telling.answered(result, wish);
       } catch (error) {
         // A refusal is of interest only while nothing newer waits.
         const stale = generation !== this.generation || this.waiting !== null;

@@ -45,8 +45,8 @@ export class Drag {
       const moved = free.clone().sub(this.start);
       [along] = [...AXES].sort((a, b) => Math.abs(moved[b]) - Math.abs(moved[a]));
     }
-    const found = along === 'free' ? free : this.onAxis(at, along);
-    return [found.x, found.y, found.z].map((value, i) => (
+    const point = along === 'free' ? free : this.onAxis(at, along);
+    return [point.x, point.y, point.z].map((value, i) => (
       // A coordinate that did not move keeps all of its digits.
       value === this.start.getComponent(i) ? value : rounded(value, this.step)
     ));

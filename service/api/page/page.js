@@ -6,9 +6,9 @@
  * @returns {E}
  */
 export function element(id, kind) {
-  const found = document.getElementById(id);
-  if (!(found instanceof kind)) throw new TypeError(`no ${kind.name} is called ${id}`);
-  return found;
+  const node = document.getElementById(id);
+  if (!(node instanceof kind)) throw new TypeError(`no ${kind.name} is called ${id}`);
+  return node;
 }
 
 /** @param {string} id */

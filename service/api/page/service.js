@@ -1,4 +1,4 @@
-// What the page asks of the service it came from. Addresses are relative to the page.
+// What the page asks of the service it came from. URLs are relative to the page.
 
 import { anotherKey, credentials, currentKey, isAboutKeys } from './key.js';
 
@@ -7,7 +7,7 @@ import { anotherKey, credentials, currentKey, isAboutKeys } from './key.js';
 /** @typedef {{code: string, detail: string, pointer?: string, parameter?: string, header?: string, got?: string, needed?: string}} Issue */
 /** @typedef {{id: string, title: string, description: string}} Example */
 /** @typedef {{name: string, title: string, media_type: string, suffix: string}} Format */
-/** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshAnswer */
+/** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshResponse */
 
 /** The service says no, and why (RFC 9457). */
 export class Refusal extends Error {
@@ -22,7 +22,7 @@ export class Refusal extends Error {
   }
 }
 
-/** No answer came. */
+/** No response came. */
 export class Away extends Error {}
 
 /** @returns {Promise<Example[]>} */
@@ -50,18 +50,18 @@ export async function store(body, mediaType = 'application/json') {
 
 /**
  * The mesh of a document, and how long it took.
- * @param {object} request @param {string} mediaType @returns {Promise<MeshAnswer>}
+ * @param {object} request @param {string} mediaType @returns {Promise<MeshResponse>}
  */
 export async function mesh(request, mediaType = 'model/gltf-binary') {
   const began = performance.now();
-  const answer = await ask('v1/mesh', {
+  const response = await ask('v1/mesh', {
     method: 'POST',
     body: JSON.stringify(request),
     headers: { 'Content-Type': 'application/json', Accept: mediaType },
   });
-  const content = await answer.arrayBuffer();
+  const content = await response.arrayBuffer();
   const roundTrip = performance.now() - began;
-  return { content, serverTime: serverTime(answer.headers.get('Server-Timing')), roundTrip };
+  return { content, serverTime: serverTime(response.headers.get('Server-Timing')), roundTrip };
 }
 
 /**
@@ -82,8 +82,8 @@ export async function curvatures(surface, uv, patch) {
   const [s, t] = uv;
   const place = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
   try {
-    const answer = await posted('v1/points', { surface, ...place, patch, derivatives: 2 });
-    return { gaussian: answer.gaussian_curvature[0], mean: answer.mean_curvature[0] };
+    const point = await posted('v1/points', { surface, ...place, patch, derivatives: 2 });
+    return { gaussian: point.gaussian_curvature[0], mean: point.mean_curvature[0] };
   } catch (error) {
     if (error instanceof Refusal) return null;
     throw error;
@@ -107,11 +107,11 @@ async function posted(path, content) {
 
 let arePrivate = false;
 
-/** Whether surfaces and meshes are read with a key: their addresses alone open nothing. */
+/** Whether surfaces and meshes are read with a key: their URLs alone open nothing. */
 export const readsArePrivate = () => arePrivate;
 
 /** Where something of the service is, with its host. @param {string} path */
-export function addressOf(path) {
+export function urlOf(path) {
   return new URL(path, document.baseURI).href;
 }
 
@@ -123,25 +123,25 @@ async function json(path, options) {
 /** @param {string} path @param {RequestInit} [options] @returns {Promise<Response>} */
 async function ask(path, options = {}) {
   const sent = currentKey();
-  let answer;
+  let response;
   try {
     const headers = { ...options.headers, ...credentials() };
-    answer = await fetch(addressOf(path), { ...options, headers });
+    response = await fetch(urlOf(path), { ...options, headers });
   } catch {
     throw new Away('The service does not answer.');
   }
   if (path.startsWith('v1/surfaces/')) {
-    arePrivate = answer.status === 401 || /\bprivate\b/.test(answer.headers.get('Cache-Control') ?? '');
+    arePrivate = response.status === 401 || /\bprivate\b/.test(response.headers.get('Cache-Control') ?? '');
   }
-  if (answer.ok) return answer;
-  const isProblem = answer.headers.get('Content-Type')?.startsWith('application/problem+json');
+  if (response.ok) return response;
+  const isProblem = response.headers.get('Content-Type')?.startsWith('application/problem+json');
   if (isProblem) {
-    const problem = await answer.json();
+    const problem = await response.json();
     if (isAboutKeys(problem.code) && await anotherKey(problem.code, sent)) return ask(path, options);
     throw new Refusal(problem);
   }
-  if (answer.status >= 502) throw new Away('The service does not answer.');
-  throw new Refusal({ title: answer.statusText, status: answer.status });
+  if (response.status >= 502) throw new Away('The service does not answer.');
+  throw new Refusal({ title: response.statusText, status: response.status });
 }
 
 /**

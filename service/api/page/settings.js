@@ -67,7 +67,7 @@ export function meshOptions(settings, surface, patches, coarse) {
     : { relative_tolerance: relativeTolerance(settings), ...extra };
 }
 
-/** Options as the query of a mesh by its address. @param {Settings} settings @returns {URLSearchParams} */
+/** Options as the query of a mesh by URL. @param {Settings} settings @returns {URLSearchParams} */
 export function meshQuery(settings) {
   const query = new URLSearchParams();
   if (settings.accuracy === 'resolution') query.set('resolution', String(settings.resolution));

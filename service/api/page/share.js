@@ -2,7 +2,7 @@
 
 import { element, made, write, announce, button } from './page.js';
 import { meshQuery, toQuery, meshOptions } from './settings.js';
-import { addressOf, formats, mesh, readsArePrivate, store } from './service.js';
+import { formats, mesh, readsArePrivate, store, urlOf } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./service.js').Format} Format */
@@ -36,31 +36,31 @@ async function idOf(state) {
   return id;
 }
 
-/** An address that opens the same surface in the same way; the address bar has it, too. @param {State} state */
+/** A URL that opens the same surface in the same way; the address bar has it, too. @param {State} state */
 async function link(state) {
   const query = new URLSearchParams({ surface: await idOf(state) });
   toQuery(state.settings).forEach((value, key) => query.set(key, value));
-  const address = addressOf(`?${query}`);
-  history.replaceState(null, '', address);
-  return address;
+  const url = urlOf(`?${query}`);
+  history.replaceState(null, '', url);
+  return url;
 }
 
 /** @param {State} state */
-async function meshAddress(state) {
-  return addressOf(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings)}`);
+async function meshUrl(state) {
+  return urlOf(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings)}`);
 }
 
 /** @param {State} state */
 async function curl(state) {
-  const address = await meshAddress(state);
+  const url = await meshUrl(state);
   // The key itself stays here: the shell has it in a variable, as the command `surface` does.
   const key = readsArePrivate() ? '-H "Authorization: Bearer $SURFACE_KEY" ' : '';
-  return `curl ${key}-o ${fileName(state)}.glb '${address}'`;
+  return `curl ${key}-o ${fileName(state)}.glb '${url}'`;
 }
 
 /** @param {State} state */
 async function snippet(state) {
-  const attributes = `src="${await meshAddress(state)}" camera-controls shadow-intensity="1"`;
+  const attributes = `src="${await meshUrl(state)}" camera-controls shadow-intensity="1"`;
   return `<model-viewer ${attributes} alt="${fileName(state)}"></model-viewer>`;
 }
 

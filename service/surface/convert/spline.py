@@ -251,13 +251,13 @@ def _refine_over(surface: BsplineSurface, change: _Change, allowed: SizeLimits) 
         cut = partial(polynomials.restrict, first=ends[0], last=ends[1])
         return _elevate_ambiguous(apply_along((net, None), axis, cut)[0], (new[0], new[1]))
 
-    given: list[Knots] = list(surface.knots)
-    given[axis] = target
+    new_vectors: list[Knots] = list(surface.knots)
+    new_vectors[axis] = target
     return replace(
         surface,
         control_net=points,
         degree=(degrees[0], degrees[1]),
-        knots=(given[0], given[1]),
+        knots=(new_vectors[0], new_vectors[1]),
         weights=weights,
         channels=map_channels(surface.channels, carried),
     )
