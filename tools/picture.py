@@ -54,17 +54,17 @@ SHRINK = """async (png) => {
 HEAD = """\
 # The built-in surfaces
 
-Their meshes are at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any
-option in the query; `/v1/surfaces/{id}` is the definition to start from. The pictures are drawn by
-three.js from the service's own glTF; `make picture` draws them anew.
+Each of these surfaces has its meshes at `/v1/surfaces/{id}/mesh.{suffix}`, with any option in the
+query. `/v1/surfaces/{id}` returns its definition, from which you can start. three.js draws the
+pictures from the service's own glTF; `make picture` draws them again.
 """
 
 
 CURVES = """\
 # Curves to begin with
 
-Curves have no URL of their own: these are bodies for `POST /v1/curve`, or files for
-`surface curve`; under these names the OpenAPI document has them too.
+Curves have no URLs. Send these bodies to `POST /v1/curve`, or save them as files for
+`surface curve`. The OpenAPI document has the same examples under the same names.
 """
 
 
