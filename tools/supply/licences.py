@@ -33,16 +33,17 @@ licence files (obstore has none). Whatever says something else one day is to be 
 INTRODUCTION = """\
 # Licences
 
-The packages of other projects that an installation of the service with all its extras contains; the
-image has only the extra `meshopt`. `make licences` writes this page; a test compares it with
-the installed packages, and refuses a licence that `tools/supply/licences.py` does not allow. The
-texts of the licences lie beside the packages, in `*.dist-info`, and beside the scripts.
+This page lists the packages of other projects in an installation of the service with all its
+extras. The image has only the extra `meshopt`. `make licences` writes this page; a test compares
+it with the installed packages, and fails for a licence that `tools/supply/licences.py` does not
+allow. The texts of the licences are beside the packages, in `*.dist-info`, and beside the scripts.
 
-Compiled packages have libraries inside that this list does not name: NumPy brings OpenBLAS and
+Compiled packages contain libraries that this list does not name. NumPy contains OpenBLAS and
 LAPACK (BSD) and the run-time libraries of GCC (GPL-3.0 with GCC's exception, and LGPL-2.1 for
-libquadmath), as its licence file says; those written in Rust (obstore, orjson, pydantic_core) are
-linked with crates, and the page of the interface (swagger-ui-dist) with what its `NOTICE` tells.
-Python itself and Debian's packages come with the image's base, and have their texts there.
+libquadmath); its licence file lists them. Packages written in Rust (obstore, orjson,
+pydantic_core) are linked with crates. The interface page (swagger-ui-dist) contains the packages
+that its `NOTICE` names. Python itself and Debian's packages come with the base image, which has
+their texts.
 
 """
 
