@@ -91,9 +91,9 @@ class Refinement:
             for cells in self.exact
         ]
         parts += [
-            _integrate(each.cells, self.kind, NODES, each.errors)
-            for each in self.bounded
-            if len(each.cells)
+            _integrate(bounded.cells, self.kind, NODES, bounded.errors)
+            for bounded in self.bounded
+            if len(bounded.cells)
         ]
         return Integrals(
             *(
@@ -137,15 +137,17 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
     budget : int
         Control points that all cells may have.
     """
-    closed = kind == "flux"
-    exact = [cells for cells in groups if closed and not cells.is_rational]
-    rest = [_bound(cells, kind) for cells in groups if not closed or cells.is_rational]
+    has_closed_form = kind == "flux"
+    exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
+    rest = [_bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational]
     kept: list[BoundedCells] = []
-    room, share = budget - sum(each.cells.size for each in rest), 1.0
+    room, share = budget - sum(cells_bound.cells.size for cells_bound in rest), 1.0
     excess = 0.0
     for _ in range(ROUNDS):
         checkpoint()
-        errors = np.concatenate([np.zeros(0), *(each.relative_errors(allowed) for each in rest)])
+        errors = np.concatenate(
+            [np.zeros(0), *(cells_bound.relative_errors(allowed) for cells_bound in rest)]
+        )
         order = np.argsort(errors, kind="stable")
         added = np.cumsum(errors[order])
         excess = 1 - share + float(added[-1]) if len(added) else 0.0
@@ -161,7 +163,7 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         chosen = np.ones(len(order), dtype=bool)
         chosen[order[:few]] = False
         room -= int(points[chosen].sum())
-        ends = np.cumsum([0] + [len(each.cells) for each in rest])
+        ends = np.cumsum([0] + [len(cells_bound.cells) for cells_bound in rest])
         kept += [e.take(~chosen[a:b]) for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)]
         rest = [
             half
@@ -206,8 +208,8 @@ def _bound(cells: Cells, kind: Kind) -> BoundedCells:
         parts.append(remainders(local_nets(cells.take(rows), kind), kind, NODES))
     return BoundedCells(
         cells,
-        np.concatenate([each.errors for each in parts], axis=1),
-        np.concatenate([each.along_v for each in parts]),
+        np.concatenate([part.errors for part in parts], axis=1),
+        np.concatenate([part.along_v for part in parts]),
     )
 
 
@@ -216,8 +218,8 @@ def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) 
     sums, rounding = [], []
     for rows in chunks(cells, count):
         checkpoint()
-        each, wrong = apply_rule(local_nets(cells.take(rows), kind), kind, count)
-        sums.append(each)
+        values, wrong = apply_rule(local_nets(cells.take(rows), kind), kind, count)
+        sums.append(values)
         rounding.append(wrong)
     total = np.concatenate(rounding, axis=1)
     return Integrals(
@@ -233,6 +235,6 @@ def local_nets(cells: Cells, kind: Kind) -> LocalNets:
 def chunks(cells: Cells, count: int) -> list[slice]:
     """Runs of cells whose arrays, of `count`² nodes or of control points, fit the cache."""
     p, q = cells.degree
-    each = 3 * max(count, p + 1) * max(count if q else 1, q + 1)
-    step = max(1, CHUNK // each)
+    numbers = 3 * max(count, p + 1) * max(count if q else 1, q + 1)
+    step = max(1, CHUNK // numbers)
     return [slice(k, k + step) for k in range(0, len(cells), step)]

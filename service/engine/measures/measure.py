@@ -47,14 +47,14 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     TooLarge
         `too_costly`, if a larger tolerance can be reached within the budget of the query.
     """
-    given, part, source = sources(lowered, query.weld_tolerance, allow)
+    patch_model, part, source = sources(lowered, query.weld_tolerance, allow)
     precision = Precision(query)
-    nets = surface_nets(given.batches)
+    nets = surface_nets(patch_model.batches)
     groups = group_cells(nets, source.noise)
-    sizes = _measure_sizes("the area", groups, part, len(given.parts), precision)
-    areas = [each.times(nets.scale**2) for each in sizes]
+    sizes = _measure_sizes("the area", groups, part, len(patch_model.parts), precision)
+    areas = [size.times(nets.scale**2) for size in sizes]
     oriented = orient_sides(source.seams)
-    closed_parts = oriented.closed_parts(source.part, len(given.parts))
+    closed_parts = oriented.closed_parts(source.part, len(patch_model.parts))
     solids = measure_solids(
         source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
     )
@@ -80,13 +80,13 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
             for side, alone in zip(sides[:MOST_LISTED], is_open, strict=False)
         ),
         tuple(
-            PartMeasures(each.name, area, *solid)
-            for each, area, solid in zip(given.parts, areas[1:], solid_parts, strict=True)
+            PartMeasures(size.name, area, *solid)
+            for size, area, solid in zip(patch_model.parts, areas[1:], solid_parts, strict=True)
         ),
         areas[0].is_within(width * areas[0].value)
         and total.is_within(width * total.value)
         and (volume is None or volume.is_within(width * abs(volume.value)))
-        and (centroid is None or all(c.is_within(width * given.diagonal) for c in centroid)),
+        and (centroid is None or all(c.is_within(width * patch_model.diagonal) for c in centroid)),
         source.moved,
     )
 
@@ -118,7 +118,7 @@ def _measure_boundaries(
         return Interval(0.0, 0.0, 0.0), []
     edges = np.concatenate([oriented.edge.ravel()[list(chain.sides)] for chain in chains])
     owner = np.full(len(source.seams.users), -1)
-    owner[edges] = np.repeat(np.arange(len(chains)), [len(each.sides) for each in chains])
+    owner[edges] = np.repeat(np.arange(len(chains)), [len(border.sides) for border in chains])
     origin, scale, _ = frame(*source.model.bounds)
     noise = (source.noise + source.moved) / scale
     groups = []
@@ -132,8 +132,8 @@ def _measure_boundaries(
     lengths = _measure_sizes("the borders", groups, numbers, len(chains), precision)
     if not lengths:
         return Interval(0.0, 0.0, 0.0), []
-    total, *each_length = [each.times(scale) for each in lengths]
+    total, *each_length = [border.times(scale) for border in lengths]
     return total, [
-        Boundary(length, len(each.sides), each.is_closed, source.place(each.sides[0]))
-        for length, each in zip(each_length, chains, strict=True)
+        Boundary(length, len(border.sides), border.is_closed, source.place(border.sides[0]))
+        for length, border in zip(each_length, chains, strict=True)
     ]

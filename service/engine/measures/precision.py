@@ -77,14 +77,14 @@ class Precision:
             `too_costly`.
         """
         if self.reachable:
-            each = ", ".join(f"{least:g} for {name}" for name, least in self.reachable.items())
+            listed = ", ".join(f"{least:g} for {name}" for name, least in self.reachable.items())
             raise TooLarge(
                 Issue(
                     "too_costly",
                     "Such narrow intervals take more work than this service gives to one request.",
                     "/tolerance",
                     f"{self.query.tolerance:g}",
-                    f"at least {max(self.reachable.values()):g}: {each}",
+                    f"at least {max(self.reachable.values()):g}: {listed}",
                 )
             )
 

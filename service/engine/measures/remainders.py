@@ -108,8 +108,8 @@ def remainders(nets: LocalNets, kind: Kind, count: int) -> Remainders:
             near = [np.minimum(size_of + off[0], 2 * off[0])]
         else:
             t = lengths(nets.center)
-            whole, reach = size_of + off, t + spread.reach
-            bounds = [reach * whole - t * size_of, reach * reach * whole - t * t * size_of]
+            total, reach = size_of + off, t + spread.reach
+            bounds = [reach * total - t * size_of, reach * reach * total - t * t * size_of]
             near = [2 * bound[0] for bound in bounds]
         for row, bound in enumerate(bounds):
             within = bound * share * UPWARDS

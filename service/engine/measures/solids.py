@@ -33,7 +33,7 @@ Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
 
 def measure_solids(
     source: Source,
-    closed: bool,
+    whole_is_closed: bool,
     closed_parts: Bools,
     areas: tuple[list[Interval], float],
     precision: Precision,
@@ -43,11 +43,11 @@ def measure_solids(
     `areas`: the areas of the whole surface and of each part, and their unit of length in model
     units. The result is empty if the query will be refused.
     """
-    is_closed = np.concatenate([[closed], closed_parts])
+    is_closed = np.concatenate([[whole_is_closed], closed_parts])
     if not is_closed.any():
         return [(None, None)] * len(is_closed)
     nets = surface_nets(source.model.batches)
-    patches = None if closed else closed_parts[source.part]
+    patches = None if whole_is_closed else closed_parts[source.part]
     groups = group_cells(nets, source.noise + 2 * source.moved, patches)
     (flux, *_), rounding = estimate(groups, "flux")
     diagonal = nets.diagonal / nets.scale

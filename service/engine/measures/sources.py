@@ -87,10 +87,10 @@ class Source:
     def place(self, number: int) -> SidePlace:
         """Find where side `number` (patch · 4 + side) is in the request."""
         patch, side = divmod(number, 4)
-        piece = [each for each in self._pieces if each.first <= patch][-1]
+        piece = [candidate for candidate in self._pieces if candidate.first <= patch][-1]
         index, model = patch - piece.first, piece.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
-        surface, placed, given = piece.members[0]
+        surface, placed, patch_model = piece.members[0]
         # Where s and t of a triangle have changed places, its side r = 0 is where it was.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
         other = side if is_triangle and side == 1 else side ^ 2
@@ -102,18 +102,21 @@ class Source:
             ends, domain = in_domains(model, np.array([index, index]), ends)
             index = int(domain[0])
         if piece.is_cluster:
-            counts = [len(given.domains) or given.patch_count for *_, given in piece.members]
+            counts = [
+                len(patch_model.domains) or patch_model.patch_count
+                for *_, patch_model in piece.members
+            ]
             ends_of = np.cumsum(counts)
             member = int(np.searchsorted(ends_of, index, side="right"))
-            surface, placed, given = piece.members[member]
+            surface, placed, patch_model = piece.members[member]
             index -= int(ends_of[member]) - counts[member]
             if _mirrors(placed):
                 side, ends = other, ends[:, ::-1]
-        names, patch_number = SIDES, None if len(given.domains) == 1 else index
-        if not given.domains:
-            if triangular_patches(given.batches)[index]:
+        names, patch_number = SIDES, None if len(patch_model.domains) == 1 else index
+        if not patch_model.domains:
+            if triangular_patches(patch_model.batches)[index]:
                 names, ends = TRIANGLE_SIDES, _on_triangle(ends)
-            patch_number = index if given.order is None else int(given.order[index])
+            patch_number = index if patch_model.order is None else int(patch_model.order[index])
         (a, b), (c, d) = ends.tolist()
         return SidePlace(surface, patch_number, names[side], ((a, b), (c, d)))
 
@@ -131,15 +134,15 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
     InvalidRequest
         `not_parametric`, of tubes and ribbons.
     """
-    given = to_patches(lowered)
-    part = given.part_numbers
+    patch_model = to_patches(lowered)
+    part = patch_model.part_numbers
     if isinstance(lowered, GroupModel):
-        return given, part, _joined_group(lowered, tolerance, allow)
+        return patch_model, part, _joined_group(lowered, tolerance, allow)
     assert isinstance(lowered, PatchModel)
     model, seams = join(lowered, tolerance, allow)
     noise = bound_lowering_error(lowered)
     piece = _Piece(0, model, ((None, None, lowered),), is_cluster=False)
-    return given, part, Source(model, seams, model.part_numbers, noise, model.moved, (piece,))
+    return patch_model, part, Source(model, seams, model.part_numbers, noise, model.moved, (piece,))
 
 
 def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:

@@ -107,8 +107,8 @@ class CellTree:
         """Lowest and highest coordinates (3,) of all control points."""
         points = [_points(group.nets).reshape(-1, 3) for group in self.nets.groups]
         return (
-            np.min([each.min(axis=0) for each in points], axis=0),
-            np.max([each.max(axis=0) for each in points], axis=0),
+            np.min([group_points.min(axis=0) for group_points in points], axis=0),
+            np.max([group_points.max(axis=0) for group_points in points], axis=0),
         )
 
     def forget_much(self) -> None:
@@ -175,11 +175,11 @@ class CellTree:
             is_one = self._group[cells] == group
             parts = []
             for axes in ((0,), (1,), (0, 1)):
-                some = cells[is_one & (along_a == (0 in axes)) & (along_b == (1 in axes))]
-                if len(some):
-                    nets = self._spaces[group].nets[self._row[some]]
-                    place, sides = self.place[:, some], self.point_sides[:, some]
-                    parts.append(Cells(nets, place, sides, some).halved(axes))
+                chosen = cells[is_one & (along_a == (0 in axes)) & (along_b == (1 in axes))]
+                if len(chosen):
+                    nets = self._spaces[group].nets[self._row[chosen]]
+                    place, sides = self.place[:, chosen], self.point_sides[:, chosen]
+                    parts.append(Cells(nets, place, sides, chosen).halved(axes))
             if parts:
                 self._add_children(group, Cells.joined(parts))
 

@@ -25,13 +25,13 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     table = np.empty((COLUMNS, len(nets)))
     # As in `cell_models`, which has the proof; it may be wrong on both sides of an edge.
     error = 4 * columns.UNIT * largest * (depth + 2) * (p + q + 2)
-    found = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
-    center = (found[0] + found[1] + found[2] + found[3]) / 4
+    corners = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
+    center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
     away = points - center[:, np.newaxis, np.newaxis]
     table[:3] = center.T
     table[3] = np.sqrt(_dot(away, away).max(axis=(1, 2))) + 2 * error
     table[columns.ERROR] = error
-    table[CORNERS:] = found.transpose(0, 2, 1).reshape(12, -1)
+    table[CORNERS:] = corners.transpose(0, 2, 1).reshape(12, -1)
     sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
     lenses = []
     for side in sides:

@@ -55,27 +55,29 @@ class ClosestSearch:
 
     def find(self, points: FloatArray) -> ClosestPoints:
         """Closest points to `points` (m, 3), in the coordinates of the nets."""
-        found = list(self._chunks(points, MOST_CLOSE))
+        results = list(self._chunks(points, MOST_CLOSE))
         names = [field.name for field in fields(ClosestPoints)]
-        return ClosestPoints(*(np.concatenate([getattr(f, name) for f in found]) for name in names))
+        return ClosestPoints(
+            *(np.concatenate([getattr(f, name) for f in results]) for name in names)
+        )
 
     def _chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
         """Closest points by chunks, which share `pairs` pairs to be looked at closely."""
         first, size = 0, CHUNK
         while first < len(points):
             checkpoint()
-            some = points[first : first + size]
-            share = pairs * len(some) // (len(points) - first)
-            shared = Share(share, len(some))
+            chunk_points = points[first : first + size]
+            share = pairs * len(chunk_points) // (len(points) - first)
+            shared = Share(share, len(chunk_points))
             chunk = ClosestLevels(
-                self.patches, some, shared, self.tolerance, can_split=size > FEWEST
+                self.patches, chunk_points, shared, self.tolerance, can_split=size > FEWEST
             )
-            found = chunk.search()
+            result = chunk.search()
             pairs -= int(shared.spent.sum())
             if size > FEWEST and (chunk.is_crowded or self.cells.is_full):
-                size = min(size, len(some)) // 4  # the cells of fewer points find room
+                size = min(size, len(chunk_points)) // 4  # the cells of fewer points find room
             else:
-                yield found
+                yield result
                 first = first + size
                 if 2 * chunk.most_open <= MOST_OPEN:
                     size = min(2 * size, CHUNK)

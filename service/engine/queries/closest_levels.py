@@ -108,9 +108,9 @@ class ClosestLevels:
         is_open = self.cells.is_coarse(cell[near], COARSE)
         looked = np.flatnonzero(~is_open)
         for part in row_slices(len(looked), 1, PAIRS):
-            some = looked[part]
-            rows = near[some]
-            is_open[some], low[rows] = self.look(point[rows], cell[rows], low[rows])
+            chosen = looked[part]
+            rows = near[chosen]
+            is_open[chosen], low[rows] = self.look(point[rows], cell[rows], low[rows])
         rows = near[is_open]
         return self.halve(point[rows], cell[rows], low[rows])
 
@@ -174,8 +174,8 @@ class ClosestLevels:
         order = np.lexsort((cell, bounds.estimate, point))
         is_first = np.diff(point[order], prepend=-1) > 0
         left = []
-        for some in (order[is_first], order[~is_first]):
-            rows = some[bounds.low[some] <= self.nearest.limit(point[some])]
+        for chosen in (order[is_first], order[~is_first]):
+            rows = chosen[bounds.low[chosen] <= self.nearest.limit(point[chosen])]
             if len(rows):
                 left.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
         rows = np.concatenate(left) if left else np.zeros(0, np.intp)
@@ -190,34 +190,39 @@ class ClosestLevels:
         errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
         x = self.x.take(point, axis=1)
         for left in range(STEPS, 0, -1):
-            found = measure(self.cells, net, place, at, x)
-            wrong = errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
-            change = 2 * least_change(found.gradient, minima.convexity, at)
-            low = found.low * found.low + change - 4 * wrong.sum(axis=0) - minima.loss
+            reached = measure(self.cells, net, place, at, x)
+            wrong = errors[:2] * reached.distance + errors[2:] + 4 * UNIT * np.abs(reached.gradient)
+            change = 2 * least_change(reached.gradient, minima.convexity, at)
+            low = reached.low * reached.low + change - 4 * wrong.sum(axis=0) - minima.loss
             is_far = low > self.nearest.limit(point)
-            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(found.high)
+            good = reached.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(reached.high)
             if left > 1:  # one step more makes the place exact, to which distances are blind
                 good &= change >= -EXACT * EXACT
             good &= ~is_far
             done = np.flatnonzero(good | (left == 1))
-            self.nearest.add_places(point[done], net[done], found.take(done))
+            self.nearest.add_places(point[done], net[done], reached.take(done))
             self.nearest.end_cells(point[good], low[good])
             good |= is_far
             ended[rows[good]] = True
-            some = np.flatnonzero(~good)
-            if left == 1 or not len(some):
+            left_rows = np.flatnonzero(~good)
+            if left == 1 or not len(left_rows):
                 break
-            at = found.next(at, minima.sides).take(some, axis=1)
-            rows, net, point, minima = rows[some], net[some], point[some], minima.take(some)
-            place, errors, x = (each.take(some, axis=1) for each in (place, errors, x))
+            at = reached.next(at, minima.sides).take(left_rows, axis=1)
+            rows, net, point, minima = (
+                rows[left_rows],
+                net[left_rows],
+                point[left_rows],
+                minima.take(left_rows),
+            )
+            place, errors, x = (each.take(left_rows, axis=1) for each in (place, errors, x))
         return ended
 
 
 def _joined(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
     """Pairs of a point and a cell, in the order of points."""
-    some = [each for each in pairs if len(each[0])]
-    if len(some) < 2:
-        return some[0] if some else NO_PAIRS
-    point, cell = (np.concatenate(each) for each in zip(*some, strict=True))
+    filled = [each for each in pairs if len(each[0])]
+    if len(filled) < 2:
+        return filled[0] if filled else NO_PAIRS
+    point, cell = (np.concatenate(each) for each in zip(*filled, strict=True))
     order = np.argsort(point, kind="stable")
     return point[order], cell[order]

@@ -85,7 +85,7 @@ class Minima:
         """All of them, one after another."""
         return Minima(
             *(
-                np.concatenate([getattr(each, name) for each in minima], axis=-1)
+                np.concatenate([getattr(part, name) for part in minima], axis=-1)
                 for name in Minima.__slots__
             )
         )
@@ -125,8 +125,8 @@ class CellBounds:
     def minima(self, rows: Ints) -> Minima:
         """Starts and bounds of the minima of settled pairs."""
         gradient, forms, side, straight, convexity = (
-            each.take(rows, axis=1)
-            for each in (self.gradient, self.forms, self.side, self.straight, self.convexity)
+            values.take(rows, axis=1)
+            for values in (self.gradient, self.forms, self.side, self.straight, self.convexity)
         )
         on_side = side != 0
         loss = np.where(on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))

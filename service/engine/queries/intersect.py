@@ -65,11 +65,11 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     parts: list[Hits] = []
     sines: list[FloatArray] = []
     reached = []
-    for found in search.find(query.origins, query.directions, only_first=query.only_first):
-        parts.append(found.hits)
-        sines.append(found.sines)
-        reached.append(found.reached)
-        count += len(found.sines)
+    for chunk in search.find(query.origins, query.directions, only_first=query.only_first):
+        parts.append(chunk.hits)
+        sines.append(chunk.sines)
+        reached.append(chunk.reached)
+        count += len(chunk.sines)
         if count > most_hits:
             message = "The rays have more hits than this service tells at once."
             needed = f"at most {most_hits}; fewer rays, or their first hits alone"

@@ -89,10 +89,10 @@ class Nearest:
             self.best[who] = self._center_best[who] = upper[hit]
             self._center_cell[who] = cell[hit]
 
-    def add_places(self, point: Ints, net: Ints, found: Place) -> None:
+    def add_places(self, point: Ints, net: Ints, places: Place) -> None:
         """Takes points of the surface."""
-        np.minimum.at(self.best, point, found.high * found.high)
-        self._places.append((point, net, found))
+        np.minimum.at(self.best, point, places.high * places.high)
+        self._places.append((point, net, places))
 
     def end_cells(self, point: Ints, low: FloatArray) -> None:
         """Cells end with bounds as squares, their minima being places."""
@@ -108,50 +108,52 @@ class Nearest:
         self._descend()
         point = np.concatenate([point for point, _, _ in self._places])
         net = np.concatenate([net for _, net, _ in self._places])
-        found = Place.joined([found for _, _, found in self._places])
-        chosen = self._choose(point, net, found)
-        position, distance = found.position[:, chosen], found.distance[chosen]
+        places = Place.joined([places for _, _, places in self._places])
+        chosen = self._choose(point, net, places)
+        position, distance = places.position[:, chosen], places.distance[chosen]
         high = np.full(len(distance), np.inf)
-        np.minimum.at(high, point, found.high)
+        np.minimum.at(high, point, places.high)
         high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        tied = self._ties(point, found, position, distance)
-        place = found.place[:, chosen].T
+        tied = self._ties(point, places, position, distance)
+        place = places.place[:, chosen].T
         return ClosestPoints(net[chosen], place, position.T, distance, low, high, tied)
 
     def _descend(self) -> None:
         """Newton's method from the nearest centre of a cell, where no place is as near."""
         reached = np.full(len(self.best), np.inf)
-        for point, _, found in self._places:
-            np.minimum.at(reached, point, found.high)
+        for point, _, places in self._places:
+            np.minimum.at(reached, point, places.high)
         rows = np.flatnonzero(np.isinf(reached) | (reached * reached > self._center_best))
         cell = self._center_cell[rows]
         net, place = self._cells.net[cell], self._cells.place[:, cell]
         if not len(rows):
             return
         at = free = np.zeros((2, len(rows)))
-        nearest = found = measure(self._cells, net, place, at, self._x[:, rows])
+        nearest = places = measure(self._cells, net, place, at, self._x[:, rows])
         for _ in range(1, STEPS):
-            at = found.next(at, free)
-            found = measure(self._cells, net, place, at, self._x[:, rows])
-            nearest = nearest.replaced(found, found.high <= nearest.high)
+            at = places.next(at, free)
+            places = measure(self._cells, net, place, at, self._x[:, rows])
+            nearest = nearest.replaced(places, places.high <= nearest.high)
         self.add_places(rows, net, nearest)
 
-    def _choose(self, point: Ints, net: Ints, found: Place) -> Ints:
+    def _choose(self, point: Ints, net: Ints, places: Place) -> Ints:
         """Rows (m,) of the nearest places; of those as near up to rounding, the first."""
         least = np.full(len(self.best), np.inf)
-        np.minimum.at(least, point, found.distance)
-        most = least[point] + 4 * (found.high - found.distance)
-        rows = np.flatnonzero(found.distance <= most)
-        u, v = found.place[:, rows]
+        np.minimum.at(least, point, places.distance)
+        most = least[point] + 4 * (places.high - places.distance)
+        rows = np.flatnonzero(places.distance <= most)
+        u, v = places.place[:, rows]
         rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 
-    def _ties(self, point: Ints, found: Place, position: FloatArray, distance: FloatArray) -> Bools:
+    def _ties(
+        self, point: Ints, places: Place, position: FloatArray, distance: FloatArray
+    ) -> Bools:
         """Whether a place or an open cell away from the positions (3, m) is as near."""
         tied = np.zeros(len(distance), bool)
-        away = found.position - position[:, point]
-        near = found.distance <= distance[point] + TIED * self._tolerance
+        away = places.position - position[:, point]
+        near = places.distance <= distance[point] + TIED * self._tolerance
         near &= dot(away, away) > APART**2
         tied[point[near]] = True
         for who, cell, low in self._left:

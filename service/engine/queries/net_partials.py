@@ -39,7 +39,7 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
     partial of order i, j is wrong by p^i q^j times as much, of rational nets in each net's ratio of
     weights.
     """
-    found = np.empty((len(_CHOSEN[order][0]), 3, len(net)))
+    partials = np.empty((len(_CHOSEN[order][0]), 3, len(net)))
     for group in nets.groups:
         k = len(group.nets)
         rows = np.arange(len(net))
@@ -47,10 +47,10 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
             rows = np.flatnonzero((net >= group.first) & (net < group.first + k))
         step = max(1, ROOM // group.nets[0].size)
         for first in range(0, len(rows), step):
-            some = rows[first : first + step]
-            u, v = place[:, some]
-            found[:, :, some] = _of_group(group.nets[net[some] - group.first], u, v, order)
-    return found
+            chunk = rows[first : first + step]
+            u, v = place[:, chunk]
+            partials[:, :, chunk] = _of_group(group.nets[net[chunk] - group.first], u, v, order)
+    return partials
 
 
 def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
@@ -78,15 +78,15 @@ def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> Flo
 
 def _bases(degree: int, t: FloatArray, order: int) -> FloatArray:
     """Bernstein polynomials and their derivatives up to an order, (m, order + 1, n+1)."""
-    found = np.zeros((len(t), order + 1, degree + 1))
-    found[:, 0] = bernstein(degree, t)
+    basis = np.zeros((len(t), order + 1, degree + 1))
+    basis[:, 0] = bernstein(degree, t)
     if degree > 0:
         low = degree * bernstein(degree - 1, t)
-        found[:, 1, 1:] = low
-        found[:, 1, :-1] -= low
+        basis[:, 1, 1:] = low
+        basis[:, 1, :-1] -= low
     if degree > 1 and order > 1:
         low = degree * (degree - 1) * bernstein(degree - 2, t)
-        found[:, 2, 2:] = low
-        found[:, 2, 1:-1] -= 2 * low
-        found[:, 2, :-2] += low
-    return found
+        basis[:, 2, 2:] = low
+        basis[:, 2, 1:-1] -= 2 * low
+        basis[:, 2, :-2] += low
+    return basis

@@ -134,7 +134,9 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
             if batch.degree <= HIGHEST:
                 points = _quadrilateral_nets(points, batch.degree)
                 numbers = np.tile(numbers, 3)
-                places = np.repeat([each[:, 1:] for each in _QUADRILATERALS], batch.count, axis=0)
+                places = np.repeat(
+                    [parts_alike[:, 1:] for parts_alike in _QUADRILATERALS], batch.count, axis=0
+                )
             else:
                 points = tensor_net(points)
                 places = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
@@ -143,8 +145,8 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
         alike.setdefault(points.shape[1:], []).append((points, numbers, places))
         first += batch.count
     groups, patches, corners, net = [], [], [], 0
-    for each in alike.values():
-        nets, numbers, places = (np.concatenate(parts) for parts in zip(*each, strict=True))
+    for parts_alike in alike.values():
+        nets, numbers, places = (np.concatenate(parts) for parts in zip(*parts_alike, strict=True))
         groups.append(NetGroup(np.ascontiguousarray(nets), net))
         patches.append(numbers)
         corners.append(places)

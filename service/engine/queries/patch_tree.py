@@ -110,7 +110,7 @@ def _met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
     All n m pairs are looked at without gathering: |g|² − (g · d)² is the square of the distance, up
     to 16 u |g|².
     """
-    found = []
+    pairs = []
     center, radius = spheres[:3, np.newaxis], spheres[3]
     for rows in row_slices(len(rays.near), spheres.shape[1], PAIRS):
         o, d = rays.origin[:, rows, np.newaxis], rays.direction[:, rows, np.newaxis]
@@ -126,8 +126,8 @@ def _met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
         wide *= SAFE
         meets &= square <= wide
         ray, sphere = np.nonzero(meets)
-        found.append((ray + rows.start, sphere))
-    ray, sphere = (np.concatenate(each) for each in zip(*found, strict=True))
+        pairs.append((ray + rows.start, sphere))
+    ray, sphere = (np.concatenate(column) for column in zip(*pairs, strict=True))
     return ray, sphere
 
 

@@ -65,14 +65,14 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         normals (m, 3); on_boundary (m,); signs (m,) if asked, NaN where they are not known.
     """
     nets = surface_nets(model.batches)
-    found, columns = _closest(nets, query)
+    closest, columns = _closest(nets, query)
     seams = None
     if query.sign:
         seams = connect_if_apart(model, WELD_TOLERANCE)
-        columns["signs"] = signs(model, seams, nets, nets.local(query.points), found.low)
-    patch = nets.patch[found.net]
-    local = nets.parameters(found.net, found.place)
-    columns |= surface_columns(model, patch, local, net_normals(nets, found.net, found.place))
+        columns["signs"] = signs(model, seams, nets, nets.local(query.points), closest.low)
+    patch = nets.patch[closest.net]
+    local = nets.parameters(closest.net, closest.place)
+    columns |= surface_columns(model, patch, local, net_normals(nets, closest.net, closest.place))
     columns["on_boundary"] = _on_boundary(model, seams or connect(model), patch, local)
     return columns
 
@@ -86,9 +86,11 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    found, columns = _closest(nets, ProjectQuery(to_space(query.points), query.relative_tolerance))
+    closest, columns = _closest(
+        nets, ProjectQuery(to_space(query.points), query.relative_tolerance)
+    )
     columns["positions"] = columns["positions"][:, : pieces.dimension]
-    places = CurveSamples(found.net, found.place[:, 0])
+    places = CurveSamples(closest.net, closest.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)
     columns["tangents"] = evaluate_tangents(pieces, places)
     return columns
@@ -152,14 +154,14 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
 def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:
     """The closest points, and the columns that surfaces and curves have alike."""
     width = query.relative_tolerance * nets.diagonal
-    found = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
-    bounds = np.stack([found.low, found.high], axis=1) * nets.scale
-    return found, {
-        "positions": nets.origin + found.position * nets.scale,
-        "distances": found.distance * nets.scale,
+    closest = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
+    bounds = np.stack([closest.low, closest.high], axis=1) * nets.scale
+    return closest, {
+        "positions": nets.origin + closest.position * nets.scale,
+        "distances": closest.distance * nets.scale,
         "distance_bounds": bounds,
         "reached": bounds[:, 1] - bounds[:, 0] <= width,
-        "tied": found.tied,
+        "tied": closest.tied,
     }
 
 

@@ -161,7 +161,7 @@ class RootBounds:
         """All of them, one after another."""
         names = RootBounds.__slots__
         return RootBounds(
-            *(np.concatenate([getattr(each, name) for each in bounds], axis=-1) for name in names)
+            *(np.concatenate([getattr(part, name) for part in bounds], axis=-1) for name in names)
         )
 
 

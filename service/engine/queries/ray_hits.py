@@ -133,8 +133,8 @@ def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
         for row, what in _merge(hits, sines, (long, even, is_behind), rows):
             keep[row], kind[row] = True, what
     hits.origin[:] = kind
-    found = hits.take(keep)
-    return found.take(np.lexsort((found.net, found.t, found.ray)))
+    kept = hits.take(keep)
+    return kept.take(np.lexsort((kept.net, kept.t, kept.ray)))
 
 
 def _clusters(hits: Hits, pad: FloatArray) -> Ints:
@@ -157,7 +157,7 @@ def _merge(
     origin, t = hits.origin[rows], hits.t[rows]
     proved, near = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
     strips = rows[origin >= Origin.STRIP]
-    found: list[tuple[int, Kind]] = []
+    crossings: list[tuple[int, Kind]] = []
     if len(strips):
         ends = t[origin >= Origin.STRIP]
         inner = (hits.low[near] > ends.min()) & (hits.high[near] < ends.max())
@@ -173,7 +173,7 @@ def _merge(
             proved, strips = np.setdiff1d(proved, within), np.concatenate([strips, within])
             ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
             chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
-            found.append((_stand_for(hits, chosen, strips), Kind.ALONG))
+            crossings.append((_stand_for(hits, chosen, strips), Kind.ALONG))
         else:
             # Strips right beside a crossing that is almost tangent belong to its interval.
             strips = np.array([row for row in strips if not _joins(hits, row, flat)], np.intp)
@@ -182,7 +182,7 @@ def _merge(
                 chosen = ahead[np.argmin(hits.residual[ahead])]
                 one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
                 kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
-                found.append((_stand_for(hits, chosen, strips), kind))
+                crossings.append((_stand_for(hits, chosen, strips), kind))
     for sign in (-1, 1):
         same = proved[sines[proved] * sign > 0]
         if len(same):
@@ -194,8 +194,8 @@ def _merge(
         chosen = near[np.argmin(hits.residual[near])]
         signs = np.sign(sines[near])
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
-        found.append((_stand_for(hits, chosen, near), kind))
-    return found + [(int(row), Kind.CROSSING) for row in proved]
+        crossings.append((_stand_for(hits, chosen, near), kind))
+    return crossings + [(int(row), Kind.CROSSING) for row in proved]
 
 
 def _stand_for(hits: Hits, chosen: np.intp, rows: Ints) -> int:

@@ -56,10 +56,10 @@ NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
 def _joined(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
     """All pairs in the order of rays."""
-    some = [each for each in pairs if len(each[0])]
-    if len(some) < 2:
-        return some[0] if some else NO_PAIRS
-    ray, cell = (np.concatenate(each) for each in zip(*some, strict=True))
+    filled = [pair for pair in pairs if len(pair[0])]
+    if len(filled) < 2:
+        return filled[0] if filled else NO_PAIRS
+    ray, cell = (np.concatenate(pair) for pair in zip(*filled, strict=True))
     order = np.argsort(ray, kind="stable")
     return ray[order], cell[order]
 
@@ -100,7 +100,7 @@ class RayLevels:
                 later = NO_PAIRS
                 self.is_later[:] = False
             pairs = [self.step(ray, cell)]
-            if sum(len(each[0]) for each in self.settled) >= len(pairs[0][0]):
+            if sum(len(pair[0]) for pair in self.settled) >= len(pairs[0][0]):
                 pairs.append(self.polish())
             ray, cell = _joined([*pairs, self.waiting])
         hits = Hits.joined(self.found)
@@ -136,10 +136,10 @@ class RayLevels:
         coarse = models[columns.STRAIN, cell[near]] > COARSE
         left = [(ray[near[coarse]], cell[near[coarse]])]
         near = near[~coarse]
-        for some in (near[k : k + PAIRS] for k in range(0, max(len(near), 1), PAIRS)):
+        for chunk in (near[k : k + PAIRS] for k in range(0, max(len(near), 1), PAIRS)):
             checkpoint()
-            left.append(self.look(ray[some], cell[some], low[some]))
-        return self.halve(*(np.concatenate(each) for each in zip(*left, strict=True)))
+            left.append(self.look(ray[chunk], cell[chunk], low[chunk]))
+        return self.halve(*(np.concatenate(column) for column in zip(*left, strict=True)))
 
     def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
         """The rows of `near` whose rays go on; the other rays wait, or end."""
@@ -223,13 +223,13 @@ class RayLevels:
         left = []
         for part in parts:
             rows = part[low[part] <= self.farthest[ray[part]]]
-            for some in (rows[k : k + PAIRS] for k in range(0, len(rows), PAIRS)):
+            for chunk in (rows[k : k + PAIRS] for k in range(0, len(rows), PAIRS)):
                 checkpoint()
                 hits, done = find_roots(
-                    self.cells, self.rays, ray[some], cell[some], bounds.take(some)
+                    self.cells, self.rays, ray[chunk], cell[chunk], bounds.take(chunk)
                 )
                 self.found.append(hits)
-                left.append(some[~done])
+                left.append(chunk[~done])
                 if self.only_first:
                     sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
                     self.shorten(hits.ray[sure], hits.t[sure])

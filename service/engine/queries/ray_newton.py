@@ -102,7 +102,7 @@ def find_roots(
     Theorem 2 of `ray_bounds`, from any place, puts it outside.
     """
     done = np.zeros(len(ray), bool)
-    found: list[Hits] = []
+    hits_by_step: list[Hits] = []
     rows, at = np.arange(len(ray)), bounds.start
     for left in range(STEPS, 0, -1):
         which = bounds.take(rows)
@@ -125,23 +125,23 @@ def find_roots(
         hit = np.flatnonzero(near & ~outside)
         if len(hit):
             seen = seen.move(np.where(exact, new, seen.at), d)  # by steps as small as rounding
-            some = rows[hit]
+            hit_rows = rows[hit]
             inside = (np.abs(seen.at[:, hit]) + reach[hit] <= 1).all(axis=0)
-            model = cells.models[: columns.ROUND + 1, cell[some]]
+            model = cells.models[: columns.ROUND + 1, cell[hit_rows]]
             speed = model[columns.ROUND] / (16 * UNIT) + 3 * model[columns.REST]
             t = seen.t[hit]
             wide = reach[hit] * speed + seen.rounding[hit]
             hits = seen.to_hits(
-                hit, ray[some], cells.net[cell[some]], (t - wide, t + wide), Origin.NEAR
+                hit, ray[hit_rows], cells.net[cell[hit_rows]], (t - wide, t + wide), Origin.NEAR
             )
             hits.origin[inside] = Origin.PROVED
-            found.append(hits)
+            hits_by_step.append(hits)
         done[rows[outside | near]] = True
         open_rows = ~(outside | near | stuck)
         rows, at = rows[open_rows], new[:, open_rows]
         if not len(rows):
             break
-    return Hits.joined(found), done
+    return Hits.joined(hits_by_step), done
 
 
 @np.errstate(all="ignore")
@@ -215,8 +215,8 @@ def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
         place = np.clip(place + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)
     position, du, dv = net_partials(cells.nets, net, place, 1)
     y = point - position
-    found = np.sqrt(dot(y, y)) <= rays.thickness[ray]
+    is_near = np.sqrt(dot(y, y)) <= rays.thickness[ray]
     for name, values in (("place", place), ("position", position), ("du", du), ("dv", dv)):
-        getattr(hits, name)[:, rows[found]] = values[:, found]
-    hits.t[rows[found]] = rays.near[ray[found]]
+        getattr(hits, name)[:, rows[is_near]] = values[:, is_near]
+    hits.t[rows[is_near]] = rays.near[ray[is_near]]
     return hits

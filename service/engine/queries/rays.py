@@ -100,15 +100,17 @@ class RaySearch:
         first, size, pairs = 0, CHUNK, MOST_CLOSE
         while first < len(origins):
             checkpoint()
-            some = rays.take(slice(first, first + size))
-            share = Share(pairs * len(some.near) // (len(origins) - first), len(some.near))
-            found = self._search(some, share, only_first=only_first, can_split=size > FEWEST)
+            chunk_rays = rays.take(slice(first, first + size))
+            share = Share(
+                pairs * len(chunk_rays.near) // (len(origins) - first), len(chunk_rays.near)
+            )
+            result = self._search(chunk_rays, share, only_first=only_first, can_split=size > FEWEST)
             pairs -= int(share.spent.sum())
-            if found is None:
-                size = min(size, len(some.near)) // 4  # the cells of fewer rays find room
+            if result is None:
+                size = min(size, len(chunk_rays.near)) // 4  # the cells of fewer rays find room
             else:
-                found.hits.ray[:] += first
-                yield found
+                result.hits.ray[:] += first
+                yield result
                 first = first + size
                 if 2 * self.most_open <= MOST_OPEN:
                     size = min(2 * size, MOST_RAYS)
@@ -118,24 +120,24 @@ class RaySearch:
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> RayHits | None:
         """Hits of a few rays; None if their cells do not find room."""
-        found = self._merged(rays, share, only_first=only_first, can_split=can_split)
-        if found is None:
+        merged = self._merged(rays, share, only_first=only_first, can_split=can_split)
+        if merged is None:
             return None
-        hits, reached = found
+        hits, reached = merged
         if only_first:
             hits = _firsts(hits)
             # An interval is answered whole, though a crossing may be within it.
             rows = np.flatnonzero(hits.origin != Kind.CROSSING)
             which = hits.ray[rows]
             again = Share(share.pairs - int(share.spent.sum()), len(rows))
-            whole = None
+            complete = None
             if len(rows):
-                whole = self._merged(rays.take(which), again, only_first=False, can_split=False)
+                complete = self._merged(rays.take(which), again, only_first=False, can_split=False)
                 share.spent[which] += again.spent
-            if whole:
-                strips = _firsts(whole[0])
+            if complete:
+                strips = _firsts(complete[0])
                 strips.ray[:] = which[strips.ray]
-                reached[which] &= whole[1]
+                reached[which] &= complete[1]
                 others = np.flatnonzero(hits.origin == Kind.CROSSING)
                 hits = Hits.joined([hits.take(others), strips])
                 hits = hits.take(np.argsort(hits.ray, kind="stable"))

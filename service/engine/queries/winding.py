@@ -89,26 +89,26 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
     rows = np.flatnonzero(is_inside & is_off)
     places, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
     is_inside = ((places >= lowest) & (places <= highest)).all(axis=1)
-    found = np.where(is_inside, np.nan, 0.0)
+    distinct_numbers = np.where(is_inside, np.nan, 0.0)
     inner = np.flatnonzero(is_inside)
     left, first, size = MOST_PAIRS, 0, max(FEWEST, PAIRS // cells.roots)
     while first < len(inner) and left > 0:
         checkpoint()
-        some = inner[first : first + size]
+        chunk = inner[first : first + size]
         for small in SMALL:
-            search = _Chunk(cells, places[some].T, gap, small)
-            found[some] = search.numbers()
+            search = _Chunk(cells, places[chunk].T, gap, small)
+            distinct_numbers[chunk] = search.numbers()
             left -= search.looked
-            some = some[search.bound > ROOM]
-            if not len(some) or cells.is_full:
+            chunk = chunk[search.bound > ROOM]
+            if not len(chunk) or cells.is_full:
                 break
         if cells.is_full and size > FEWEST:
-            found[inner[first : first + size]] = np.nan
+            distinct_numbers[inner[first : first + size]] = np.nan
             size = min(size, len(inner) - first) // 4  # the cells of fewer points find room
         else:
             first += size
         cells.forget_much()
-    numbers[rows] = found[inverse.ravel()]
+    numbers[rows] = distinct_numbers[inverse.ravel()]
     return numbers
 
 
@@ -137,10 +137,10 @@ class _Chunk:
         while len(point):
             self.looked += len(point)
             point, cell = self.step(point, cell)
-        whole = np.rint(self.angle / (4 * pi))
-        is_known = np.abs(self.angle - 4 * pi * whole) <= self.bound + ROUNDING
+        winding_number = np.rint(self.angle / (4 * pi))
+        is_known = np.abs(self.angle - 4 * pi * winding_number) <= self.bound + ROUNDING
         is_known &= self.bound <= ROOM
-        return np.where(is_known & ~self.is_open, whole, np.nan)
+        return np.where(is_known & ~self.is_open, winding_number, np.nan)
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """The pairs of the next level."""

@@ -144,11 +144,11 @@ def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
     return along
 
 
-def _cover(segments: Segments, some: Bools) -> Ints:
+def _cover(segments: Segments, chosen: Bools) -> Ints:
     """The number of sides of some cells to which each segment belongs, (G,)."""
     change = np.zeros(len(segments.ends) + 1, np.intp)
-    np.add.at(change, segments.first[some].ravel(), 1)
-    np.add.at(change, segments.last[some].ravel(), -1)
+    np.add.at(change, segments.first[chosen].ravel(), 1)
+    np.add.at(change, segments.last[chosen].ravel(), -1)
     return np.cumsum(change)[:-1]
 
 

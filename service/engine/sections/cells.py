@@ -109,12 +109,12 @@ class OpenCells:
         """The halves and quarters of the cells that are halved; the others are left out."""
         parts = []
         for on_u, on_v in ((True, False), (False, True), (True, True)):
-            some = self.take(np.flatnonzero((along_u == on_u) & (along_v == on_v)))
-            pieces = [some] if len(some) else []
+            chosen = self.take(np.flatnonzero((along_u == on_u) & (along_v == on_v)))
+            pieces = [chosen] if len(chosen) else []
             for axis, is_on in ((0, on_u), (1, on_v)):
                 if is_on:
                     checkpoint()
-                    pieces = [half for each in pieces for half in each._halves(axis)]
+                    pieces = [half for piece in pieces for half in piece._halves(axis)]
             parts += pieces
         if not parts:
             return self.take(np.zeros(0, np.intp))

@@ -113,10 +113,10 @@ def bound_slopes(cells: OpenCells, axis: int) -> FloatArray:
     The coefficients of a partial derivative bound it. Shape (n,); 1e300 where the least is 0.
     """
     steps = []
-    for each in (0, 1):
-        long = cells.place[2 * each + 1] - cells.place[2 * each]
-        steps.append(np.diff(cells.nets, axis=each + 1).reshape(len(long), -1))
-        steps[-1] = np.abs(steps[-1]) * (cells.nets.shape[each + 1] - 1) / long[:, np.newaxis]
+    for direction in (0, 1):
+        long = cells.place[2 * direction + 1] - cells.place[2 * direction]
+        steps.append(np.diff(cells.nets, axis=direction + 1).reshape(len(long), -1))
+        steps[-1] = np.abs(steps[-1]) * (cells.nets.shape[direction + 1] - 1) / long[:, np.newaxis]
     least = steps[1 - axis].min(axis=1)
     most = steps[axis].max(axis=1)
     return np.where(least > 0, most / np.where(least > 0, least, 1.0), 1e300)

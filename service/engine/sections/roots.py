@@ -71,7 +71,7 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
         begin = np.concatenate([begin[left], begin[left] + 0.5**depth])
     if not parts:
         return np.zeros(0, np.intp), np.zeros(0)
-    row, t = (np.concatenate(each) for each in zip(*parts, strict=True))
+    row, t = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((t, row))
     return row[order], t[order]
 

@@ -110,8 +110,8 @@ class CellSearch:
         along = np.stack([is_open, is_open])
         for axis in (OVER_U, OVER_V):
             graphs = np.flatnonzero(kind == axis)
-            for some in row_slices(len(graphs), cells.nets[0].size, ROOM):
-                rows = graphs[some]
+            for chunk in row_slices(len(graphs), cells.nets[0].size, ROOM):
+                rows = graphs[chunk]
                 flat, wide = self._are_flat(cells.take(rows), axis, is_monotone[rows])
                 along[axis, rows], along[1 - axis, rows] = ~flat, ~flat & wide
         for side in range(4):
@@ -195,7 +195,7 @@ class CellSearch:
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     """The results of `graphs.classify`, for a limited number of cells at a time."""
     parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, ROOM)]
-    kind, sense, is_monotone = (np.concatenate(each) for each in zip(*parts, strict=True))
+    kind, sense, is_monotone = (np.concatenate(column) for column in zip(*parts, strict=True))
     return kind, sense, is_monotone
 
 

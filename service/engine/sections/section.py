@@ -176,9 +176,9 @@ class _Search:
         used = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
         used = used[used < len(plane)]
         for first, last in row_runs(len(used), NODES):
-            some = used[first:last]
-            at = net_partials(self.nets, segments.node_net[some], segments.node_place[:, some])
-            points[some] = at[0].T
+            nodes = used[first:last]
+            at = net_partials(self.nets, segments.node_net[nodes], segments.node_place[:, nodes])
+            points[nodes] = at[0].T
         rows = np.flatnonzero(arcs.crossing >= 0)
         if len(rows):
             hub = arcs.crossing[rows]
@@ -205,18 +205,18 @@ class _Search:
         low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
         size = np.zeros(len(rows))
         for group in self.nets.groups:
-            some = np.flatnonzero(
+            chosen = np.flatnonzero(
                 (cells.net[rows] >= group.first) & (cells.net[rows] < group.first + len(group.nets))
             )
-            size[some] = cell_sizes(group, cells.net[rows][some], low[some], high[some])
+            size[chosen] = cell_sizes(group, cells.net[rows][chosen], low[chosen], high[chosen])
         self.deviation = max(self.deviation, float(2 * (away + size).max()))
 
 
-def _apart(points: FloatArray, some: Ints, crossings: Ints) -> Ints:
+def _apart(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
     """The rows of points that are no crossings of the section, and no repetitions."""
     kept: list[int] = []
     others = points[crossings]
-    for k in some.tolist():
+    for k in nodes.tolist():
         checkpoint()
         near = np.abs(np.concatenate([others, points[kept]]) - points[k]).max(axis=1) <= NEAR
         if not near.any():

@@ -161,15 +161,15 @@ def _segment_roots(
     group = np.searchsorted(cells.first, cell, side="right") - 1
     for k, part in enumerate(cells.parts):
         for which, rows_of_side in enumerate(part.rows):
-            some = np.flatnonzero((group == k) & (number == which))
-            rows = rows_of_side[cell[some] - cells.first[k]]
-            rows = np.where(turned[some, np.newaxis], rows[:, ::-1], rows)
-            in_plane[some] = is_zero(rows)
-            for end, sign in ((0, ends[some, 0] < 0), (-1, ends[some, 1] < 0)):
+            chosen = np.flatnonzero((group == k) & (number == which))
+            rows = rows_of_side[cell[chosen] - cells.first[k]]
+            rows = np.where(turned[chosen, np.newaxis], rows[:, ::-1], rows)
+            in_plane[chosen] = is_zero(rows)
+            for end, sign in ((0, ends[chosen, 0] < 0), (-1, ends[chosen, 1] < 0)):
                 wrong = (rows[:, end] < 0) != sign
                 rows[wrong, end] = np.where(sign[wrong], -TINY, 0.0)
-            row, t = roots(rows, part.floor[cell[some] - cells.first[k]])
-            parts.append((some[row], t))
-    segment, t = (np.concatenate(each) for each in zip(*parts, strict=True))
+            row, t = roots(rows, part.floor[cell[chosen] - cells.first[k]])
+            parts.append((chosen[row], t))
+    segment, t = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((t, segment))
     return segment[order], t[order], in_plane

@@ -51,4 +51,4 @@ class Sections:
     @property
     def point_count(self) -> int:
         """Points of all polylines."""
-        return sum(len(line.points) for each in self.sections for line in each.polylines)
+        return sum(len(line.points) for section in self.sections for line in section.polylines)
