@@ -102,3 +102,11 @@ def first_part(where: str) -> str:
 
 class Busy(SurfaceError):
     """Other requests hold the memory or the threads that this one needs."""
+
+
+_SINGULAR = {"axes": "axis", "indices": "index", "patches": "patch", "vertices": "vertex"}
+
+
+def count_nouns(count: int, nouns: str) -> str:
+    """`3 control points`, but `1 control point`: the number, and the noun given as a plural."""
+    return f"{count} {nouns if count != 1 else _SINGULAR.get(nouns, nouns.removesuffix('s'))}"

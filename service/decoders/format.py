@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from service.errors import InvalidRequest, Issue, MalformedBody
+from service.errors import InvalidRequest, Issue, MalformedBody, count_nouns
 
 Tree: TypeAlias = dict[str, Any]
 """The document of a surface, as in a request, with arrays in place of lists of numbers."""
@@ -74,7 +74,7 @@ def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
 def check_count(points: int, most: int, where: str = "") -> None:
     """Refuses more control points than the limit."""
     if points > most:
-        raise too_many(f"{points} control points", most, where)
+        raise too_many(count_nouns(points, "control points"), most, where)
 
 
 def too_many(got: str, most: int, where: str = "") -> InvalidRequest:

@@ -18,7 +18,7 @@ from service.bases.arrays import FloatArray
 from service.decoders.format import Tree, check_kind, malformed, too_many
 from service.decoders.numbers import line_at, line_of_number, read_numbers, refused_word
 from service.decoders.oogl_patches import Form, Patches
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, count_nouns
 
 KINDS = ("patches",)
 
@@ -167,7 +167,7 @@ class _Reader:
             where = line_at(self._text, start)
             raise malformed(
                 f"The numbers after the keyword make no whole patches (line {where}).",
-                f"{len(values)} numbers",
+                count_nouns(len(values), "numbers"),
                 f"{form.numbers} for each patch",
             )
         numbers = values.reshape(-1, form.numbers)

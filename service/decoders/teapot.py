@@ -22,7 +22,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.decoders.format import Tree, check_count, check_kind, malformed, too_many
 from service.decoders.numbers import PIECE, line_of_number, read_numbers
-from service.errors import InvalidRequest, Issue, MalformedBody
+from service.errors import InvalidRequest, Issue, MalformedBody, count_nouns
 
 KINDS = ("patches",)
 
@@ -99,7 +99,10 @@ def _refuse_lines(content: bytes) -> NoReturn:
     if count != 1 or patches < 1 or patches % 1:
         needed = "one whole number above zero"
         raise _at_line(
-            "The first line has one number, the number of patches", line, f"{count} numbers", needed
+            "The first line has one number, the number of patches",
+            line,
+            count_nouns(count, "numbers"),
+            needed,
         )
     width = index_lines = vertices = 0
     for line, count, _ in lines:
@@ -108,7 +111,9 @@ def _refuse_lines(content: bytes) -> NoReturn:
         width = width or count
         if count != width:
             message = "Lines of indices must be equally long"
-            raise _at_line(message, line, f"{count} numbers", f"{width} numbers")
+            raise _at_line(
+                message, line, count_nouns(count, "numbers"), count_nouns(width, "numbers")
+            )
         index_lines += 1
     else:
         message, needed = "The number of vertices follows the indices", "one number"
@@ -122,7 +127,7 @@ def _refuse_lines(content: bytes) -> NoReturn:
     for line, count, _ in lines:
         if count != 3:
             message = "A vertex has three coordinates"
-            raise _at_line(message, line, f"{count} numbers", "3 numbers")
+            raise _at_line(message, line, count_nouns(count, "numbers"), "3 numbers")
         vertices += 1
     message, needed = "The text says another number of vertices", "that number of vertices"
     raise _at_line(message, line, f"{vertices} vertices", needed)

@@ -17,7 +17,7 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
-from service.errors import InvalidRequest, Issue, TooLarge
+from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.measuring import Measured
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.cost import EFFORT, LEAST_BYTES, TRIANGLE, adaptive_triangles
@@ -203,7 +203,9 @@ def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: in
         return replace(issue, pointer=where)
     if memory is None:
         needed = f"at most {most}; a greater tolerance needs fewer"
-        return replace(issue, pointer=where, got=f"more than {most} triangles", needed=needed)
+        return replace(
+            issue, pointer=where, got=f"more than {count_nouns(most, 'triangles')}", needed=needed
+        )
     if accuracy.max_bytes is not None and LEAST_BYTES * most > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
     message = "The mesh would take more memory than this service has for a mesh by tolerance."

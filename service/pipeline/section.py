@@ -12,7 +12,7 @@ from service.engine.options import MeshOptions
 from service.engine.sections.planes import Planes, SectionTolerance
 from service.engine.sections.section import cut_surface
 from service.engine.sections.values import Sections
-from service.errors import Issue, TooLarge
+from service.errors import Issue, TooLarge, count_nouns
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
 from service.pipeline.cost import Cost
@@ -84,7 +84,7 @@ class SectionWork:
                     "too_many_vertices",
                     "Polylines with this tolerance would have too many points.",
                     "/planes" if self.tolerance.distance is None else "/tolerance",
-                    f"more than {self.most} pieces",
+                    f"more than {count_nouns(self.most, 'pieces')}",
                     f"at most {self.most}; fewer planes, or a larger tolerance",
                 )
             )

@@ -17,7 +17,7 @@ from pydantic_core import core_schema
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import build_by_text
-from service.errors import Issue
+from service.errors import Issue, count_nouns
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.ndarrays import validate_array
 from service.schemas.validation import (
@@ -145,7 +145,7 @@ class NumberGrid:
         if level + 1 == self.point_levels and total > limits.max_control_points:
             most = limits.max_control_points
             message = "The surface has more control points than this service takes."
-            got, needed = f"{total} control points", f"at most {most}"
+            got, needed = count_nouns(total, "control points"), f"at most {most}"
             raise to_refusal([((), Issue("too_many_control_points", message, "", got, needed))])
         if level in self.degree_levels and longest - 1 > limits.max_degree:
             needed = f"degrees up to {limits.max_degree}; several pieces instead of one"
@@ -198,7 +198,9 @@ class NumberGrid:
 
     def length_issue(self, level: int, got: int, needed: int) -> Issue:
         """The issue of a list at a level that is longer or shorter than it must be."""
-        got_text, needed_text = (f"{length} {self.levels[level]}" for length in (got, needed))
+        got_text, needed_text = (
+            count_nouns(length, self.levels[level]) for length in (got, needed)
+        )
         if self._is_last(level) and self.width is not None:
             return Issue("wrong_dimension", self.width_rule, got=got_text, needed=needed_text)
         if level == self.triangle_level:

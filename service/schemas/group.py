@@ -8,7 +8,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
-from service.errors import InvalidRequest, Issue, pointer
+from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
 from service.schemas.fields import Name, Omittable, StrictModel, UpField, optional
 from service.schemas.validation import limits_of, to_invalid
@@ -133,7 +133,7 @@ def check_total(definitions: Iterable[StrictModel], where: str, info: Validation
     total, most = sum(map(_control_points, definitions)), limits_of(info).max_control_points
     if total > most:
         message = "All surfaces together have more control points than this service takes."
-        got, needed = f"{total} control points", f"at most {most}"
+        got, needed = count_nouns(total, "control points"), f"at most {most}"
         raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
 
 

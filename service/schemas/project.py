@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from service.bases.arrays import FloatArray
 from service.engine.queries.project import RELATIVE_TOLERANCE, ProjectQuery
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, build_curve
 from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
@@ -93,5 +93,5 @@ def check_dimension(points: FloatArray, dimension: int) -> None:
     """Refuses points that have more or fewer coordinates than the control points."""
     if points.shape[1] != dimension:
         message = "A point has as many coordinates as the control points have."
-        got, needed = f"{points.shape[1]} numbers", f"{dimension} numbers"
+        got, needed = count_nouns(points.shape[1], "numbers"), count_nouns(dimension, "numbers")
         raise InvalidRequest(Issue("wrong_dimension", message, "/points/0", got, needed))

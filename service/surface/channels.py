@@ -17,7 +17,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_or_none
-from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, pointer
 from service.surface.batches import Channel, ChannelKind
 from service.surface.checks import MAX_DEGREE, check_finite, check_stored
 from service.surface.lowered import PatchModel
@@ -122,7 +122,7 @@ class Channels:
                         "A function of degree n over a triangle has n + 1 rows of n + 1, n, … 1 "
                         "values.",
                         where,
-                        f"{len(net)} values",
+                        count_nouns(len(net), "values"),
                         f"1, 3, 6, 10, … values, degrees up to {MAX_DEGREE}",
                     )
                 )
@@ -138,8 +138,8 @@ class Channels:
                         "channel_shape",
                         "There must be exactly one value for every vertex.",
                         where,
-                        f"{len(net)} values",
-                        f"{vertices} values",
+                        count_nouns(len(net), "values"),
+                        count_nouns(vertices, "values"),
                     )
                 )
             _check_numbers(where, indices * net.shape[-1])
@@ -167,7 +167,7 @@ def _validate(
     where = pointer(path)
     net = np.array(values, dtype=np.float64, order="C")
     if net.ndim < 2 or net.size == 0 or not least <= net.shape[-1] <= most:
-        got = f"{net.shape[-1]} numbers" if net.ndim > 1 else "no lists of numbers"
+        got = count_nouns(net.shape[-1], "numbers") if net.ndim > 1 else "no lists of numbers"
         raise InvalidRequest(
             Issue(
                 "wrong_dimension",
@@ -276,7 +276,7 @@ def _check_numbers(where: str, count: int) -> None:
                 "too_many_values",
                 "The channel has too many numbers in all patches together.",
                 where,
-                f"{count} numbers",
+                count_nouns(count, "numbers"),
                 f"at most {MAX_NUMBERS}",
             )
         )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
-from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, pointer
 
 Up: TypeAlias = Literal["y", "z"]
 """The vertical axis of a model."""
@@ -171,7 +171,7 @@ def check_triangle(count: int, name: str) -> int:
                 "A triangle of degree n has (n + 1)(n + 2)/2 control points, in rows of n + 1, n, "
                 "… 1; n is at least 1.",
                 f"/{name}",
-                f"{count} control points",
+                count_nouns(count, "control points"),
                 "3, 6, 10, 15, …",
             )
         )

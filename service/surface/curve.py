@@ -8,7 +8,7 @@ import numpy as np
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
 from service.bases.extraction import extract_bezier_points
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_DEGREE, Up, check_up, validate_points, validate_weights
 from service.surface.curve_pieces import CurvePieces
 from service.surface.knots import (
@@ -166,7 +166,7 @@ def _check_count(count: int) -> None:
                 "too_few_points",
                 "A curve needs at least two control points (degree 1).",
                 "/control_points",
-                f"{count} control points",
+                count_nouns(count, "control points"),
                 "at least 2",
             )
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.errors import InvalidRequest, Issue, pointer
+from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_COORDINATE, Up, check_up
@@ -109,7 +109,7 @@ class GroupSurface(SurfaceKind):
                     "wrong_length",
                     f"A group has 1 to {MAX_MEMBERS} members.",
                     "/members",
-                    f"{len(self.members)} members",
+                    count_nouns(len(self.members), "members"),
                     f"1 to {MAX_MEMBERS}",
                 )
             )
@@ -251,7 +251,7 @@ def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:
                 "wrong_length",
                 "A colour is red, green, blue and, if it has a fourth number, opacity.",
                 "/color",
-                f"{len(color)} numbers",
+                count_nouns(len(color), "numbers"),
                 "three or four",
             )
         )

@@ -11,7 +11,7 @@ import numpy as np
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray, Ints
 from service.bases.cache import PLANS
-from service.errors import MAX_ISSUES, InvalidRequest, Issue
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE
 
 KnotName: TypeAlias = Literal["uniform", "clamped", "periodic"]
@@ -80,7 +80,7 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
                 "A B-spline has at least one control point more than its degree; a periodic one "
                 "has three.",
                 points,
-                f"{count} control points for degree {degree}",
+                f"{count_nouns(count, 'control points')} for degree {degree}",
                 f"at least {least}",
             )
         )
@@ -99,7 +99,7 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
                 "A knot vector has as many knots as there are control points, and degree + 1 more; "
                 "its first and its last one may both be left out.",
                 where,
-                f"{vector.size} knots",
+                count_nouns(vector.size, "knots"),
                 f"{full_length} = {count} + {degree} + 1, or {full_length - 2}",
             )
         )

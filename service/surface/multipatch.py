@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Ints
-from service.errors import InvalidRequest, Issue, pointer
+from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.batches import Channel, Patches
 from service.surface.bezier import UNIT_SQUARE, BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -53,7 +53,7 @@ class MultipatchSurface(SurfaceKind):
     def __post_init__(self) -> None:
         check_up(self.up)
         if not 1 <= len(self.surfaces) <= MAX_SURFACES:
-            message, got = "A multipatch has surfaces.", f"{len(self.surfaces)} surfaces"
+            message, got = "A multipatch has surfaces.", count_nouns(len(self.surfaces), "surfaces")
             needed = f"1 to {MAX_SURFACES}"
             raise InvalidRequest(Issue("wrong_length", message, "/surfaces", got, needed))
         first = _describe_channels(self.surfaces[0])

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, count_nouns
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
 from service.surface.sizes import SurfaceKind, SurfaceSize
@@ -196,7 +196,7 @@ def _spread(values: ArrayLike, name: str) -> FloatArray:
                 "wrong_length",
                 "A list holds the coefficients of a Bézier function along the curve.",
                 f"/{name}",
-                f"{spread.size} numbers",
+                count_nouns(spread.size, "numbers"),
                 f"1 to {MAX_DEGREE + 1}",
             )
         )

@@ -79,5 +79,5 @@ def test_first_list_sets_the_length() -> None:
     issues = invalid_request(refusal.value).issues
     assert [(i.code, i.pointer, i.got, i.needed) for i in issues] == [
         ("ragged", "/1", "3 weights", "2 weights"),
-        ("ragged", "/3", "1 weights", "2 weights"),
+        ("ragged", "/3", "1 weight", "2 weights"),
     ]

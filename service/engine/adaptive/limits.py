@@ -5,7 +5,7 @@ from math import inf
 
 from service.bases.arrays import Ints
 from service.cancellation import checkpoint
-from service.errors import InvalidRequest, Issue, TooLarge
+from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 
 
 @dataclass(slots=True)
@@ -68,7 +68,7 @@ class MeshLimits:
                     "too_many_triangles",
                     "A mesh with this tolerance has more triangles than the limit.",
                     "/tolerance",
-                    f"more than {self.triangles:.0f} triangles",
+                    f"more than {count_nouns(round(self.triangles), 'triangles')}",
                     "a greater tolerance, or a greater limit",
                 )
             )

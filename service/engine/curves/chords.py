@@ -12,7 +12,7 @@ from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
 from service.engine.bounds.chords import bound_deviations, halve, project_nets
 from service.engine.curves.evaluation import CurveSamples
-from service.errors import InvalidRequest, Issue, TooLarge
+from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_pieces import CurvePieces
 
 MAX_HALVINGS = 48
@@ -111,7 +111,7 @@ def _check_count(count: int, most: int) -> None:
                 "too_many_vertices",
                 "A polyline with this tolerance would have too many points.",
                 "/tolerance",
-                f"more than {most} points",
+                f"more than {count_nouns(most, 'points')}",
                 f"at most {most}",
             )
         )

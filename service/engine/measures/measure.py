@@ -132,7 +132,7 @@ def _measure_boundaries(
     lengths = _measure_sizes("the borders", groups, numbers, len(chains), precision)
     if not lengths:
         return Interval(0.0, 0.0, 0.0), []
-    total, *each_length = [border.times(scale) for border in lengths]
+    total, *each_length = [length.times(scale) for length in lengths]
     return total, [
         Boundary(length, len(border.sides), border.is_closed, source.place(border.sides[0]))
         for length, border in zip(each_length, chains, strict=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
-from service.errors import InvalidRequest, Issue, TooLarge
+from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.bezier import BezierSurface
 from service.surface.channels import MAX_NUMBERS, Channels
 from service.surface.checks import MAX_DEGREE
@@ -115,7 +115,7 @@ def check_count(count: int, allowed: SizeLimits, beside: int = 0) -> None:
                 "The surface would have more control points, or more values at them, than this "
                 "service takes.",
                 "",
-                f"{count} control points",
+                count_nouns(count, "control points"),
                 f"at most {most}",
             )
         )
