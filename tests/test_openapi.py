@@ -156,8 +156,8 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
     assert ("/v1/sign" in paths) == bool(settings.signing_keys)
     with client_of(app) as client:
         for path, item in paths.items():
-            address = path.replace("{id}", "0" * 64).replace("{suffix}", "glb")
-            answer = client.request("PATCH", address, b"", headers)
+            url = path.replace("{id}", "0" * 64).replace("{suffix}", "glb")
+            answer = client.request("PATCH", url, b"", headers)
             assert answer.status_code == 405, path
             allowed = set(answer.headers["allow"].lower().split(", "))
             assert allowed - {"head"} == item.keys()
@@ -400,7 +400,7 @@ def test_field_examples_are_taken() -> None:
 
 
 @pytest.mark.parametrize(
-    ("address", "name"),
+    ("url", "name"),
     [
         ("/v1/surfaces", "SurfaceList"),
         ("/v1/surfaces/utah-teapot", "SurfaceDocument"),
@@ -417,8 +417,8 @@ def test_field_examples_are_taken() -> None:
         ("/v1/surfaces/none", "Problem"),
     ],
 )
-def test_answers_are_as_described(client: Client, address: str, name: str) -> None:
-    answer = client.get(address).json()
+def test_answers_are_as_described(client: Client, url: str, name: str) -> None:
+    answer = client.get(url).json()
     assert errors(name, answer) == []
     assert set(answer) <= set(SCHEMAS[name]["properties"])
 

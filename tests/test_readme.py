@@ -76,10 +76,10 @@ def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: 
     np.save(tmp_path / "net.npy", np.arange(30_000.0).reshape(100, 100, 3))
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
     sent = set(tmp_path.iterdir())
-    answer = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
+    response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     shown = [after.text for before, after in SHOWN if before is request_]
     if shown:
-        assert numbers(answer) == numbers(shown[0])
+        assert numbers(response) == numbers(shown[0])
         return
     (file,) = set(tmp_path.iterdir()) - sent
     if file.name == "closest.json":

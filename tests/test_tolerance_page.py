@@ -65,14 +65,14 @@ def test_requests_are_answered_within_what_they_ask_for(
     command: str, server: str, tmp_path: Path
 ) -> None:
     program("curl")
-    answer = run_shell(command.replace(SERVED_AT, server), tmp_path)
+    response = run_shell(command.replace(SERVED_AT, server), tmp_path)
     if "-D -" in command:
-        bound = re.search(r"^surface-deviation-bound: (.*)$", answer, re.M | re.I)
+        bound = re.search(r"^surface-deviation-bound: (.*)$", response, re.M | re.I)
         assert bound
         assert 0 < float(bound[1]) <= 0.01
         assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
         return
-    told: dict[str, Any] = json.loads(answer)
+    told: dict[str, Any] = json.loads(response)
     if "/estimate" in command:
         assert told["accepted"]
         return

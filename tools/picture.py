@@ -97,13 +97,13 @@ def _curve_address(request: dict[str, Any]) -> str:
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
-def draw_editor(browser: Browser, address: str, scheme: Scheme, target: Path, point: int) -> None:
+def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point: int) -> None:
     """The editor as it opens at an address, in light or dark; with a control point chosen, or 0."""
     context = browser.new_context(
         viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
     )
     stage = listening(context.new_page())
-    show(stage.page, address)
+    show(stage.page, url)
     if point:
         choose(stage.page, point)
     stage.page.evaluate("document.activeElement.blur()")
@@ -128,11 +128,11 @@ def main(folder: Path) -> None:
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
     with_edges = {folder / "adaptive.png"}
     for example in EXAMPLES:
-        address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
-        pictures[folder / "examples" / f"{example}.png"] = (address, SMALL)
+        url = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
+        pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
     for name, request in REQUESTS["createCurve"].items():
-        address = _curve_address({"curve": request["value"]["curve"], "resolution": 32})
-        pictures[folder / "curves" / f"{name}.png"] = (address, SMALL)
+        url = _curve_address({"curve": request["value"]["curve"], "resolution": 32})
+        pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)
     with (
         running_service() as service,
         serve_folder(FOLDER) as pages,
@@ -142,10 +142,10 @@ def main(folder: Path) -> None:
         draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
         stage = open_page(browser)
         open_viewer(stage, pages)
-        for target, (address, size) in pictures.items():
-            stage.show(address if address.startswith("data:") else service + address, *size)
+        for target, (url, size) in pictures.items():
+            stage.show(url if url.startswith("data:") else service + url, *size)
             if stage.complaints:
-                sys.exit("\n".join([address, *stage.complaints]))
+                sys.exit("\n".join([url, *stage.complaints]))
             if target in with_edges:
                 stage.draw_edges()
             stage.page.screenshot(path=target)

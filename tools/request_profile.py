@@ -62,12 +62,14 @@ async def _profile(app: ASGIApp, name: str) -> Counter[str]:
                 threading.setprofile(count)
                 sys.setprofile(count)
             try:
-                answer = await client.post(f"/v1/mesh?format={name}", content=BODY, headers=HEADERS)
+                response = await client.post(
+                    f"/v1/mesh?format={name}", content=BODY, headers=HEADERS
+                )
             finally:
                 sys.setprofile(None)
                 threading.setprofile(None)
                 logging.disable(logging.NOTSET)
-            answer.raise_for_status()
+            response.raise_for_status()
     return calls
 
 

@@ -76,9 +76,9 @@ _BODIES: list[Any] = [
 KEY = new_key()
 
 
-async def ask(app: ASGIApp, method: str, address: str, body: bytes = b"", **headers: str) -> int:
+async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers: str) -> int:
     """The status of the answer to a request as a server would hand it on, its path decoded."""
-    path, _, query = address.partition("?")
+    path, _, query = url.partition("?")
     named = {"authorization": f"Bearer {KEY}", "host": "127.0.0.1", **headers}
     scope = {
         "type": "http",
@@ -157,8 +157,7 @@ def main(folder: Path) -> None:
         await friendly(app)
         watching = True
         statuses = [
-            await ask(app, method, address, body, **headers)
-            for method, address, body, headers in hostile()
+            await ask(app, method, url, body, **headers) for method, url, body, headers in hostile()
         ]
         watching = False
         return statuses

@@ -26,10 +26,10 @@ def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
     with client_of(app) as client:
         listed = client.get("/v1/surfaces").json()["surfaces"]
         assert listed[0]["links"]["self"] == "/shapes/v1/surfaces/utah-teapot"
-        answer = client.post("/v1/surfaces", {"surface": PATCH})
-        links = answer.json()["links"]
-        addresses = [answer.headers["location"], links["self"], *links["mesh"].values()]
-        assert all(address.startswith("/shapes/v1/surfaces/") for address in addresses)
+        response = client.post("/v1/surfaces", {"surface": PATCH})
+        links = response.json()["links"]
+        addresses = [response.headers["location"], links["self"], *links["mesh"].values()]
+        assert all(url.startswith("/shapes/v1/surfaces/") for url in addresses)
         assert client.get(links["self"]).status_code == 200
         for _ in range(2):  # computed, then kept
             canonical = client.get("/v1/surfaces/saddle/mesh.glb?resolution=2").headers["link"]
@@ -44,7 +44,7 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "address"),
+    ("method", "url"),
     [
         ("GET", "/v1/surfaces?page=2"),
         ("GET", "/v1/surfaces/saddle?page=2"),
@@ -58,18 +58,18 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
         ("POST", "/v1/surfaces?engine=3"),
     ],
 )
-def test_parameters_are_refused_where_there_are_none(method: str, address: str) -> None:
+def test_parameters_are_refused_where_there_are_none(method: str, url: str) -> None:
     """Beside JSON only `format` may stand, where there are formats."""
     headers = {"Content-Type": "application/json"}
     with client_of(create_app(Settings(allow_delete=True))) as client:
-        answer = client.request(method, address, b'{"surface":{}}', headers)
-    assert answer.status_code == 422
-    name = address.partition("?")[2].partition("=")[0]
-    assert answer.json()["errors"][0]["parameter"] == name
+        response = client.request(method, url, b'{"surface":{}}', headers)
+    assert response.status_code == 422
+    name = url.partition("?")[2].partition("=")[0]
+    assert response.json()["errors"][0]["parameter"] == name
 
 
 @pytest.mark.parametrize(
-    "address",
+    "url",
     [
         "/health",
         "/v1/formats",
@@ -79,10 +79,10 @@ def test_parameters_are_refused_where_there_are_none(method: str, address: str) 
         "/openapi.json",
     ],
 )
-def test_head_is_get_without_the_body(client: Client, address: str) -> None:
-    get, head = client.get(address), client.request("HEAD", address)
+def test_head_is_get_without_the_body(client: Client, url: str) -> None:
+    get, head = client.get(url), client.request("HEAD", url)
     assert head.status_code == get.status_code == 200
     assert head.content == b""
     # How long a request took is its own.
-    headers = [{**answer.headers, "server-timing": ""} for answer in (get, head)]
+    headers = [{**response.headers, "server-timing": ""} for response in (get, head)]
     assert headers[0] == headers[1]

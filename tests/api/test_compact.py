@@ -26,17 +26,17 @@ def test_by_url_and_by_body(client: Client) -> None:
     assert posted.content == wanted
     bound = read_glb(wanted).document["asset"]["extras"]["report"]["deviation_bound"]
     plain = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
-    for answer in (got, posted):
-        assert answer.headers["surface-deviation-bound"] == repr(bound) != plain
+    for response in (got, posted):
+        assert response.headers["surface-deviation-bound"] == repr(bound) != plain
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
 def test_other_formats_refuse_it_by_url_too(client: Client, option: str) -> None:
     # Not even after the same mesh without the option was kept.
     assert client.get(f"{SADDLE}.stl?resolution=2").status_code == 200
-    answer = client.get(f"{SADDLE}.stl?resolution=2&{option}")
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
+    response = client.get(f"{SADDLE}.stl?resolution=2&{option}")
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
     assert error["code"] == "unsupported_by_format"
     assert error["parameter"] == option.partition("=")[0]
 

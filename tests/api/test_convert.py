@@ -53,17 +53,17 @@ WORK: dict[str, list[tuple[str, Any]]] = {
 def test_what_comes_out_can_go_in(client: Client, kind: str, op: str, fields: Any) -> None:
     """Converted, posted to be meshed, and converted again by nothing: the same digits."""
     document = {"surface": SURFACES[f"{kind} with channels"], "operations": [{"op": op, **fields}]}
-    answer = client.post("/v1/convert", document)
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "application/json"
-    assert set(answer.json()) == {"surface"}
-    mesh = client.post("/v1/mesh", answer.json() | {"resolution": 2}).json()
+    response = client.post("/v1/convert", document)
+    assert response.status_code == 200
+    assert response.headers["content-type"] == "application/json"
+    assert set(response.json()) == {"surface"}
+    mesh = client.post("/v1/mesh", response.json() | {"resolution": 2}).json()
     assert mesh["report"]["vertices"] == len(mesh["vertices"])
     assert len(mesh["colors"]) == len(mesh["normals"])
-    if answer.json()["surface"]["type"] in ("bspline", "group"):
+    if response.json()["surface"]["type"] in ("bspline", "group"):
         return
-    again = client.post("/v1/convert", answer.json() | {"operations": [{"op": "bezier"}]})
-    assert again.content == answer.content
+    again = client.post("/v1/convert", response.json() | {"operations": [{"op": "bezier"}]})
+    assert again.content == response.content
 
 
 def test_a_group_has_no_parameters(client: Client) -> None:
@@ -88,8 +88,8 @@ def test_operations_come_one_after_the_other(client: Client) -> None:
     surface = {"control_net": NET}
     together = client.post("/v1/convert", {"surface": surface, "operations": operations})
     for operation in operations:
-        answer = client.post("/v1/convert", {"surface": surface, "operations": [operation]})
-        surface = answer.json()["surface"]
+        response = client.post("/v1/convert", {"surface": surface, "operations": [operation]})
+        surface = response.json()["surface"]
     assert together.json()["surface"] == surface
     assert len(surface["patches"]) == 2
 

@@ -25,8 +25,8 @@ def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]
     yield first
     yield client.get(MESH, headers)
     yield client.get(MESH, {**headers, "If-None-Match": first.headers["etag"]})
-    for address in ("/health", "/v1/surfaces", "/v1/surfaces/none", "/nothing"):
-        yield client.get(address, headers)
+    for url in ("/health", "/v1/surfaces", "/v1/surfaces/none", "/nothing"):
+        yield client.get(url, headers)
 
 
 @pytest.mark.parametrize("headers", [{}, of(OURS), of("null")])
@@ -35,13 +35,13 @@ def test_any_origin_may_read_and_a_request_without_one_is_answered_alike(
 ) -> None:
     """A browser keeps what it got on a visit, and gives it to scripts of other origins later."""
     with client_of(create_app(Settings())) as client:
-        for answer in answers(client, headers):
-            assert answer.headers["access-control-allow-origin"] == "*"
-            exposed = answer.headers["access-control-expose-headers"].split(", ")
+        for response in answers(client, headers):
+            assert response.headers["access-control-allow-origin"] == "*"
+            exposed = response.headers["access-control-expose-headers"].split(", ")
             assert exposed == list(EXPOSED)
-            assert answer.headers["timing-allow-origin"] == "*"
-            assert "Origin" not in answer.headers.get("vary", "")
-            assert len(answer.headers.get_list("access-control-allow-origin")) == 1
+            assert response.headers["timing-allow-origin"] == "*"
+            assert "Origin" not in response.headers.get("vary", "")
+            assert len(response.headers.get_list("access-control-allow-origin")) == 1
 
 
 def test_every_header_of_ours_is_exposed() -> None:
@@ -56,24 +56,24 @@ def test_every_header_of_ours_is_exposed() -> None:
 def test_some_origins_may_read() -> None:
     settings = Settings(cors_origins=(OURS, "https://example.net"))
     with client_of(create_app(settings)) as client:
-        for answer in answers(client, of(OURS)):
-            assert answer.headers["access-control-allow-origin"] == OURS
-            assert answer.headers["access-control-expose-headers"]
-            assert answer.headers["timing-allow-origin"] == f"{OURS}, https://example.net"
-            assert "Origin" in answer.headers["vary"]
+        for response in answers(client, of(OURS)):
+            assert response.headers["access-control-allow-origin"] == OURS
+            assert response.headers["access-control-expose-headers"]
+            assert response.headers["timing-allow-origin"] == f"{OURS}, https://example.net"
+            assert "Origin" in response.headers["vary"]
         for headers in ({}, of(OTHER)):
-            for answer in answers(client, headers):
-                assert "access-control-allow-origin" not in answer.headers
-                assert "timing-allow-origin" not in answer.headers
-                assert "Origin" in answer.headers["vary"], "else caches mix them up"
+            for response in answers(client, headers):
+                assert "access-control-allow-origin" not in response.headers
+                assert "timing-allow-origin" not in response.headers
+                assert "Origin" in response.headers["vary"], "else caches mix them up"
 
 
 def test_no_origin_may_read() -> None:
     with client_of(create_app(Settings(cors_origins=()))) as client:
-        for answer in answers(client, of(OURS)):
-            assert answer.headers["cross-origin-resource-policy"] == "same-origin"
-            assert not [n for n in answer.headers if "origin" in n and not n.startswith("cross-")]
-            assert "Origin" not in answer.headers.get("vary", "")
+        for response in answers(client, of(OURS)):
+            assert response.headers["cross-origin-resource-policy"] == "same-origin"
+            assert not [n for n in response.headers if "origin" in n and not n.startswith("cross-")]
+            assert "Origin" not in response.headers.get("vary", "")
         asked = client.request("OPTIONS", "/v1/mesh", headers={**of(OURS), **ASKED})
         assert asked.status_code == 405
 
@@ -86,23 +86,23 @@ def test_a_fault_of_ours_may_be_read_and_tells_nothing(
 
     monkeypatch.setattr("service.surface.examples.Example.surface", fail)
     with client_of(create_app(Settings())) as client:
-        answer = client.get("/v1/surfaces/tveit/mesh.glb", of(OURS))
-    assert (answer.status_code, answer.json()["code"]) == (500, "internal_error")
-    assert answer.headers["content-type"] == "application/problem+json"
-    assert answer.headers["access-control-allow-origin"] == "*"
-    assert answer.headers["cache-control"] == "no-store"
-    assert "not for clients" not in answer.text
+        response = client.get("/v1/surfaces/tveit/mesh.glb", of(OURS))
+    assert (response.status_code, response.json()["code"]) == (500, "internal_error")
+    assert response.headers["content-type"] == "application/problem+json"
+    assert response.headers["access-control-allow-origin"] == "*"
+    assert response.headers["cache-control"] == "no-store"
+    assert "not for clients" not in response.text
 
 
-@pytest.mark.parametrize("address", ["/v1/mesh", MESH, "/nothing"])
-def test_what_browsers_ask_beforehand(client: Client, address: str) -> None:
-    answer = client.request("OPTIONS", address, headers={**of(OURS), **ASKED})
-    assert (answer.status_code, answer.content) == (204, b"")
-    assert answer.headers["access-control-allow-origin"] == "*"
-    assert answer.headers["access-control-allow-methods"] == "GET, HEAD, POST"
-    allowed = answer.headers["access-control-allow-headers"].lower().split(", ")
+@pytest.mark.parametrize("url", ["/v1/mesh", MESH, "/nothing"])
+def test_what_browsers_ask_beforehand(client: Client, url: str) -> None:
+    response = client.request("OPTIONS", url, headers={**of(OURS), **ASKED})
+    assert (response.status_code, response.content) == (204, b"")
+    assert response.headers["access-control-allow-origin"] == "*"
+    assert response.headers["access-control-allow-methods"] == "GET, HEAD, POST"
+    allowed = response.headers["access-control-allow-headers"].lower().split(", ")
     assert {"content-type", "if-none-match"} <= set(allowed)
-    assert int(answer.headers["access-control-max-age"]) == 86400
+    assert int(response.headers["access-control-max-age"]) == 86400
 
 
 def test_other_origins_are_not_granted_beforehand() -> None:
@@ -117,6 +117,6 @@ def test_other_origins_are_not_granted_beforehand() -> None:
 
 
 def test_an_ordinary_options_request_goes_its_way(client: Client) -> None:
-    answer = client.request("OPTIONS", "/v1/mesh", headers=of(OURS))
-    assert answer.status_code == 405
-    assert answer.headers["access-control-allow-origin"] == "*"
+    response = client.request("OPTIONS", "/v1/mesh", headers=of(OURS))
+    assert response.status_code == 405
+    assert response.headers["access-control-allow-origin"] == "*"

@@ -35,9 +35,9 @@ def test_refusals(client: Client) -> None:
     ):
         body = {"surface": surface, "curvatures": True}
         for path in ("/v1/mesh?format=glb", "/v1/mesh?format=json"):
-            answer = client.post(path, body)
-            assert answer.status_code == 422
-            assert [(e["code"], e["pointer"]) for e in answer.json()["errors"]] == [(code, where)]
+            response = client.post(path, body)
+            assert response.status_code == 422
+            assert [(e["code"], e["pointer"]) for e in response.json()["errors"]] == [(code, where)]
         assert client.post("/v1/mesh?format=stl", body).status_code == 200
         estimate = client.post("/v1/estimate", body).json()
         refused = {name for entry in estimate["refused"] for name in entry["formats"]}

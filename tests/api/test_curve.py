@@ -32,20 +32,20 @@ LOOP = {
 
 
 def body(fmt: str, client: Client, document: Any) -> bytes:
-    answer = client.post(f"/v1/curve?format={fmt}", document)
-    assert answer.status_code == 200, answer.text
-    return answer.content
+    response = client.post(f"/v1/curve?format={fmt}", document)
+    assert response.status_code == 200, response.text
+    return response.content
 
 
 def test_json_has_columns_of_equal_length(client: Client) -> None:
-    answer = client.post("/v1/curve", {"curve": QUARTER, "resolution": 4}).json()
-    points = np.array(answer["points"])
+    response = client.post("/v1/curve", {"curve": QUARTER, "resolution": 4}).json()
+    points = np.array(response["points"])
     assert points.shape == (5, 2)
     assert np.hypot(*points.T) == pytest.approx(1, abs=1e-15)
-    assert (np.array(answer["tangents"]) * points).sum(axis=1) == pytest.approx(0, abs=1e-15)
-    assert answer["parameters"] == [0, 0.25, 0.5, 0.75, 1]
-    assert answer["arc_lengths"][-1] == answer["report"]["length"] == pytest.approx(math.pi / 2)
-    report = answer["report"]
+    assert (np.array(response["tangents"]) * points).sum(axis=1) == pytest.approx(0, abs=1e-15)
+    assert response["parameters"] == [0, 0.25, 0.5, 0.75, 1]
+    assert response["arc_lengths"][-1] == response["report"]["length"] == pytest.approx(math.pi / 2)
+    report = response["report"]
     assert (report["points"], report["pieces"], report["closed"]) == (5, 1, False)
     assert report["bounds"] == {"min": [0, 0], "max": [1, 1]}
     sagitta = 1 - math.cos(math.pi / 16)
@@ -58,10 +58,10 @@ def test_columns_can_be_left_out(client: Client) -> None:
 
 
 def test_a_tolerance_is_kept(client: Client) -> None:
-    answer = client.post("/v1/curve", {"curve": LOOP, "tolerance": 1e-4}).json()
-    assert answer["report"]["deviation_bound"] <= 1e-4
-    assert answer["report"]["closed"]
-    assert answer["points"][0] == answer["points"][-1]
+    response = client.post("/v1/curve", {"curve": LOOP, "tolerance": 1e-4}).json()
+    assert response["report"]["deviation_bound"] <= 1e-4
+    assert response["report"]["closed"]
+    assert response["points"][0] == response["points"][-1]
 
 
 @pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda f: f.name)
@@ -137,14 +137,14 @@ def test_the_obj_is_one_line(client: Client) -> None:
 
 @pytest.mark.parametrize("fmt", ["stl", "ply", "off"])
 def test_formats_of_surfaces_are_refused_with_those_of_curves(client: Client, fmt: str) -> None:
-    answer = client.post(f"/v1/curve?format={fmt}", {"curve": QUARTER})
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
+    response = client.post(f"/v1/curve?format={fmt}", {"curve": QUARTER})
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
     assert (error["code"], error["parameter"]) == ("unsupported_by_format", "format")
     assert error["needed"] == "one of glb, gltf, json, oogl, obj"
     media_type = next(f.media_type for f in FORMATS if f.name == fmt)
-    answer = client.post("/v1/curve", {"curve": QUARTER}, {"Accept": media_type})
-    assert answer.status_code == 406
+    response = client.post("/v1/curve", {"curve": QUARTER}, {"Accept": media_type})
+    assert response.status_code == 406
 
 
 @pytest.mark.parametrize(
@@ -152,10 +152,10 @@ def test_formats_of_surfaces_are_refused_with_those_of_curves(client: Client, fm
 )
 def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
     with client_of(create_app(Settings(max_vertices=1000))) as client:
-        answer = client.post("/v1/curve", {"curve": QUARTER, **options})
-    assert answer.status_code == 422
-    assert answer.json()["code"] == "result_too_large"
-    assert answer.json()["errors"][0]["pointer"] == "/" + next(iter(options))
+        response = client.post("/v1/curve", {"curve": QUARTER, **options})
+    assert response.status_code == 422
+    assert response.json()["code"] == "result_too_large"
+    assert response.json()["errors"][0]["pointer"] == "/" + next(iter(options))
 
 
 def test_curves_have_as_many_points_as_can_be_measured_in_seconds() -> None:

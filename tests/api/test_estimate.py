@@ -26,6 +26,6 @@ def test_one_format_alone(client: Client) -> None:
     assert (told["accepted"], told["bytes"]) == (False, {})
     assert [refused["formats"] for refused in told["refused"]] == [["stl"]]
     assert client.post("/v1/estimate?format=ply", body).json()["accepted"] is True
-    answer = client.post("/v1/estimate?format=fbx", body)
-    assert answer.status_code == 422
-    assert answer.json()["errors"][0]["code"] == "unknown_format"
+    response = client.post("/v1/estimate?format=fbx", body)
+    assert response.status_code == 422
+    assert response.json()["errors"][0]["code"] == "unknown_format"

@@ -107,19 +107,19 @@ def test_a_group_of_patches_stands_where_its_control_points_are(client: Client) 
 
 
 def test_a_file_is_named_after_the_surface(client: Client) -> None:
-    answer = posted(client, saved(net()), NPY, "format=stl&name=sail")
-    assert "sail.stl" in answer.headers["content-disposition"]
+    response = posted(client, saved(net()), NPY, "format=stl&name=sail")
+    assert "sail.stl" in response.headers["content-disposition"]
 
 
 def test_estimates_are_those_of_the_surface(client: Client) -> None:
-    answer = client.request(
+    response = client.request(
         "POST", "/v1/estimate?resolution=2,3&format=glb", saved(net()), {"Content-Type": NPY}
     )
     wanted = client.post(
         "/v1/estimate?format=glb",
         {"surface": {"control_net": net().tolist()}, "resolution": [2, 3]},
     )
-    assert answer.json() == wanted.json()
+    assert response.json() == wanted.json()
 
 
 def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -> None:
@@ -141,11 +141,11 @@ def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -
 
 def test_what_is_stored_has_no_options(client: Client) -> None:
     for name in ("resolution", "format"):
-        answer = client.request(
+        response = client.request(
             "POST", f"/v1/surfaces?{name}=2", saved(net()), {"Content-Type": NPY}
         )
-        assert answer.status_code == 422
-        error = answer.json()["errors"][0]
+        assert response.status_code == 422
+        error = response.json()["errors"][0]
         assert (error["code"], error["parameter"]) == ("unknown_field", name)
 
 
@@ -178,8 +178,8 @@ def changed_text(draw: st.DrawFn) -> tuple[bytes, str]:
 
 @given(st.one_of(changed_text(), damaged().map(lambda content: (content, NPY))))
 def test_no_damage_to_a_file_breaks_the_service(client: Client, file: tuple[bytes, str]) -> None:
-    answer = posted(client, *file, "resolution=1&format=glb")
-    assert answer.status_code in (200, 400, 422)
+    response = posted(client, *file, "resolution=1&format=glb")
+    assert response.status_code in (200, 400, 422)
 
 
 def test_the_limits_of_the_service_hold_for_files() -> None:
@@ -196,22 +196,22 @@ def test_the_limits_of_the_service_hold_for_files() -> None:
             (b"BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0", OOGL, "degree_too_high"),
             (b"1\n" + b"1 " * 9 + b"\n1\n0 0 0", TEAPOT, "too_many_control_points"),
         ):
-            answer = posted(client, content, media_type)
-            found = answer.json()["errors"][0]["code"] if answer.status_code != 200 else None
+            response = posted(client, content, media_type)
+            found = response.json()["errors"][0]["code"] if response.status_code != 200 else None
             assert found == code
 
 
 @pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])
 def test_other_calls_take_json_alone_and_say_so(client: Client, path: str) -> None:
-    answer = client.request("POST", path, saved(net()), {"Content-Type": NPY})
-    assert answer.status_code == 415
-    assert answer.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"
+    response = client.request("POST", path, saved(net()), {"Content-Type": NPY})
+    assert response.status_code == 415
+    assert response.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"
 
 
 def test_the_refusal_of_a_type_lists_those_that_are_taken(client: Client) -> None:
-    answer = posted(client, b"", "application/octet-stream")
-    assert answer.status_code == 415
+    response = posted(client, b"", "application/octet-stream")
+    assert response.status_code == 415
     for media_type in ("application/json", NPY, OOGL, TEAPOT):
-        assert media_type in answer.json()["errors"][0]["needed"]
+        assert media_type in response.json()["errors"][0]["needed"]
     assert posted(client, b"BBP", f"{OOGL}; charset=utf-16").status_code == 415
     assert posted(client, saved(net()), f"{NPY}; charset=binary").status_code == 200

@@ -25,10 +25,10 @@ def test_there_are_two_hundred_of_them_and_no_two_alike() -> None:
 @pytest.mark.parametrize("path", CALLS)
 def test_hostile_bodies_are_refused(client: Client, path: str) -> None:
     for case in CALLS[path]:
-        answer = client.request("POST", path, case.chunks(), JSON)
-        assert answer.status_code == case.status, case.name
-        assert answer.headers["content-type"] == "application/problem+json"
-        problem = answer.json()
+        response = client.request("POST", path, case.chunks(), JSON)
+        assert response.status_code == case.status, case.name
+        assert response.headers["content-type"] == "application/problem+json"
+        problem = response.json()
         assert (problem["status"], problem["type"]) == (case.status, "about:blank")
         first, *_ = errors = problem["errors"]
         assert (first["code"], first["pointer"]) == (case.code, case.pointer), case.name
@@ -36,7 +36,7 @@ def test_hostile_bodies_are_refused(client: Client, path: str) -> None:
         for error in errors:
             assert {"code", "pointer", "detail", "got", "needed"} == set(error), case.name
         assert ECHO not in str([error | {"pointer": ""} for error in errors]), case.name
-        assert len(answer.content) < 20_000, case.name
+        assert len(response.content) < 20_000, case.name
 
 
 @pytest.mark.parametrize("call", ["estimate", "points", "convert", "surfaces"])
@@ -71,9 +71,9 @@ def test_every_call_refuses_what_no_field_can_be() -> None:
     with client_of(app) as client:
 
         def first_error(path: str, body: bytes) -> tuple[str, str]:
-            answer = client.request("POST", path, [body], headers)
-            assert answer.status_code == 422, (path, body, answer.text)
-            error = answer.json()["errors"][0]
+            response = client.request("POST", path, [body], headers)
+            assert response.status_code == 422, (path, body, response.text)
+            error = response.json()["errors"][0]
             return error["code"], error["pointer"]
 
         for path, operation in posts.items():
@@ -102,13 +102,13 @@ def test_hostile_files_are_refused(client: Client, path: str) -> None:
         headers, body = {"Content-Type": case.media_type}, case.build()
         if path != "/v1/mesh" and len(body) >= MIB:  # it is read by the code of /v1/mesh
             continue
-        answer = client.request("POST", f"{path}?{case.query}", body, headers)
-        if path == "/v1/estimate" and answer.status_code == 200:
+        response = client.request("POST", f"{path}?{case.query}", body, headers)
+        if path == "/v1/estimate" and response.status_code == 200:
             # Estimates report a mesh that is too large, or a format that cannot store it.
             assert case.code in ("too_many_vertices", "unsupported_by_format"), case.name
             continue
-        assert answer.status_code == case.status, case.name
-        first, *_ = errors = answer.json()["errors"]
+        assert response.status_code == case.status, case.name
+        first, *_ = errors = response.json()["errors"]
         assert len(errors) <= MAX_ISSUES
         assert (first["code"], first.get(case.place)) == (case.code, case.where), case.name
         assert ECHO not in str([error | {"pointer": "", "parameter": ""} for error in errors])

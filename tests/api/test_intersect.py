@@ -16,10 +16,10 @@ DOWN = {"origins": [[0.25, 0.5, 2], [3, 0.5, 2]], "directions": [[0, 0, -4]]}
 
 
 def ask(client: Client, **fields: Any) -> Any:
-    answer = client.post("/v1/intersect", fields)
-    assert answer.status_code == 200, answer.text
-    RayHits.model_validate_json(answer.content)
-    return answer.json()
+    response = client.post("/v1/intersect", fields)
+    assert response.status_code == 200, response.text
+    RayHits.model_validate_json(response.content)
+    return response.json()
 
 
 def test_a_square(client: Client) -> None:
@@ -51,8 +51,8 @@ def test_rays_in_a_file_of_numpy(client: Client) -> None:
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&hits=all&relative_thickness=1e-6&format=json"
-        answer = client.request("POST", f"/v1/intersect{query}", npy(rows, dtype), NPY)
-        assert answer.json() == expected, answer.text
+        response = client.request("POST", f"/v1/intersect{query}", npy(rows, dtype), NPY)
+        assert response.json() == expected, response.text
 
 
 @pytest.mark.parametrize(
@@ -70,9 +70,9 @@ def test_rays_in_a_file_of_numpy(client: Client) -> None:
 def test_files_of_rays_that_are_refused(
     client: Client, query: str, rows: Any, code: str, place: dict[str, str]
 ) -> None:
-    answer = client.request("POST", f"/v1/intersect{query}", npy(rows), NPY)
-    assert answer.status_code in (400, 422), answer.text
-    issue = answer.json()["errors"][0]
+    response = client.request("POST", f"/v1/intersect{query}", npy(rows), NPY)
+    assert response.status_code in (400, 422), response.text
+    issue = response.json()["errors"][0]
     assert issue["code"] == code
     assert place.items() <= issue.items()
 
@@ -81,19 +81,19 @@ def test_files_of_rays_that_are_refused(
 def test_examples(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
     rays = {"origins": [[1.1, 1.2, 50]], "directions": [[0, 0, -1]]}
-    answer = client.post("/v1/intersect", {"surface": surface, "rays": rays})
+    response = client.post("/v1/intersect", {"surface": surface, "rays": rays})
     if name == "trefoil-tube":
-        assert answer.status_code == 422
-        assert answer.json()["errors"][0]["code"] == "not_parametric"
+        assert response.status_code == 422
+        assert response.json()["errors"][0]["code"] == "not_parametric"
     else:
-        assert answer.json()["kind"] == ["crossing"]
-        assert "patch" not in answer.json()
+        assert response.json()["kind"] == ["crossing"]
+        assert "patch" not in response.json()
 
 
 def test_limits() -> None:
     settings = Settings(max_points=10)
     with client_of(create_app(settings)) as client:
         rays = {"origins": [[0, 0, 1]] * 11, "directions": [[0, 0, -1]]}
-        answer = client.post("/v1/intersect", {"surface": {"control_net": NET}, "rays": rays})
-    assert answer.status_code == 422
-    assert answer.json()["errors"][0]["code"] == "too_many_rays"
+        response = client.post("/v1/intersect", {"surface": {"control_net": NET}, "rays": rays})
+    assert response.status_code == 422
+    assert response.json()["errors"][0]["code"] == "too_many_rays"

@@ -49,9 +49,9 @@ class Watch:
                     assert self.came.acquire(timeout=60)
             self.now += 1
             self.most = max(self.most, self.now)
-            answer = run(work)
+            response = run(work)
             self.now -= 1
-            return answer
+            return response
 
         monkeypatch.setattr(MeshWork, "run", watched)
 
@@ -74,7 +74,7 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watch = Watch(monkeypatch)
-    address = client.post("/v1/surfaces", LARGE).json()["links"]["mesh"]["stl"]
+    url = client.post("/v1/surfaces", LARGE).json()["links"]["mesh"]["stl"]
     find, get = stored.surface_of, SurfaceStore.get
     seen: list[Stored] = []
     reads: list[str] = []
@@ -90,7 +90,7 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
 
     monkeypatch.setattr(meshes_by_url, "surface_of", found)
     monkeypatch.setattr(SurfaceStore, "get", read)
-    statuses = together(lambda each: client.get(f"{address}&resolution={each + 1}").status_code)
+    statuses = together(lambda each: client.get(f"{url}&resolution={each + 1}").status_code)
     assert statuses == [200] * COUNT
     assert len(reads) == 1
     assert all(each is seen[0] for each in seen)
@@ -99,11 +99,11 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
 
 def test_what_was_deleted_is_not_shared(client: Client, app: FastAPI) -> None:
     services: Services = app.state.services
-    address = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
-    id = address.rpartition("/")[2]
+    url = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
+    id = url.rpartition("/")[2]
     job = Job(services.workers)  # which does not end
     kept = client.call(stored.surface_of, services, job, id)
-    assert client.get(address).status_code == 200
-    assert client.request("DELETE", address).status_code == 204
-    assert client.get(address).status_code == 404
+    assert client.get(url).status_code == 200
+    assert client.request("DELETE", url).status_code == 204
+    assert client.get(url).status_code == 404
     assert kept.id == id

@@ -31,10 +31,10 @@ def brick(faces: Any) -> dict[str, Any]:
 
 
 def ask(client: Client, **fields: Any) -> Any:
-    answer = client.post("/v1/measure", fields)
-    assert answer.status_code == 200, answer.text
-    SurfaceMeasures.model_validate_json(answer.content)
-    return answer.json()
+    response = client.post("/v1/measure", fields)
+    assert response.status_code == 200, response.text
+    SurfaceMeasures.model_validate_json(response.content)
+    return response.json()
 
 
 def is_about(interval: dict[str, float], truth: float, width: float = 1e-6) -> bool:
@@ -69,12 +69,12 @@ def test_an_open_brick_and_a_turned_face(client: Client) -> None:
 @pytest.mark.parametrize("name", sorted(set(EXAMPLES) - SLOW))
 def test_every_example(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
-    answer = client.post("/v1/measure", {"surface": surface, "tolerance": 1e-2})
-    if answer.status_code == 422:
-        issue = answer.json()["errors"][0]
+    response = client.post("/v1/measure", {"surface": surface, "tolerance": 1e-2})
+    if response.status_code == 422:
+        issue = response.json()["errors"][0]
         assert (issue["code"], issue["pointer"]) == ("not_parametric", "/surface")
         return
-    found = answer.json()
+    found = response.json()
     assert found["reached"]
     assert found["closed"] == (found["open_edges"] + found["inconsistent_edges"] == 0)
     assert ("volume" in found) == found["closed"]
@@ -92,9 +92,9 @@ def test_every_example(client: Client, name: str) -> None:
     ],
 )
 def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
-    answer = client.post("/v1/measure", fields)
-    assert answer.status_code == 422, answer.text
-    issue = answer.json()["errors"][0]
+    response = client.post("/v1/measure", fields)
+    assert response.status_code == 422, response.text
+    issue = response.json()["errors"][0]
     assert (issue["code"], issue["pointer"]) == (code, pointer)
 
 
@@ -115,8 +115,8 @@ def test_narrow_intervals_are_refused_with_those_that_can_be_reached(client: Cli
     assert found["reached"]
     assert is_about(found["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(least))
     example = client.get("/openapi.json").json()["components"]["responses"]["InvalidRequest"]
-    answer = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
-    assert answer["errors"][0]["code"] == "too_costly"
+    response = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
+    assert response["errors"][0]["code"] == "too_costly"
 
 
 def test_what_no_tolerance_would_reach_is_answered_with_wide_intervals() -> None:

@@ -22,11 +22,11 @@ SURFACE = BezierSurface(np.array(NET, dtype=np.float64))
 
 
 def test_posted_net_comes_back_as_json(client: Client) -> None:
-    answer = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [2, 3]})
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "application/json"
-    assert "content-disposition" not in answer.headers
-    mesh = answer.json()
+    response = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [2, 3]})
+    assert response.status_code == 200
+    assert response.headers["content-type"] == "application/json"
+    assert "content-disposition" not in response.headers
+    mesh = response.json()
     assert len(mesh["vertices"]) == 3 * 4
     assert len(mesh["faces"]) == 2 * 2 * 3
     assert mesh["vertices"][0] == NET[0][0]
@@ -46,14 +46,14 @@ def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format)
     format_by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
     by_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
     assert format_by_name.content == by_type.content == wanted
-    address = f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4"
-    format_by_suffix = client.get(address, {"Accept-Encoding": "identity"})
+    url = f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4"
+    format_by_suffix = client.get(url, {"Accept-Encoding": "identity"})
     assert format_by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
-    for answer in (format_by_name, by_type, format_by_suffix):
-        assert answer.status_code == 200
-        assert answer.headers["content-type"].partition(";")[0] == fmt.media_type
-        assert answer.headers["content-length"] == str(len(answer.content))
-        assert answer.headers["x-content-type-options"] == "nosniff"
+    for response in (format_by_name, by_type, format_by_suffix):
+        assert response.status_code == 200
+        assert response.headers["content-type"].partition(";")[0] == fmt.media_type
+        assert response.headers["content-length"] == str(len(response.content))
+        assert response.headers["x-content-type-options"] == "nosniff"
 
 
 def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) -> None:
@@ -119,9 +119,9 @@ async def test_health_check_does_not_wait_for_meshes_that_were_asked_for_before(
     transport = httpx.ASGITransport(create_app(Settings()))
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
 
-        async def ask(address: str) -> None:
-            assert (await client.get(address)).status_code == 200
-            answered.append(address)
+        async def ask(url: str) -> None:
+            assert (await client.get(url)).status_code == 200
+            answered.append(url)
 
         await asyncio.gather(*map(ask, [*meshes, "/health/live"]))
     assert answered.index("/health/live") < 20
@@ -143,8 +143,8 @@ async def test_health_check_does_not_wait_for_meshes_that_were_asked_for_before(
 )
 def test_file_name_is_made_of_harmless_characters(client: Client, name: str, files: str) -> None:
     document = {"surface": {**BEZIER, "name": name}, "resolution": 1}
-    answer = client.post("/v1/mesh?format=stl", document)
-    assert answer.headers["content-disposition"] == f"attachment; {files}"
+    response = client.post("/v1/mesh?format=stl", document)
+    assert response.headers["content-disposition"] == f"attachment; {files}"
 
 
 @pytest.mark.parametrize(
@@ -183,9 +183,9 @@ def test_file_name_is_made_of_harmless_characters(client: Client, name: str, fil
     ],
 )
 def test_bad_parameters_are_named(client: Client, query: str, parameter: str, code: str) -> None:
-    answer = client.get(f"/v1/surfaces/utah-teapot/mesh.glb?{query}")
-    assert answer.status_code == 422
-    first = answer.json()["errors"][0]
+    response = client.get(f"/v1/surfaces/utah-teapot/mesh.glb?{query}")
+    assert response.status_code == 422
+    first = response.json()["errors"][0]
     assert (first["parameter"], first["code"]) == (parameter, code)
     assert "pointer" not in first
 
@@ -199,18 +199,18 @@ def test_bad_parameters_are_named(client: Client, query: str, parameter: str, co
     ],
 )
 def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, code: str) -> None:
-    answer = client.post(f"/v1/mesh?{query}", {"surface": BEZIER})
-    assert answer.status_code == 422
-    first = answer.json()["errors"][0]
+    response = client.post(f"/v1/mesh?{query}", {"surface": BEZIER})
+    assert response.status_code == 422
+    first = response.json()["errors"][0]
     assert (first["parameter"], first["code"]) == (parameter, code)
 
 
 @pytest.mark.parametrize("suffix", ["fbx", "GLB", "glb.gz", "%00", "é"])
 def test_unknown_suffix(client: Client, suffix: str) -> None:
-    answer = client.get(f"/v1/surfaces/saddle/mesh.{suffix}")
-    assert answer.status_code == 404
-    assert answer.json()["code"] == "unknown_suffix"
-    assert "glb" in answer.json()["errors"][0]["needed"]
+    response = client.get(f"/v1/surfaces/saddle/mesh.{suffix}")
+    assert response.status_code == 404
+    assert response.json()["code"] == "unknown_suffix"
+    assert "glb" in response.json()["errors"][0]["needed"]
 
 
 @pytest.mark.parametrize(
@@ -229,10 +229,10 @@ def test_unknown_suffix(client: Client, suffix: str) -> None:
     ],
 )
 def test_other_media_types_are_refused(client: Client, headers: dict[str, str]) -> None:
-    answer = client.request("POST", "/v1/mesh", b"{}", headers)
-    assert answer.status_code == 415
-    assert answer.json()["code"] == "unsupported_media_type"
-    assert answer.json()["errors"][0]["header"] in ("Content-Type", "Content-Encoding")
+    response = client.request("POST", "/v1/mesh", b"{}", headers)
+    assert response.status_code == 415
+    assert response.json()["code"] == "unsupported_media_type"
+    assert response.json()["errors"][0]["header"] in ("Content-Type", "Content-Encoding")
 
 
 @pytest.mark.parametrize(

@@ -38,8 +38,8 @@ def fresh() -> Iterator[Client]:
         yield client
 
 
-def canonical(client: Client, address: str) -> str:
-    link = client.get(address, PLAIN).headers["link"]
+def canonical(client: Client, url: str) -> str:
+    link = client.get(url, PLAIN).headers["link"]
     match = re.fullmatch(r'<(\S+)>; rel="canonical"', link)
     assert match is not None
     return match[1]
@@ -55,9 +55,9 @@ def canonical(client: Client, address: str) -> str:
     ],
 )
 def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None:
-    address = f"{SADDLE}?resolution=4&uvs=true&engine={ENGINE}"
-    assert canonical(client, f"{SADDLE}?{query}") == address
-    one, other = client.get(address), client.get(f"{SADDLE}?{query}")
+    url = f"{SADDLE}?resolution=4&uvs=true&engine={ENGINE}"
+    assert canonical(client, f"{SADDLE}?{query}") == url
+    one, other = client.get(url), client.get(f"{SADDLE}?{query}")
     assert one.content == other.content
     assert one.headers["etag"] == other.headers["etag"]
 
@@ -73,12 +73,12 @@ def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None
     ],
 )
 def test_engine_in_the_query(client: Client, query: str, status: int, code: str) -> None:
-    answer = client.get(f"{SADDLE}?resolution=1&{query}")
-    assert answer.status_code == status
+    response = client.get(f"{SADDLE}?resolution=1&{query}")
+    assert response.status_code == status
     if status != 200:
-        assert answer.json()["errors"][0]["code"] == code
-        assert answer.headers["cache-control"] == "no-store"
-        assert "etag" not in answer.headers
+        assert response.json()["errors"][0]["code"] == code
+        assert response.headers["cache-control"] == "no-store"
+        assert "etag" not in response.headers
 
 
 def test_examples_are_kept_for_an_hour(client: Client) -> None:
@@ -91,10 +91,10 @@ def test_examples_are_kept_for_an_hour(client: Client) -> None:
 
 
 def test_report_headers(client: Client) -> None:
-    address = "/v1/surfaces/sphere/mesh.{}?resolution=3"
-    report = client.get(address.format("json")).json()["report"]
+    url = "/v1/surfaces/sphere/mesh.{}?resolution=3"
+    report = client.get(url.format("json")).json()["report"]
     definition = client.get("/v1/surfaces/sphere").json()
-    by_url = client.get(address.format("stl"))
+    by_url = client.get(url.format("stl"))
     posted = client.post("/v1/mesh?format=stl", {**definition, "resolution": 3})
     for headers in (by_url.headers, posted.headers):
         assert int(headers["surface-vertices"]) == report["vertices"]
@@ -115,7 +115,7 @@ def test_server_timing_names_steps_and_hits(fresh: Client) -> None:
 
 
 def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -> None:
-    address = "/v1/surfaces/utah-teapot/mesh.json?resolution=8"
+    url = "/v1/surfaces/utah-teapot/mesh.json?resolution=8"
     wanted = render(find("utah-teapot").surface(), MeshOptions((8, 8)), BY_NAME["json"])
     tags = set()
     decoders: dict[str, Callable[[bytes], bytes]] = {
@@ -125,80 +125,80 @@ def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -
     }
     for coding, decoded in decoders.items():
         for _ in range(2):
-            answer = fresh.raw(address, {"Accept-Encoding": coding})
-            assert answer.headers.get("content-encoding", "identity") == coding
-            assert decoded(answer.content) == wanted
-            assert answer.headers["content-length"] == str(len(answer.content))
-        assert (len(answer.content) < len(wanted) / 3) == (coding != "identity")
-        tags.add(answer.headers["etag"])
+            response = fresh.raw(url, {"Accept-Encoding": coding})
+            assert response.headers.get("content-encoding", "identity") == coding
+            assert decoded(response.content) == wanted
+            assert response.headers["content-length"] == str(len(response.content))
+        assert (len(response.content) < len(wanted) / 3) == (coding != "identity")
+        tags.add(response.headers["etag"])
     assert len(tags) == 3
 
 
 def test_small_bodies_are_sent_as_they_are_unless_that_is_refused(fresh: Client) -> None:
-    address = "/v1/surfaces/saddle/mesh.off?resolution=1"
+    url = "/v1/surfaces/saddle/mesh.off?resolution=1"
     for _ in range(2):
-        answer = fresh.raw(address, {"Accept-Encoding": "gzip, zstd"})
-        assert "content-encoding" not in answer.headers
-    forced = fresh.raw(address, {"Accept-Encoding": "gzip, identity;q=0"})
+        response = fresh.raw(url, {"Accept-Encoding": "gzip, zstd"})
+        assert "content-encoding" not in response.headers
+    forced = fresh.raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
     assert forced.headers["content-encoding"] == "gzip"
-    assert unpacked_gzip(forced.content) == answer.content
-    again = fresh.raw(address, {"Accept-Encoding": "gzip, zstd"})
+    assert unpacked_gzip(forced.content) == response.content
+    again = fresh.raw(url, {"Accept-Encoding": "gzip, zstd"})
     assert "content-encoding" not in again.headers
 
 
 def test_what_would_wait_for_memory_is_sent_as_it_is(
     fresh: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    address, coded = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
+    url, coded = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
     with monkeypatch.context() as full:
         full.setattr(Workers, "waiting", 1)
-        plain = fresh.raw(address, coded)
+        plain = fresh.raw(url, coded)
         assert "content-encoding" not in plain.headers
-        forced = fresh.raw(address, {"Accept-Encoding": "gzip, identity;q=0"})
+        forced = fresh.raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
         assert unpacked_gzip(forced.content) == plain.content, "who takes nothing else waits"
-    assert fresh.raw(address, coded).headers["content-encoding"] == "gzip"
+    assert fresh.raw(url, coded).headers["content-encoding"] == "gzip"
 
 
 def test_excluded_codings_are_a_problem(client: Client) -> None:
-    answer = client.get(SADDLE, {"Accept-Encoding": "br, *;q=0"})
-    assert answer.status_code == 406
-    assert answer.json()["errors"][0]["header"] == "Accept-Encoding"
+    response = client.get(SADDLE, {"Accept-Encoding": "br, *;q=0"})
+    assert response.status_code == 406
+    assert response.json()["errors"][0]["header"] == "Accept-Encoding"
 
 
 @pytest.mark.parametrize("coding", ["identity", "gzip", "zstd"])
 @pytest.mark.parametrize("known", [False, True])
 def test_what_the_client_has_is_not_sent_again(coding: str, known: bool) -> None:
-    address = f"/v1/surfaces/sphere/mesh.json?resolution=6&engine={ENGINE}"
+    url = f"/v1/surfaces/sphere/mesh.json?resolution=6&engine={ENGINE}"
     headers = {"Accept-Encoding": coding}
     with client_of(create_app(Settings())) as client:
-        first = client.raw(address, headers)
+        first = client.raw(url, headers)
     app = create_app(Settings())
     with client_of(app) as client:
         if known:
-            client.raw(address, headers)
+            client.raw(url, headers)
         tag = first.headers["etag"]
         for condition in (tag, f"W/{tag}", f'"other", {tag}'):
-            answer = client.raw(address, {**headers, "If-None-Match": condition})
-            assert answer.status_code == 304
-            assert answer.content == b""
+            response = client.raw(url, {**headers, "If-None-Match": condition})
+            assert response.status_code == 304
+            assert response.content == b""
             for name in ("etag", "cache-control", "vary"):
-                assert answer.headers[name] == first.headers[name]
-            assert answer.headers["server-timing"] == "cache;desc=hit"
-            assert answer.headers["access-control-allow-origin"] == "*"
-            assert "content-length" not in answer.headers
+                assert response.headers[name] == first.headers[name]
+            assert response.headers["server-timing"] == "cache;desc=hit"
+            assert response.headers["access-control-allow-origin"] == "*"
+            assert "content-length" not in response.headers
         assert len(app.state.services.cache) == known, "answered without computing"
-        changed = client.raw(address, {**headers, "If-None-Match": '"other"'})
+        changed = client.raw(url, {**headers, "If-None-Match": '"other"'})
         assert changed.status_code == 200
-        other = client.raw(f"{address}&uvs=true", {**headers, "If-None-Match": tag})
+        other = client.raw(f"{url}&uvs=true", {**headers, "If-None-Match": tag})
         assert other.status_code == 200
 
 
 def test_a_tag_of_a_coding_that_is_not_accepted_does_not_count(client: Client) -> None:
-    address = "/v1/surfaces/sphere/mesh.json?resolution=6"
-    tag = client.raw(address, {"Accept-Encoding": "zstd"}).headers["etag"]
+    url = "/v1/surfaces/sphere/mesh.json?resolution=6"
+    tag = client.raw(url, {"Accept-Encoding": "zstd"}).headers["etag"]
     for _ in range(2):
-        answer = client.raw(address, {"Accept-Encoding": "gzip", "If-None-Match": tag})
-        assert answer.status_code == 200
+        response = client.raw(url, {"Accept-Encoding": "gzip", "If-None-Match": tag})
+        assert response.status_code == 200
 
 
 def test_conditions_do_not_hide_what_is_wrong(fresh: Client) -> None:
@@ -230,13 +230,13 @@ def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
 
 
 def test_long_answers_are_sent_whole_from_the_cache(client: Client) -> None:
-    address = "/v1/surfaces/saddle/mesh.glb?resolution=300"
+    url = "/v1/surfaces/saddle/mesh.glb?resolution=300"
     wanted = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
     assert len(wanted) > 2 << 20
     for _ in range(2):
-        answer = client.raw(address, PLAIN)
-        assert answer.content == wanted
-    assert answer.headers["server-timing"] == "cache;desc=hit"
+        response = client.raw(url, PLAIN)
+        assert response.content == wanted
+    assert response.headers["server-timing"] == "cache;desc=hit"
 
 
 def test_ranges_are_not_read(client: Client) -> None:

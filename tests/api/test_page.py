@@ -25,10 +25,10 @@ needs_three = pytest.mark.skipif(
 @needs_three
 def test_everything_on_the_page_comes_from_here(client: Client) -> None:
     """By relative addresses, so that the page works behind any prefix."""
-    answer = client.get("/")
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "text/html; charset=utf-8"
-    sources = re.findall(r'(?:src|href)="([^"#]+)"', answer.text)
+    response = client.get("/")
+    assert response.status_code == 200
+    assert response.headers["content-type"] == "text/html; charset=utf-8"
+    sources = re.findall(r'(?:src|href)="([^"#]+)"', response.text)
     assert {MAIN, "page/style.css", "page/three.js", "docs"} <= set(sources)
     for source in sources:
         assert not source.startswith(("/", "http"))
@@ -37,20 +37,20 @@ def test_everything_on_the_page_comes_from_here(client: Client) -> None:
 
 @needs_three
 def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
-    answer = client.get("/")
+    response = client.get("/")
     policy = dict(
         directive.strip().split(" ", 1)
-        for directive in answer.headers["content-security-policy"].split(";")
+        for directive in response.headers["content-security-policy"].split(";")
     )
     assert policy["default-src"] == "'none'"
     for directive in ("script-src", "style-src", "connect-src"):
         assert policy[directive] == "'self'"
     for directive in ("base-uri", "form-action", "frame-ancestors"):
         assert policy[directive] == "'none'"
-    assert answer.headers["x-content-type-options"] == "nosniff"
-    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert response.headers["x-content-type-options"] == "nosniff"
+    assert response.headers["referrer-policy"] == "no-referrer"
     # Nothing on the page needs more: no script and no style stands in it.
-    assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", answer.text) == []
+    assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", response.text) == []
 
 
 @needs_three
@@ -82,14 +82,14 @@ def test_modules_are_short_and_say_what_they_are_for() -> None:
 
 
 @pytest.mark.parametrize(
-    "address",
+    "url",
     [
         *("/page/..%2fpage.py", "/page/index.html", "/page/LICENSE", "/page/three.d.ts"),
         *("/docs/..%2f..%2fapp.py", "/docs/LICENSE", "/docs/swagger-ui.css.map"),
     ],
 )
-def test_nothing_else_is_served(client: Client, address: str) -> None:
-    assert client.get(address).status_code == 404
+def test_nothing_else_is_served(client: Client, url: str) -> None:
+    assert client.get(url).status_code == 404
 
 
 def test_everything_on_the_page_of_the_calls_comes_from_here(client: Client) -> None:
@@ -110,11 +110,11 @@ def test_pages_without_their_scripts_say_what_to_run(
 ) -> None:
     monkeypatch.setattr(pages, "STATIC", tmp_path)
     with client_of(create_app(Settings())) as client:
-        for address in ("/", "/docs"):
-            answer = client.get(address)
-            assert answer.status_code == 503
-            assert "make web" in answer.text
-        for address in ("/page/three.js", "/docs/swagger-ui.css"):
-            assert client.get(address).status_code == 404
-        for address in ("/v1/formats", "/openapi.json"):
-            assert client.get(address).status_code == 200
+        for url in ("/", "/docs"):
+            response = client.get(url)
+            assert response.status_code == 503
+            assert "make web" in response.text
+        for url in ("/page/three.js", "/docs/swagger-ui.css"):
+            assert client.get(url).status_code == 404
+        for url in ("/v1/formats", "/openapi.json"):
+            assert client.get(url).status_code == 200

@@ -19,10 +19,10 @@ NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
 
 
 def ask(client: Client, **fields: Any) -> Any:
-    answer = client.post("/v1/points", {"surface": {"control_net": NET}, **fields})
-    assert answer.status_code == 200, answer.text
-    assert answer.headers["content-type"] == "application/json"
-    return answer.json()
+    response = client.post("/v1/points", {"surface": {"control_net": NET}, **fields})
+    assert response.status_code == 200, response.text
+    assert response.headers["content-type"] == "application/json"
+    return response.json()
 
 
 def test_saddle_in_closed_form(client: Client) -> None:
@@ -50,10 +50,10 @@ def test_columns_come_with_the_order_of_derivatives(client: Client) -> None:
 
 
 def test_zero_has_no_sign(client: Client) -> None:
-    answer = client.post("/v1/points", {"surface": {"control_net": NET}, "uv": [[0.5, 0]]})
-    assert answer.json()["normals"][0][1] < 0
-    assert "-0.0]" not in answer.text
-    assert "-0.0," not in answer.text
+    response = client.post("/v1/points", {"surface": {"control_net": NET}, "uv": [[0.5, 0]]})
+    assert response.json()["normals"][0][1] < 0
+    assert "-0.0]" not in response.text
+    assert "-0.0," not in response.text
 
 
 def test_many_points_are_answered_in_their_order(client: Client) -> None:
@@ -75,10 +75,10 @@ def test_many_points_are_answered_in_their_order(client: Client) -> None:
 def test_limits(settings: Settings, code: str) -> None:
     document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 10, "derivatives": 2}
     with client_of(create_app(settings)) as client:
-        answer = client.post("/v1/points", document)
-        assert answer.status_code == 422
-        assert answer.json()["code"] == "result_too_large"
-        error = answer.json()["errors"][0]
+        response = client.post("/v1/points", document)
+        assert response.status_code == 422
+        assert response.json()["code"] == "result_too_large"
+        error = response.json()["errors"][0]
         assert (error["code"], error["pointer"]) == (code, "/uv")
         document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]]}
         assert client.post("/v1/points", document).status_code == 200
@@ -104,9 +104,9 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     document = client.get(f"/v1/surfaces/{name}").json()
     model = find(name).surface().lower()
     if not isinstance(model, PatchModel):
-        answer = client.post("/v1/points", {**document, "uv": [[0, 0]]})
-        assert answer.status_code == 422
-        error = answer.json()["errors"][0]
+        response = client.post("/v1/points", {**document, "uv": [[0, 0]]})
+        assert response.status_code == 422
+        error = response.json()["errors"][0]
         assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
         return
     batch = model.batches[0]

@@ -34,17 +34,17 @@ def test_every_error_has_a_status() -> None:
 
 
 @pytest.mark.parametrize(
-    "address", ["/nothing", "/v1", "/v1/mesh/", "/v1/surfaces/", "/v1/surfaces/a/b", "/docs/x"]
+    "url", ["/nothing", "/v1", "/v1/mesh/", "/v1/surfaces/", "/v1/surfaces/a/b", "/docs/x"]
 )
-def test_unknown_address(client: Client, address: str) -> None:
-    answer = client.get(address)
-    assert answer.status_code == 404
-    assert answer.headers["content-type"] == "application/problem+json"
-    assert answer.json()["code"] == "not_found"
+def test_unknown_address(client: Client, url: str) -> None:
+    response = client.get(url)
+    assert response.status_code == 404
+    assert response.headers["content-type"] == "application/problem+json"
+    assert response.json()["code"] == "not_found"
 
 
 @pytest.mark.parametrize(
-    ("method", "address", "allowed"),
+    ("method", "url", "allowed"),
     [
         ("GET", "/v1/mesh", {"POST"}),
         ("HEAD", "/v1/mesh", {"POST"}),
@@ -57,18 +57,18 @@ def test_unknown_address(client: Client, address: str) -> None:
         ("BREW", "/", {"GET", "HEAD"}),
     ],
 )
-def test_other_methods(client: Client, method: str, address: str, allowed: set[str]) -> None:
-    answer = client.request(method, address)
-    assert answer.status_code == 405
-    assert answer.headers["content-type"] == "application/problem+json"
-    assert set(answer.headers["allow"].split(", ")) == allowed
+def test_other_methods(client: Client, method: str, url: str, allowed: set[str]) -> None:
+    response = client.request(method, url)
+    assert response.status_code == 405
+    assert response.headers["content-type"] == "application/problem+json"
+    assert set(response.headers["allow"].split(", ")) == allowed
 
 
 def test_not_acceptable_lists_what_is(client: Client) -> None:
-    answer = client.post("/v1/mesh", {"surface": {"control_net": NET}}, {"Accept": "image/png"})
-    assert answer.status_code == 406
-    assert answer.json()["errors"][0]["header"] == "Accept"
-    assert "model/gltf-binary" in answer.json()["errors"][0]["needed"]
+    response = client.post("/v1/mesh", {"surface": {"control_net": NET}}, {"Accept": "image/png"})
+    assert response.status_code == 406
+    assert response.json()["errors"][0]["header"] == "Accept"
+    assert "model/gltf-binary" in response.json()["errors"][0]["needed"]
 
 
 def test_long_body_is_refused_before_it_is_read() -> None:
@@ -79,11 +79,11 @@ def test_long_body_is_refused_before_it_is_read() -> None:
         yield read[-1]
 
     with client_of(create_app(Settings(max_body_bytes=1024))) as client:
-        answer = client.request("POST", "/v1/mesh", body(), JSON | {"Content-Length": "1025"})
+        response = client.request("POST", "/v1/mesh", body(), JSON | {"Content-Length": "1025"})
     assert read == []
-    assert answer.status_code == 413
-    assert answer.headers["content-type"] == "application/problem+json"
-    assert answer.json()["code"] == "body_too_large"
+    assert response.status_code == 413
+    assert response.headers["content-type"] == "application/problem+json"
+    assert response.json()["code"] == "body_too_large"
 
 
 @pytest.mark.parametrize(
@@ -116,8 +116,8 @@ def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> N
             yield b" " * 400
 
     with client_of(create_app(Settings(max_body_bytes=1024))) as client:
-        answer = client.request("POST", "/v1/mesh", endless(), JSON)
-    assert answer.status_code == 413
+        response = client.request("POST", "/v1/mesh", endless(), JSON)
+    assert response.status_code == 413
     assert len(read) == 3
 
 
@@ -133,9 +133,9 @@ def test_slow_body_is_given_up() -> None:
         await anyio.sleep(600)
 
     with client_of(create_app(Settings(body_timeout=1))) as client:
-        answer = client.request("POST", "/v1/mesh", slow(), JSON)
-    assert answer.status_code == 408
-    assert answer.json()["code"] == "body_too_slow"
+        response = client.request("POST", "/v1/mesh", slow(), JSON)
+    assert response.status_code == 408
+    assert response.json()["code"] == "body_too_slow"
 
 
 @pytest.mark.parametrize(
@@ -150,9 +150,9 @@ def test_slow_body_is_given_up() -> None:
 def test_limits_are_settings(settings: Settings, code: str) -> None:
     document = {"surface": {"control_net": [[[i, j, 0] for j in range(3)] for i in range(2)]}}
     with client_of(create_app(settings)) as client:
-        answer = client.post("/v1/mesh", {**document, "resolution": 8})
-    assert answer.status_code == 422
-    assert answer.json()["errors"][0]["code"] == code
+        response = client.post("/v1/mesh", {**document, "resolution": 8})
+    assert response.status_code == 422
+    assert response.json()["errors"][0]["code"] == code
 
 
 def test_control_points_of_all_members_count_together() -> None:
@@ -165,9 +165,9 @@ def test_control_points_of_all_members_count_together() -> None:
     body = {"surface": {"type": "group", "members": members}, "resolution": 1}
     for most, status in ((12, 200), (11, 422)):
         with client_of(create_app(Settings(max_control_points=most))) as client:
-            answer = client.post("/v1/mesh", body)
-        assert answer.status_code == status
-    (error,) = answer.json()["errors"]
+            response = client.post("/v1/mesh", body)
+        assert response.status_code == status
+    (error,) = response.json()["errors"]
     assert (error["code"], error["pointer"]) == ("too_many_control_points", "/surface/members")
     assert error["got"] == "12 control points"
 
@@ -193,8 +193,8 @@ def test_the_limit_of_degrees_is_that_of_splines_too(
         if kind in document:
             document = {**document, kind: {**net, **document[kind]}}
     with client_of(create_app(Settings(max_degree=2))) as client:
-        answer = client.post(path, document)
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
+        response = client.post(path, document)
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
     assert (error["code"], error["pointer"]) == ("degree_too_high", pointer)
     assert error["needed"] == "1 to 2"

@@ -18,10 +18,10 @@ SWEPT = {"trefoil-tube", "helix-ribbon"}
 
 
 def ask(client: Client, **fields: Any) -> Any:
-    answer = client.post("/v1/project", fields)
-    assert answer.status_code == 200, answer.text
-    ClosestPoints.model_validate_json(answer.content)
-    return answer.json()
+    response = client.post("/v1/project", fields)
+    assert response.status_code == 200, response.text
+    ClosestPoints.model_validate_json(response.content)
+    return response.json()
 
 
 def test_a_square(client: Client) -> None:
@@ -62,12 +62,12 @@ def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -
     mesh = client.post("/v1/mesh?format=json", {"surface": surface, "resolution": 3}).json()
     vertices = mesh["vertices"]
     body = {"surface": surface, "points": vertices[:: len(vertices) // 5 + 1]}
-    answer = client.post("/v1/project", body)
-    if answer.status_code == 422:
-        assert answer.json()["errors"][0]["code"] == "not_parametric"
-        assert answer.json()["errors"][0]["pointer"] == "/surface"
+    response = client.post("/v1/project", body)
+    if response.status_code == 422:
+        assert response.json()["errors"][0]["code"] == "not_parametric"
+        assert response.json()["errors"][0]["pointer"] == "/surface"
         return
-    found = answer.json()
+    found = response.json()
     assert max(found["distances"]) < 2e-9 * np.ptp(mesh["vertices"], axis=0).max()
     low, high = np.array(found["distance_bounds"]).T
     assert (low <= high).all()
@@ -93,18 +93,18 @@ def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -
     ],
 )  # fmt: skip
 def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
-    answer = client.post("/v1/project", fields)
-    assert answer.status_code == 422, answer.text
-    issue = answer.json()["errors"][0]
+    response = client.post("/v1/project", fields)
+    assert response.status_code == 422, response.text
+    issue = response.json()["errors"][0]
     assert (issue["code"], issue["pointer"]) == (code, pointer)
 
 
 def test_too_many_points_are_refused_before_any_work() -> None:
     with client_of(create_app(Settings(max_points=2))) as client:
         body = {"surface": {"control_net": NET}, "points": [[0, 0, 0]] * 3}
-        answer = client.post("/v1/project", body)
-    assert answer.status_code == 422
-    assert answer.json()["errors"][0]["code"] == "too_many_points"
+        response = client.post("/v1/project", body)
+    assert response.status_code == 422
+    assert response.json()["errors"][0]["code"] == "too_many_points"
 
 
 NPY = {"Content-Type": "application/x-npy"}
@@ -123,8 +123,8 @@ def test_points_in_a_file_of_numpy(client: Client) -> None:
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&sign=true&relative_tolerance=1e-6"
-        answer = client.request("POST", f"/v1/project{query}", npy(points, dtype), NPY)
-        assert answer.json() == wanted, answer.text
+        response = client.request("POST", f"/v1/project{query}", npy(points, dtype), NPY)
+        assert response.json() == wanted, response.text
 
 
 @pytest.mark.parametrize(
@@ -150,9 +150,9 @@ def test_points_in_a_file_of_numpy(client: Client) -> None:
 def test_files_that_are_refused(
     client: Client, query: str, body: bytes, code: str, place: dict[str, str]
 ) -> None:
-    answer = client.request("POST", f"/v1/project{query}", body, NPY)
+    response = client.request("POST", f"/v1/project{query}", body, NPY)
     statuses = {"unknown_surface": 404, "malformed_body": 400}
-    assert answer.status_code == statuses.get(code, 422), answer.text
-    issue = answer.json()["errors"][0]
+    assert response.status_code == statuses.get(code, 422), response.text
+    issue = response.json()["errors"][0]
     assert issue["code"] == code
     assert place.items() <= issue.items()

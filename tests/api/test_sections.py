@@ -17,10 +17,10 @@ MIDDLE = {"normals": [[2, 0, 0]], "offsets": [0.25, 0.5, 3]}
 
 
 def ask(client: Client, **fields: Any) -> Any:
-    answer = client.post("/v1/intersect", fields)
-    assert answer.status_code == 200, answer.text
-    Sections.model_validate_json(answer.content)
-    return answer.json()
+    response = client.post("/v1/intersect", fields)
+    assert response.status_code == 200, response.text
+    Sections.model_validate_json(response.content)
+    return response.json()
 
 
 def test_a_square(client: Client) -> None:
@@ -57,8 +57,8 @@ def test_formats_by_name_and_by_accept(client: Client, fmt: Any) -> None:
 
 def test_rays_are_json(client: Client) -> None:
     body = {"surface": SQUARE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0, -1]]}}
-    answer = client.post("/v1/intersect?format=svg", body)
-    assert answer.json()["errors"][0]["code"] == "unsupported_by_format"
+    response = client.post("/v1/intersect?format=svg", body)
+    assert response.json()["errors"][0]["code"] == "unsupported_by_format"
     only = client.post("/v1/intersect", body, headers={"Accept": "image/svg+xml"})
     assert only.status_code == 406
     either = {"Accept": "image/svg+xml, application/json;q=0.1"}
@@ -99,9 +99,9 @@ BOTH = {"planes": MIDDLE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0,
     ],
 )  # fmt: skip
 def test_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
-    answer = client.post("/v1/intersect", {"surface": SQUARE, **fields})
-    assert answer.status_code == 422
-    assert [(e["code"], e["pointer"]) for e in answer.json()["errors"]] == [(code, pointer)]
+    response = client.post("/v1/intersect", {"surface": SQUARE, **fields})
+    assert response.status_code == 422
+    assert [(e["code"], e["pointer"]) for e in response.json()["errors"]] == [(code, pointer)]
 
 
 def test_limits() -> None:
@@ -111,7 +111,7 @@ def test_limits() -> None:
         fine = client.post("/v1/intersect", {**hills, "planes": _many(500)})
         tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
         swept = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
-    found = [answer.json()["errors"][0] for answer in (many, fine, swept)]
+    found = [response.json()["errors"][0] for response in (many, fine, swept)]
     assert [error["code"] for error in found] == [
         "too_many_planes", "too_many_vertices", "not_parametric",
     ]  # fmt: skip

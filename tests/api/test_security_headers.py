@@ -20,20 +20,20 @@ def test_every_answer_says_that_it_is_what_it_says_and_who_may_embed_it(
 ) -> None:
     """New, kept, unchanged, stored, a page, a file of one, a problem of each kind."""
     with client_of(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
-        address = client.post("/v1/surfaces", NET).headers["location"]
-        tags = {path: client.get(path).headers["etag"] for path in (MESH, address, "/page/main.js")}
+        url = client.post("/v1/surfaces", NET).headers["location"]
+        tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/page/main.js")}
         answers = [
-            *(client.get(path) for path in (MESH, address, *PAGES, "/page/style.css", "/health")),
+            *(client.get(path) for path in (MESH, url, *PAGES, "/page/style.css", "/health")),
             *(client.get(path, {"If-None-Match": tag}) for path, tag in tags.items()),
             client.post("/v1/mesh", NET),
             client.post("/v1/mesh", []),
-            client.request("DELETE", address),
+            client.request("DELETE", url),
             *(client.get(path) for path in ("/nothing", "/v1/mesh", "/v1/surfaces/none")),
         ]
-    assert {answer.status_code for answer in answers} >= {200, 204, 304, 404, 405, 422}
-    for answer in answers:
-        assert answer.headers.get_list("x-content-type-options") == ["nosniff"]
-        assert answer.headers.get_list("cross-origin-resource-policy") == [policy]
+    assert {response.status_code for response in answers} >= {200, 204, 304, 404, 405, 422}
+    for response in answers:
+        assert response.headers.get_list("x-content-type-options") == ["nosniff"]
+        assert response.headers.get_list("cross-origin-resource-policy") == [policy]
 
 
 @pytest.mark.parametrize("path", PAGES)

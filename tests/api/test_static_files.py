@@ -70,14 +70,14 @@ def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Fold
         assert unpacked_zstd(best.content) == SCRIPT
         codings = [a.headers.get("content-encoding") for a in (plain, packed, best)]
         assert codings == [None, "gzip", "zstd"]
-        for answer in (plain, packed, best):
-            assert answer.headers["content-length"] == str(len(answer.content))
-            assert answer.headers["content-type"].startswith("text/javascript")
-            assert answer.headers["cache-control"] == "no-cache"
-            assert "Accept-Encoding" in answer.headers["vary"]
-            assert answer.headers["x-content-type-options"] == "nosniff"
-            assert answer.headers["x-own"] == "yes"
-            tags.add(answer.headers["etag"])
+        for response in (plain, packed, best):
+            assert response.headers["content-length"] == str(len(response.content))
+            assert response.headers["content-type"].startswith("text/javascript")
+            assert response.headers["cache-control"] == "no-cache"
+            assert "Accept-Encoding" in response.headers["vary"]
+            assert response.headers["x-content-type-options"] == "nosniff"
+            assert response.headers["x-own"] == "yes"
+            tags.add(response.headers["etag"])
     assert len(tags) == 3
     assert folder.reads == 1
 
@@ -86,9 +86,9 @@ def test_what_the_client_has_is_not_sent_again(client: Client) -> None:
     headers = {"Accept-Encoding": "zstd"}
     tag = client.raw("/files/app.js", headers).headers["etag"]
     for condition in (tag, f'"x", W/{tag}', "*"):
-        answer = client.raw("/files/app.js", {**headers, "If-None-Match": condition})
-        assert (answer.status_code, answer.content) == (304, b"")
-        assert answer.headers["etag"] == tag
+        response = client.raw("/files/app.js", {**headers, "If-None-Match": condition})
+        assert (response.status_code, response.content) == (304, b"")
+        assert response.headers["etag"] == tag
     other = client.raw("/files/app.js", {"Accept-Encoding": "gzip", "If-None-Match": tag})
     assert other.status_code == 200
 
@@ -104,20 +104,20 @@ def test_small_files_are_sent_as_they_are_and_missing_ones_may_come(
 ) -> None:
     assert client.get("/files/late.css").status_code == 404
     folder.there = True
-    answer = client.raw("/files/late.css", {"Accept-Encoding": "zstd"})
-    assert (answer.status_code, answer.content) == (200, b"body {}")
-    assert "content-encoding" not in answer.headers
+    response = client.raw("/files/late.css", {"Accept-Encoding": "zstd"})
+    assert (response.status_code, response.content) == (200, b"body {}")
+    assert "content-encoding" not in response.headers
 
 
 def test_nothing_else_is_there(client: Client) -> None:
-    answer = client.get("/files/other.js")
-    assert answer.status_code == 404
-    assert answer.headers["cache-control"] == "no-store"
+    response = client.get("/files/other.js")
+    assert response.status_code == 404
+    assert response.headers["cache-control"] == "no-store"
 
 
 def test_the_document_is_compressed(client: Client) -> None:
-    answer = client.raw("/openapi.json", {"Accept-Encoding": "zstd"})
-    assert answer.headers["content-encoding"] == "zstd"
+    response = client.raw("/openapi.json", {"Accept-Encoding": "zstd"})
+    assert response.headers["content-encoding"] == "zstd"
     whole = client.get("/openapi.json", {"Accept-Encoding": "identity"})
-    assert unpacked_zstd(answer.content) == whole.content
-    assert len(answer.content) < len(whole.content) / 5
+    assert unpacked_zstd(response.content) == whole.content
+    assert len(response.content) < len(whole.content) / 5

@@ -39,22 +39,22 @@ def stored(client: Client) -> dict[str, str]:
 def test_links_are_canonical_and_for_ever(client: Client) -> None:
     links = stored(client)
     assert list(links) == [fmt.suffix for fmt in FORMATS]
-    for suffix, address in links.items():
-        assert address.endswith(f"/mesh.{suffix}?engine={ENGINE}")
+    for suffix, url in links.items():
+        assert url.endswith(f"/mesh.{suffix}?engine={ENGINE}")
         for _ in range(2):
-            answer = client.get(address, PLAIN)
-            assert answer.status_code == 200
-            assert answer.headers["link"] == f'<{address}>; rel="canonical"'
-            assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+            response = client.get(url, PLAIN)
+            assert response.status_code == 200
+            assert response.headers["link"] == f'<{url}>; rel="canonical"'
+            assert response.headers["cache-control"] == "public, max-age=31536000, immutable"
             disposition = f'inline; filename="Main-sail.{suffix}"'
-            assert answer.headers["content-disposition"] == disposition
+            assert response.headers["content-disposition"] == disposition
 
 
 def test_without_the_engine_they_are_kept_for_an_hour(client: Client) -> None:
-    address = stored(client)["glb"]
-    plain = address.partition("?")[0]
+    url = stored(client)["glb"]
+    plain = url.partition("?")[0]
     for _ in range(2):
-        pinned, unpinned = client.get(address), client.get(plain)
+        pinned, unpinned = client.get(url), client.get(plain)
         assert "immutable" in pinned.headers["cache-control"]
         assert unpinned.headers["cache-control"] == "public, max-age=3600, must-revalidate"
         assert unpinned.headers["etag"] == pinned.headers["etag"]
@@ -72,81 +72,81 @@ def test_a_tag_is_of_the_content_not_of_the_name(client: Client) -> None:
 
 
 def test_304_without_computing_but_only_where_the_surface_is(client: Client, app: FastAPI) -> None:
-    address = stored(client)["glb"]
-    tag = client.get(address, PLAIN).headers["etag"]
+    url = stored(client)["glb"]
+    tag = client.get(url, PLAIN).headers["etag"]
     condition = {**PLAIN, "If-None-Match": tag}
     fresh = create_app(Settings())
     with client_of(fresh) as other:
-        assert other.get(address, condition).status_code == 404
+        assert other.get(url, condition).status_code == 404
         stored(other)
-        answer = other.get(address, condition)
-    assert answer.status_code == 304
-    assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+        response = other.get(url, condition)
+    assert response.status_code == 304
+    assert response.headers["cache-control"] == "public, max-age=31536000, immutable"
     assert len(fresh.state.services.cache) == 0
     assert len(app.state.services.cache) == 1
 
 
 def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
-    address = stored(client)["glb"]
-    first = client.get(address)
+    url = stored(client)["glb"]
+    first = client.get(url)
     kept = client.get("/v1/surfaces/saddle/mesh.glb").headers["link"]
-    assert client.request("DELETE", address.rpartition("/")[0]).status_code == 204
-    assert client.get(address).status_code == 404
-    assert client.get(address, {"If-None-Match": first.headers["etag"]}).status_code == 404
+    assert client.request("DELETE", url.rpartition("/")[0]).status_code == 204
+    assert client.get(url).status_code == 404
+    assert client.get(url, {"If-None-Match": first.headers["etag"]}).status_code == 404
     assert len(app.state.services.cache) == 1
     assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == kept
-    assert stored(client)["glb"] == address
-    assert client.get(address).content == first.content
+    assert stored(client)["glb"] == url
+    assert client.get(url).content == first.content
 
 
 def test_what_is_deleted_while_it_is_computed_is_not_kept(
     client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun, gate, answer = threading.Event(), threading.Event(), MeshWork.run
+    begun, gate, response = threading.Event(), threading.Event(), MeshWork.run
 
     def slow(work: MeshWork) -> MeshFile:
         begun.set()
         assert gate.wait(60)
-        return answer(work)
+        return response(work)
 
     monkeypatch.setattr(MeshWork, "run", slow)
-    address = stored(client)["glb"] + "&resolution=200"
+    url = stored(client)["glb"] + "&resolution=200"
     statuses: list[int] = []
-    asking = threading.Thread(target=lambda: statuses.append(client.get(address).status_code))
+    asking = threading.Thread(target=lambda: statuses.append(client.get(url).status_code))
     asking.start()
     assert begun.wait(60)
-    assert client.request("DELETE", address.rpartition("/")[0]).status_code == 204
+    assert client.request("DELETE", url.rpartition("/")[0]).status_code == 204
     gate.set()
     asking.join()
     assert statuses == [200]
     assert len(app.state.services.cache) == 0
-    assert client.get(address).status_code == 404
+    assert client.get(url).status_code == 404
 
 
 def test_what_is_kept_is_answered_without_the_store(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    address = stored(client)["glb"]
-    first = client.get(address)
+    url = stored(client)["glb"]
+    first = client.get(url)
 
     async def refuse(_store: SurfaceStore, _id: str) -> bytes:
         raise AssertionError("the store was asked")
 
     monkeypatch.setattr(SurfaceStore, "get", refuse)
     monkeypatch.setattr(SurfaceStore, "has", refuse)
-    assert client.get(address).content == first.content
-    other_spelling = address.replace("?", "?weld=true&")
+    assert client.get(url).content == first.content
+    other_spelling = url.replace("?", "?weld=true&")
     assert client.get(other_spelling).content == first.content
 
 
 def test_where_numbers_are_rounded_differently_the_tag_is_another(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    address = stored(client)["glb"]
-    tag = client.get(address, PLAIN).headers["etag"]
+    url = stored(client)["glb"]
+    tag = client.get(url, PLAIN).headers["etag"]
     monkeypatch.setattr("service.encoders.arithmetic.arithmetic", lambda: "another processor")
     with client_of(create_app(Settings())) as other:
         stored(other)
-        answer = other.get(address, {**PLAIN, "If-None-Match": tag})
-    assert answer.status_code == 200
-    assert answer.headers["etag"] != tag
+        response = other.get(url, {**PLAIN, "If-None-Match": tag})
+    assert response.status_code == 200
+    assert response.headers["etag"] != tag

@@ -38,57 +38,57 @@ def stored(client: Client, surface: Any) -> str:
 def test_a_surface_is_stored_once(fresh: Client) -> None:
     document = fresh.get("/v1/surfaces/saddle").json()
     for status in (201, 200, 200):
-        answer = fresh.post("/v1/surfaces", document)
-        assert answer.status_code == status
-        assert answer.headers["location"] == f"/v1/surfaces/{ID}"
-        assert answer.json()["id"] == ID
-        assert answer.json()["links"]["self"] == f"/v1/surfaces/{ID}"
-        assert answer.json()["links"]["mesh"]["glb"] == f"/v1/surfaces/{ID}/mesh.glb?engine=3"
+        response = fresh.post("/v1/surfaces", document)
+        assert response.status_code == status
+        assert response.headers["location"] == f"/v1/surfaces/{ID}"
+        assert response.json()["id"] == ID
+        assert response.json()["links"]["self"] == f"/v1/surfaces/{ID}"
+        assert response.json()["links"]["mesh"]["glb"] == f"/v1/surfaces/{ID}/mesh.glb?engine=3"
 
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_a_stored_surface_is_given_back(client: Client, name: str) -> None:
     """As a document that is the same surface, and has the same mesh."""
-    address = stored(client, SURFACES[name])
-    answer = client.get(address)
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "application/json"
-    assert answer.headers["etag"] == f'"{address.rpartition("/")[2]}"'
-    assert answer.headers["cache-control"] == FOR_EVER
-    again = client.post("/v1/surfaces", answer.json())
-    assert (again.status_code, again.headers["location"]) == (200, address)
+    url = stored(client, SURFACES[name])
+    response = client.get(url)
+    assert response.status_code == 200
+    assert response.headers["content-type"] == "application/json"
+    assert response.headers["etag"] == f'"{url.rpartition("/")[2]}"'
+    assert response.headers["cache-control"] == FOR_EVER
+    again = client.post("/v1/surfaces", response.json())
+    assert (again.status_code, again.headers["location"]) == (200, url)
     meshes = {
         client.post("/v1/mesh?format=json", {**document, "resolution": 2}).content
-        for document in (answer.json(), {"surface": SURFACES[name]})
+        for document in (response.json(), {"surface": SURFACES[name]})
     }
     assert len(meshes) == 1
 
 
 def test_examples_are_surfaces_too(client: Client) -> None:
     for name in EXAMPLES:
-        answer = client.get(f"/v1/surfaces/{name}")
+        response = client.get(f"/v1/surfaces/{name}")
         content = canonical_content(find(name).surface())
-        assert answer.headers["etag"] == f'"{sha256(content).hexdigest()}"'
-        assert answer.headers["cache-control"] == AN_HOUR
-        assert client.post("/v1/surfaces", answer.json()).json()["id"] == surface_id(content)
+        assert response.headers["etag"] == f'"{sha256(content).hexdigest()}"'
+        assert response.headers["cache-control"] == AN_HOUR
+        assert client.post("/v1/surfaces", response.json()).json()["id"] == surface_id(content)
 
 
 @pytest.mark.parametrize("listed", ['"{tag}"', 'W/"{tag}"', '"other", "{tag}"', "*"])
 def test_what_the_client_has_is_not_sent_again(client: Client, listed: str) -> None:
-    address = stored(client, PATCH)
-    for where in (address, "/v1/surfaces/saddle"):
+    url = stored(client, PATCH)
+    for where in (url, "/v1/surfaces/saddle"):
         tag = client.get(where).headers["etag"].strip('"')
-        answer = client.get(where, {"If-None-Match": listed.format(tag=tag)})
-        assert (answer.status_code, answer.content) == (304, b"")
-        assert answer.headers["etag"] == f'"{tag}"'
-        assert answer.headers["cache-control"] == client.get(where).headers["cache-control"]
+        response = client.get(where, {"If-None-Match": listed.format(tag=tag)})
+        assert (response.status_code, response.content) == (304, b"")
+        assert response.headers["etag"] == f'"{tag}"'
+        assert response.headers["cache-control"] == client.get(where).headers["cache-control"]
         assert client.get(where, {"If-None-Match": '"other"'}).status_code == 200
 
 
 def test_what_is_not_there_is_not_unchanged(client: Client) -> None:
     for condition in (f'"{NO_ID}"', "*"):
-        answer = client.get(f"/v1/surfaces/{NO_ID}", {"If-None-Match": condition})
-        assert answer.status_code == 404
+        response = client.get(f"/v1/surfaces/{NO_ID}", {"If-None-Match": condition})
+        assert response.status_code == 404
 
 
 @pytest.mark.parametrize(
@@ -97,38 +97,38 @@ def test_what_is_not_there_is_not_unchanged(client: Client) -> None:
 @pytest.mark.parametrize("method", ["GET", "HEAD", "DELETE"])
 def test_unknown_ids(fresh: Client, id: str, method: str) -> None:
     stored(fresh, fresh.get("/v1/surfaces/saddle").json()["surface"])
-    answer = fresh.request(method, f"/v1/surfaces/{id}")
-    assert answer.status_code == 404
+    response = fresh.request(method, f"/v1/surfaces/{id}")
+    assert response.status_code == 404
     if method != "HEAD" and id != "..":
-        error = answer.json()["errors"][0]
+        error = response.json()["errors"][0]
         assert (error["code"], error["parameter"]) == ("unknown_surface", "id")
-        assert "x" * 9 not in answer.text
+        assert "x" * 9 not in response.text
 
 
 def test_a_surface_is_deleted(fresh: Client) -> None:
-    address = stored(fresh, PATCH)
-    answer = fresh.request("DELETE", address)
-    assert (answer.status_code, answer.content) == (204, b"")
-    assert fresh.get(address).status_code == 404
-    assert fresh.request("DELETE", address).status_code == 404
+    url = stored(fresh, PATCH)
+    response = fresh.request("DELETE", url)
+    assert (response.status_code, response.content) == (204, b"")
+    assert fresh.get(url).status_code == 404
+    assert fresh.request("DELETE", url).status_code == 404
     assert fresh.post("/v1/surfaces", {"surface": PATCH}).status_code == 201
-    assert fresh.get(address).status_code == 200
+    assert fresh.get(url).status_code == 200
 
 
 def test_nothing_is_deleted_unless_it_is_allowed(client: Client) -> None:
-    address = stored(client, PATCH)
-    for where in (address, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
-        answer = client.request("DELETE", where)
-        assert answer.status_code == 405
-        assert answer.json()["code"] == "method_not_allowed"
-        assert set(answer.headers["allow"].split(", ")) == {"GET", "HEAD"}
-    assert client.get(address).status_code == 200
+    url = stored(client, PATCH)
+    for where in (url, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
+        response = client.request("DELETE", where)
+        assert response.status_code == 405
+        assert response.json()["code"] == "method_not_allowed"
+        assert set(response.headers["allow"].split(", ")) == {"GET", "HEAD"}
+    assert client.get(url).status_code == 200
 
 
 def test_examples_stay(fresh: Client) -> None:
-    answer = fresh.request("DELETE", "/v1/surfaces/saddle")
-    assert answer.status_code == 405
-    assert set(answer.headers["allow"].split(", ")) == {"GET", "HEAD"}
+    response = fresh.request("DELETE", "/v1/surfaces/saddle")
+    assert response.status_code == 405
+    assert set(response.headers["allow"].split(", ")) == {"GET", "HEAD"}
     others = fresh.request("PUT", f"/v1/surfaces/{NO_ID}").headers["allow"]
     assert set(others.split(", ")) == {"GET", "HEAD", "DELETE"}
 
@@ -161,11 +161,11 @@ def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> 
     wide, narrow = create_app(Settings()), create_app(settings)
     narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
     with client_of(wide) as client:
-        address = stored(client, SURFACES["bspline"])
+        url = stored(client, SURFACES["bspline"])
     with client_of(narrow) as client:
-        answer = client.get(address)
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
+        response = client.get(url)
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
     assert (error["code"], error["parameter"]) == (code, "id")
 
 
@@ -176,9 +176,9 @@ def test_whole_objects_that_are_no_surfaces(caplog: pytest.LogCaptureFixture) ->
     app = create_app(Settings())
     with client_of(app) as client, caplog.at_level(logging.ERROR):
         client.call(app.state.services.store.put, id, content)
-        answer = client.get(f"/v1/surfaces/{id}")
-    assert answer.status_code == 500
-    assert answer.json()["code"] == "damaged_object"
+        response = client.get(f"/v1/surfaces/{id}")
+    assert response.status_code == 500
+    assert response.json()["code"] == "damaged_object"
     assert id in caplog.text
 
 
@@ -196,14 +196,14 @@ def test_a_store_that_does_not_work(
 
     monkeypatch.setattr(app.state.services.store, "put", fails)
     with client_of(app) as client:
-        answer = client.post("/v1/surfaces", {"surface": PATCH})
-    assert answer.status_code == status
-    assert answer.json()["code"] == code
-    assert answer.headers["cache-control"] == "no-store"
+        response = client.post("/v1/surfaces", {"surface": PATCH})
+    assert response.status_code == status
+    assert response.json()["code"] == code
+    assert response.headers["cache-control"] == "no-store"
 
 
 def test_a_large_surface_is_stored_in_a_thread(client: Client) -> None:
     net = [[[i / 7, j / 7, (i * j) % 5] for j in range(120)] for i in range(120)]
     surface = {"type": "bspline", "control_net": net}
-    address = stored(client, surface)
-    assert client.get(address).json()["surface"]["control_net"] == net
+    url = stored(client, surface)
+    assert client.get(url).json()["surface"]["control_net"] == net

@@ -14,13 +14,13 @@ def test_all_options_apply(client: Client) -> None:
         "uvs": True,
         "overlays": ["control_net", "boundary"],
     }
-    answer = client.post("/v1/mesh", document).json()
-    report = answer["report"]
+    response = client.post("/v1/mesh", document).json()
+    report = response["report"]
     assert (report["quads"], report["triangles"], report["watertight"]) == (24, 12, True)
-    assert [part["name"] for part in answer["parts"]] == ["wire"]
-    (line,) = answer["lines"]
+    assert [part["name"] for part in response["parts"]] == ["wire"]
+    (line,) = response["lines"]
     assert (line["name"], len(line["segments"])) == ("control_net", 3)
-    uvs = [value for row in answer["uvs"] for value in row]
+    uvs = [value for row in response["uvs"] for value in row]
     assert (min(uvs), max(uvs)) == (0, 1)
 
 
@@ -30,7 +30,7 @@ def test_what_would_take_minutes_is_refused(client: Client) -> None:
     tube = {"type": "tube", "curve": curve, "radius": 0.1, "sides": 3}
     group = {"type": "group", "members": [{"surface": tube}] * 2 + [{"surface": TUBE}]}
     for surface in (tube, group):
-        answer = client.post("/v1/mesh", {"surface": surface, "resolution": 400})
-        assert answer.status_code == 422
-        (error,) = answer.json()["errors"]
+        response = client.post("/v1/mesh", {"surface": surface, "resolution": 400})
+        assert response.status_code == 422
+        (error,) = response.json()["errors"]
         assert (error["code"], error["pointer"]) == ("too_costly", "/resolution")

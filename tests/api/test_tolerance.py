@@ -25,9 +25,9 @@ def asked(client: Client, fmt: str = "json", surface: Any = WAVE, **options: Any
 def test_the_tolerance_is_kept_and_the_bound_told_in_a_header(client: Client) -> None:
     posted = asked(client, "stl", tolerance=0.01)
     fetched = client.get("/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.05")
-    for answer, tolerance in ((posted, 0.01), (fetched, 0.05)):
-        assert answer.status_code == 200
-        assert 0 < float(answer.headers[BOUND_HEADER]) <= tolerance
+    for response, tolerance in ((posted, 0.01), (fetched, 0.05)):
+        assert response.status_code == 200
+        assert 0 < float(response.headers[BOUND_HEADER]) <= tolerance
 
 
 def test_bodies_and_queries_mean_the_same(client: Client) -> None:
@@ -56,18 +56,18 @@ def test_queries_name_the_parameter(client: Client) -> None:
         ("camera=1", "camera"),
         ("two_sided=true", "tolerance"),
     ):
-        answer = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
-        assert answer.status_code == 422
-        assert [error["parameter"] for error in answer.json()["errors"]] == [parameter]
+        response = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
+        assert response.status_code == 422
+        assert [error["parameter"] for error in response.json()["errors"]] == [parameter]
 
 
 def test_limits_hold_for_meshes_by_tolerance(client: Client) -> None:
     for limits in (Settings(max_vertices=100), Settings(max_response_bytes=20_000)):
         with client_of(create_app(limits)) as small:
-            answer = asked(small, tolerance=2e-3)
-            assert answer.status_code == 422
-            assert answer.json()["code"] == "result_too_large"
-            assert answer.json()["errors"][0]["pointer"] == "/tolerance"
+            response = asked(small, tolerance=2e-3)
+            assert response.status_code == 422
+            assert response.json()["code"] == "result_too_large"
+            assert response.json()["errors"][0]["pointer"] == "/tolerance"
     assert asked(client, tolerance=2e-3).status_code == 200
 
 
@@ -101,9 +101,9 @@ BODIES = st.fixed_dictionaries(
 
 @given(body=BODIES, path=st.sampled_from(["/v1/mesh", "/v1/estimate"]))
 def test_no_body_breaks_the_service(client: Client, body: dict[str, Any], path: str) -> None:
-    answer = client.post(path, body)
-    assert answer.status_code in {200, 422}
-    if answer.status_code == 422:
-        for error in answer.json()["errors"]:
+    response = client.post(path, body)
+    assert response.status_code in {200, 422}
+    if response.status_code == 422:
+        for error in response.json()["errors"]:
             assert error["code"]
             assert error["detail"]

@@ -104,7 +104,7 @@ class Client:
     def leave(self) -> None:
         self._connection.close()
 
-    def answer(self) -> tuple[int, dict[str, str], bytes]:
+    def read_response(self) -> tuple[int, dict[str, str], bytes]:
         """Status, headers and body."""
         with self._connection.makefile("rb") as answer:
             first, *lines = iter(lambda: answer.readline().decode().strip(), "")
@@ -114,7 +114,7 @@ class Client:
 
     def refusal(self) -> tuple[int, str, int]:
         """Status, code, and seconds to wait."""
-        status, headers, body = self.answer()
+        status, headers, body = self.read_response()
         return status, json.loads(body)["code"], int(headers.get("retry-after", 0))
 
 
@@ -148,7 +148,7 @@ def test_who_goes_away_leaves_the_queue(looping: Looping) -> None:
         leaving.leave()
         until(lambda: service.workers.waiting == 1)
         looping.gate.set()
-        assert [client.answer()[0] for client in (computed, staying)] == [200, 200]
+        assert [client.read_response()[0] for client in (computed, staying)] == [200, 200]
         until(service.given_back)
         assert (looping.calls, looping.stopped) == (2, 0)
 
@@ -159,13 +159,13 @@ def test_the_last_who_waits_for_a_mesh_takes_the_work_along(looping: Looping) ->
         other = service.got(SADDLE.replace("glb", "stl"))
         until(lambda: looping.calls == 1 and service.workers.waiting == 1)
         first.leave()
-        until(lambda: service.got("/health/live").answer()[0] == 200)
+        until(lambda: service.got("/health/live").read_response()[0] == 200)
         assert looping.stopped == 0
         second.leave()
         until(lambda: (looping.calls, looping.stopped) == (2, 1))
         again = service.got(SADDLE)
         looping.gate.set()
-        assert [client.answer()[0] for client in (other, again)] == [200, 200]
+        assert [client.read_response()[0] for client in (other, again)] == [200, 200]
         until(service.given_back)
         assert (looping.calls, looping.stopped) == (3, 1)
 
@@ -186,12 +186,12 @@ def test_small_requests_pass_by_large_ones(looping: Looping) -> None:
         until(lambda: looping.calls == 1)
         waiting = service.posted(LONG)
         until(lambda: service.workers.waiting == 1)
-        assert service.posted(SHORT).answer()[0] == 200
-        assert service.posted(SHORT, "/v1/estimate").answer()[0] == 200
+        assert service.posted(SHORT).read_response()[0] == 200
+        assert service.posted(SHORT, "/v1/estimate").read_response()[0] == 200
         for small in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
-            assert service.got(small).answer()[0] == 200
+            assert service.got(small).read_response()[0] == 200
         looping.gate.set()
-        assert [client.answer()[0] for client in (computed, waiting)] == [200, 200]
+        assert [client.read_response()[0] for client in (computed, waiting)] == [200, 200]
         until(service.given_back)
 
 
@@ -205,7 +205,7 @@ def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
             if leaves:
                 client.leave()
             else:
-                assert len(client.answer()[2]) == 84 + 50 * 2 * 400**2
+                assert len(client.read_response()[2]) == 84 + 50 * 2 * 400**2
             until(service.given_back)
 
 
@@ -219,7 +219,7 @@ def test_what_fails_gives_back_what_it_had(
     monkeypatch.setattr(MeshWork, "run", fails)
     with serving() as service:
         for client in (service.posted(LONG), service.posted(SHORT), service.got(SADDLE)):
-            assert client.answer()[0] in (422, 500)
+            assert client.read_response()[0] in (422, 500)
         until(service.given_back)
 
 
@@ -231,12 +231,12 @@ def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
         until(lambda: service.workers.used > 10_000_000)
         second.post(begun, "/v1/mesh", length=10**7)
         assert second.refusal() == (429, "busy", 1)
-        assert service.posted(SHORT).answer()[0] == 200
+        assert service.posted(SHORT).read_response()[0] == 200
         first.leave()
         until(service.given_back)
         third = service.connected()
         third.post(begun + b", 0" * 100_000, "/v1/mesh", length=10**7)
-        status, _, body = third.answer()
+        status, _, body = third.read_response()
         assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
         until(service.given_back)
 
@@ -254,7 +254,7 @@ def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
             gone.leave()
             until(lambda: looping.stopped == 1)
             for client in (service.posted({"surface": many}), service.posted(SHORT)):
-                assert client.answer()[0] in (200, 422)
+                assert client.read_response()[0] in (200, 422)
                 client.leave()
             half = service.connected()
             half.post(b'{"surface": ', "/v1/mesh", length=10**6)

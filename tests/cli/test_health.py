@@ -16,14 +16,14 @@ from tests.programs import run_python
 
 
 @contextmanager
-def answering(answer: bytes) -> Iterator[str]:
+def answering(response: bytes) -> Iterator[str]:
     """Port of a server that takes one connection and answers it so."""
 
     def once() -> None:
         connection, _ = listener.accept()
         with connection:
             connection.recv(1 << 16)
-            connection.sendall(answer)
+            connection.sendall(response)
 
     with socket.create_server(("127.0.0.1", 0)) as listener:
         thread = Thread(target=once)
@@ -43,7 +43,7 @@ def test_a_ready_service(
 
 
 @pytest.mark.parametrize(
-    ("answer", "told"),
+    ("response", "told"),
     [
         (b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n", "is 503"),
         (b"SSH-2.0-OpenSSH_9.2\r\n", "no response"),
@@ -51,8 +51,8 @@ def test_a_ready_service(
     ],
     ids=["draining", "another program", "silence"],
 )
-def test_one_that_is_not(answer: bytes, told: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with answering(answer) as port:
+def test_one_that_is_not(response: bytes, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with answering(response) as port:
         assert main(["health", "--port", port]) == 1
     shown = capsys.readouterr()
     assert told in shown.err

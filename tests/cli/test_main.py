@@ -330,9 +330,9 @@ def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[b
     assert output.read_text().splitlines()[-1] == "l 1 2 3"
     arguments = ["curve", str(request), "-o", "-", "--format", "json", "--tolerance", "0.01"]
     assert main([*arguments, "--tangents"]) == 0
-    answer = json.loads(capsysbinary.readouterr().out)
-    assert answer["report"]["deviation_bound"] <= 0.01
-    assert len(answer["tangents"]) == answer["report"]["points"]
+    response = json.loads(capsysbinary.readouterr().out)
+    assert response["report"]["deviation_bound"] <= 0.01
+    assert len(response["tangents"]) == response["report"]["points"]
     assert main(["curve", str(bare), "-o", str(tmp_path / "curve.stl")]) == 2
     assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
     assert main(["curve", str(bare), "-o", str(output), "--tolerance", "-1"]) == 1

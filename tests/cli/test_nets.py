@@ -77,7 +77,7 @@ def test_other_commands_read_them_too(server: str, files: Path, command: list[st
             output = files / "answer.json"
             assert main([*command, *source, *there, "-o", str(output)]) == 0
             answers.append(json.loads(output.read_bytes()))
-    assert all(answer == answers[0] for answer in answers)
+    assert all(response == answers[0] for response in answers)
 
 
 REFUSED: list[tuple[list[str], int, str]] = [

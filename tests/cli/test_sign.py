@@ -17,11 +17,11 @@ def test_the_address_answers(
 ) -> None:
     monkeypatch.setenv("SURFACE_SIGNING_KEYS", SECRET)
     assert main(["sign", MESH, "--seconds", "60"]) == 0
-    address = capsys.readouterr().out.strip()
-    assert address.startswith(MESH + "&expires=")
+    url = capsys.readouterr().out.strip()
+    assert url.startswith(MESH + "&expires=")
     settings = Settings(public_reads=False, signing_keys=(SecretStr(SECRET),))
     with client_of(create_app(settings)) as client:
-        assert client.get(address).status_code == 200
+        assert client.get(url).status_code == 200
         assert client.get(MESH).status_code == 401
 
 

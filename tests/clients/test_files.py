@@ -39,8 +39,8 @@ def test_geomview_draws_the_same_patches_before_and_after(
     file = GEOMVIEW / name
     if not file.exists():
         pytest.skip("Geomview's examples are not installed")
-    answer = posted(f"{server}/v1/mesh?format=oogl&oogl=bez", file, "model/x-oogl")
-    before, after = (read_oogl(content, tmp_path) for content in (file.read_bytes(), answer))
+    response = posted(f"{server}/v1/mesh?format=oogl&oogl=bez", file, "model/x-oogl")
+    before, after = (read_oogl(content, tmp_path) for content in (file.read_bytes(), response))
     assert len(before.vertices) == len(after.vertices) > 0
     assert before.faces == after.faces
     np.testing.assert_allclose(after.vertices, before.vertices, atol=1e-5)

@@ -83,10 +83,10 @@ def test_limits_hold_what_the_settings_allow(name: str) -> None:
 @instances
 def test_the_proxy_alone_is_believed(name: str) -> None:
     (subnet,) = load(FILE)["networks"]["front"]["ipam"]["config"]
-    address = ip_address(SERVICES["proxy"]["networks"]["front"]["ipv4_address"])
-    assert settings_in(name).trusted_proxies == (str(address),)
-    assert address in ip_network(subnet["subnet"])
-    assert address not in ip_network(subnet["ip_range"]), "another container might have it"
+    url = ip_address(SERVICES["proxy"]["networks"]["front"]["ipv4_address"])
+    assert settings_in(name).trusted_proxies == (str(url),)
+    assert url in ip_network(subnet["subnet"])
+    assert url not in ip_network(subnet["ip_range"]), "another container might have it"
     assert "front" in SERVICES[name]["networks"]
 
 

@@ -25,10 +25,10 @@ def answered(example: str, accuracy: Accuracy, name: str = "glb") -> MeshFile:
     ).run()
 
 
-def bound_of(answer: MeshFile) -> float:
-    assert answer.report is not None
-    assert answer.report.deviation_bound is not None
-    return answer.report.deviation_bound
+def bound_of(response: MeshFile) -> float:
+    assert response.report is not None
+    assert response.report.deviation_bound is not None
+    return response.report.deviation_bound
 
 
 @pytest.mark.parametrize(

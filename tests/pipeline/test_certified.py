@@ -66,10 +66,10 @@ def arrived(content: bytes, name: str) -> Array:
 @pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in TUBES])
 def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
     surface = find(example).surface()
-    answer = plan_mesh(surface, by(relative_tolerance=0.02), BY_NAME["json"]).run()
-    document = json.loads(bytes(answer.content))
+    response = plan_mesh(surface, by(relative_tolerance=0.02), BY_NAME["json"]).run()
+    document = json.loads(bytes(response.content))
     points = np.array(document["vertices"])
-    report = answer.report
+    report = response.report
     assert report is not None
     assert report.deviation_bound is not None
     assert 0 <= report.deviation_bound <= 0.02 * 1.5 * np.linalg.norm(np.ptp(points, axis=0))
@@ -88,15 +88,15 @@ def test_every_format_has_the_mesh(fmt: Format) -> None:
     """Equal bytes twice, within the bound of the plan, with all triangles."""
     surface, options = STRETCHED, by(relative_tolerance=0.05)
     work = plan_mesh(surface, options, fmt)
-    answer = work.run()
-    assert bytes(answer.content) == render(surface, options, fmt)
-    assert answer.report is not None
+    response = work.run()
+    assert bytes(response.content) == render(surface, options, fmt)
+    assert response.report is not None
     made = built(work)
-    assert len(bytes(answer.content)) <= fmt.byte_bound(
+    assert len(bytes(response.content)) <= fmt.byte_bound(
         count_once(made, work.stored), EncodeOptions()
     )
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
-        assert len(arrived(bytes(answer.content), fmt.name)) == answer.report.triangles
+        assert len(arrived(bytes(response.content), fmt.name)) == response.report.triangles
 
 
 def true_deviation(surface: Surface, corners: Array) -> float:
@@ -109,16 +109,16 @@ def test_what_is_written_is_what_is_certified(name: str, far: float) -> None:
     """Far from zero as well, where float32 is coarse: in STL, which has no place for an origin."""
     surface = BezierSurface(WAVES + far)
     tolerance = 0.02
-    answer = plan_mesh(surface, by(tolerance=tolerance), BY_NAME[name]).run()
-    assert answer.report is not None
-    bound = answer.report.deviation_bound
+    response = plan_mesh(surface, by(tolerance=tolerance), BY_NAME[name]).run()
+    assert response.report is not None
+    bound = response.report.deviation_bound
     assert bound is not None
     assert bound <= tolerance
     if name == "json":
-        document = json.loads(bytes(answer.content))
+        document = json.loads(bytes(response.content))
         corners = np.array(document["vertices"])[np.array(document["faces"])]
     else:
-        corners = arrived(bytes(answer.content), name)
+        corners = arrived(bytes(response.content), name)
     found = true_deviation(surface, corners)
     assert found <= bound
     assert found > bound / 4
@@ -137,12 +137,12 @@ STRETCHED = copies(
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off"])
 def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
-    answer = plan_mesh(STRETCHED, by(tolerance=0.05), BY_NAME[name]).run()
-    assert answer.report is not None
-    bound = answer.report.deviation_bound
+    response = plan_mesh(STRETCHED, by(tolerance=0.05), BY_NAME[name]).run()
+    assert response.report is not None
+    bound = response.report.deviation_bound
     assert bound is not None
     assert bound <= 0.05
-    corners = arrived(bytes(answer.content), name)
+    corners = arrived(bytes(response.content), name)
     worst = 0.0
     for member in STRETCHED.members:
         (sheet,) = sheets_of(member.surface)
@@ -301,11 +301,11 @@ def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     far[:3, 3] = 1e5
     group = copies(Member(BezierSurface(WAVES), matrix=far))
     assert refusal(group, by(tolerance=0.001), "stl") == [("tolerance_too_small", "/tolerance")]
-    answer = plan_mesh(group, by(tolerance=0.05), BY_NAME["stl"]).run()
-    found = true_deviation(BezierSurface(WAVES + 1e5), arrived(bytes(answer.content), "stl"))
-    assert answer.report is not None
-    assert answer.report.deviation_bound is not None
-    assert found <= answer.report.deviation_bound <= 0.05
+    response = plan_mesh(group, by(tolerance=0.05), BY_NAME["stl"]).run()
+    found = true_deviation(BezierSurface(WAVES + 1e5), arrived(bytes(response.content), "stl"))
+    assert response.report is not None
+    assert response.report.deviation_bound is not None
+    assert found <= response.report.deviation_bound <= 0.05
     # A node of glTF keeps the shape apart from the place.
     assert render(group, by(tolerance=0.001), BY_NAME["glb"])
 

@@ -58,12 +58,12 @@ def corners(gltf: Gltf) -> Array:
 def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
     surface = find("bourke-1111").surface()
     plain = plan_mesh(surface, options, GLB).run()
-    answer = plan_mesh(surface, options, GLB, FORMS["both"]).run()
-    assert answer.report is not None
+    response = plan_mesh(surface, options, GLB, FORMS["both"]).run()
+    assert response.report is not None
     assert plain.report is not None
-    gltf = read_glb(bytes(answer.content))
+    gltf = read_glb(bytes(response.content))
     bound = gltf.document["asset"]["extras"]["report"]["deviation_bound"]
-    assert bound == answer.report.deviation_bound
+    assert bound == response.report.deviation_bound
     assert bound is not None
     assert bound != plain.report.deviation_bound
     found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 50)
@@ -73,22 +73,22 @@ def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
 @each_form
 @pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
 def test_a_tolerance_holds_for_the_written_file(encode: EncodeOptions, tolerance: float) -> None:
-    answer = plan_mesh(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).run()
-    assert answer.report is not None
-    assert answer.report.deviation_bound is not None
-    assert answer.report.deviation_bound <= tolerance
+    response = plan_mesh(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).run()
+    assert response.report is not None
+    assert response.report.deviation_bound is not None
+    assert response.report.deviation_bound <= tolerance
 
 
 def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refused() -> None:
     surface = find("heated-panel").surface()
     moved = find_grid_error(surface.lower(), MeshOptions())
     options = by(tolerance=2.2 * moved)
-    answer = plan_mesh(surface, options, GLB, QUANTIZED).run()
-    assert answer.report is not None
-    bound = answer.report.deviation_bound
+    response = plan_mesh(surface, options, GLB, QUANTIZED).run()
+    assert response.report is not None
+    bound = response.report.deviation_bound
     assert bound is not None
     assert bound <= 2.2 * moved
-    gltf = read_glb(bytes(answer.content))
+    gltf = read_glb(bytes(response.content))
     found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
     assert found.distance <= bound
     for tolerance in (1.9 * moved, 0.5 * moved):
@@ -162,11 +162,11 @@ def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
     assert isinstance(surface, PatchSurface)
     thin = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
     work = plan_mesh(thin, MeshOptions((8, 8)), GLB, QUANTIZED)
-    answer = work.run()
-    assert answer.report is not None
-    assert answer.report.watertight
-    shapes = corners(read_glb(bytes(answer.content)))
-    assert len(shapes) == answer.report.triangles
+    response = work.run()
+    assert response.report is not None
+    assert response.report.watertight
+    shapes = corners(read_glb(bytes(response.content)))
+    assert len(shapes) == response.report.triangles
     assert (shapes[:, 0] == shapes[:, 1]).all(axis=1).any()
 
 

@@ -258,10 +258,10 @@ def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
     files: dict[OoglForm | None, bytes] = {}
     forms: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
     for form in forms:
-        answer = plan_mesh(surface, options, BY_NAME["oogl"], EncodeOptions(form)).run()
-        assert answer.report is not None
-        assert answer.report.deviation_bound is not None
-        bounds[form], files[form] = answer.report.deviation_bound, bytes(answer.content)
+        response = plan_mesh(surface, options, BY_NAME["oogl"], EncodeOptions(form)).run()
+        assert response.report is not None
+        assert response.report.deviation_bound is not None
+        bounds[form], files[form] = response.report.deviation_bound, bytes(response.content)
     exact = build_mesh(surface.lower(), options, BY_NAME["oogl"]).report.deviation_bound
     assert bounds["mesh"] == bounds["off"] == exact
     assert files[None] == files["cquad"]

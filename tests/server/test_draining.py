@@ -79,8 +79,8 @@ def test_until_its_delay_is_over_all_is_answered_and_every_answer_is_the_last() 
         assert state.ready
         server.handle_exit(signal.SIGTERM, None)
         assert not state.ready
-        for answer in (kept.get("/"), kept.get("/"), httpx.get(url)):
-            assert (answer.text, answer.headers["connection"]) == ("quick", "close")
+        for response in (kept.get("/"), kept.get("/"), httpx.get(url)):
+            assert (response.text, response.headers["connection"]) == ("quick", "close")
         server._ends_at = 0.0  # the delay is over
 
 
@@ -102,7 +102,7 @@ def test_running_requests_are_answered_after_the_listener_is_closed() -> None:
         assert answers == []
         slow.may_end.set()
         asking.join(LONG)
-    assert [(answer.text, answer.headers["connection"]) for answer in answers] == [
+    assert [(response.text, response.headers["connection"]) for response in answers] == [
         ("slow", "close")
     ]
 
@@ -169,10 +169,10 @@ def test_what_is_never_done_is_cut_off_and_the_exit_code_is_0() -> None:
         started.send_signal(signal.SIGTERM)
         assert started.wait(LONG) == 0
         log = started.stdout.read().decode()
-        answer = asking.recv(4000)
-    assert answer.startswith(b"HTTP/1.1 503 ")
-    assert b'"code":"draining"' in answer
-    assert b"\r\nretry-after: 1\r\n" in answer
+        response = asking.recv(4000)
+    assert response.startswith(b"HTTP/1.1 503 ")
+    assert b'"code":"draining"' in response
+    assert b"\r\nretry-after: 1\r\n" in response
     assert "Cancel 1 running task(s)" in log
     assert "Traceback" not in log
     assert "Exception" not in log

@@ -41,10 +41,10 @@ class Echo:
             self.gone += 1
             return
         self.bodies.append(body)
-        await answer(send, body)
+        await send_response(send, body)
 
 
-async def answer(send: Send, body: bytes) -> None:
+async def send_response(send: Send, body: bytes) -> None:
     length = (b"content-length", b"%d" % len(body))
     await send({"type": "http.response.start", "status": 200, "headers": [length]})
     await send({"type": "http.response.body", "body": body})
@@ -52,7 +52,7 @@ async def answer(send: Send, body: bytes) -> None:
 
 async def deaf(_scope: Scope, _receive: Receive, send: Send) -> None:
     """An application that responds without reading the body."""
-    await answer(send, b"no")
+    await send_response(send, b"no")
 
 
 class Later:
@@ -65,7 +65,7 @@ class Later:
     async def __call__(self, _scope: Scope, receive: Receive, send: Send) -> None:
         await self.may.wait()
         self.received.append(await receive())
-        await answer(send, b"late")
+        await send_response(send, b"late")
 
 
 @pytest.mark.parametrize(
@@ -357,8 +357,8 @@ async def test_an_application_that_gives_no_answer(app: Any, status: int, code: 
 def test_long_heads_and_longer_bodies_are_read(server: str) -> None:
     headers = {"X-Long": "a" * (MAX_HEAD - 2000), "Content-Type": "application/json"}
     body = b" " * (3 * MAX_HEAD) + b"{}"
-    answer = httpx.post(f"{server}/v1/mesh", content=body, headers=headers)
-    assert answer.json()["errors"][0]["code"] == "missing_field"
+    response = httpx.post(f"{server}/v1/mesh", content=body, headers=headers)
+    assert response.json()["errors"][0]["code"] == "missing_field"
 
 
 def test_every_request_of_a_connection_has_its_own_bound(server: str) -> None:

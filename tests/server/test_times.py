@@ -145,9 +145,9 @@ def test_a_refused_body_does_not_lose_its_answer(last: bytes) -> None:
         )
         for _ in range(8):
             client.sendall(b" " * 1_000_000)
-        answer = read(client)
-    assert answer.startswith(b"HTTP/1.1 413 ")
-    assert b'"code":"body_too_large"' in answer
+        response = read(client)
+    assert response.startswith(b"HTTP/1.1 413 ")
+    assert b'"code":"body_too_large"' in response
 
 
 def connected(url: str) -> socket.socket:
@@ -156,7 +156,7 @@ def connected(url: str) -> socket.socket:
 
 def read(client: socket.socket) -> bytes:
     """All that comes until the connection is closed."""
-    answer = b""
+    response = b""
     while piece := client.recv(1 << 16):
-        answer += piece
-    return answer
+        response += piece
+    return response

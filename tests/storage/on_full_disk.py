@@ -74,8 +74,8 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
         assert (ready.status_code, ready.json()["store"]) == (200, "ready")
         assert client.post("/v1/mesh", json=surface(0) | {"resolution": 1}).status_code == 200
         assert client.post("/v1/surfaces", json=surface(0)).status_code == 200
-        for answer in stored:
-            assert client.get(answer.headers["location"]).status_code == 200
+        for response in stored:
+            assert client.get(response.headers["location"]).status_code == 200
 
         (disk / "ballast").unlink()
         again = client.post("/v1/surfaces", json=surface(len(stored)))
@@ -85,7 +85,9 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
     # Lines of the log are written by and by: all of them are there once the service has ended.
     assert "No space left on device" in log.read_text(encoding="utf-8")
     objects = files(disk / "store" / "surfaces")
-    assert {path.name for path in objects} == {answer.json()["id"] for answer in (*stored, again)}
+    assert {path.name for path in objects} == {
+        response.json()["id"] for response in (*stored, again)
+    }
     for path in objects:
         assert path == file_of(disk / "store", path.read_bytes())
     assert files(disk / "store" / STAGING) == []
@@ -104,10 +106,10 @@ def test_service_starts_on_a_full_disk(
         _is_full(client.post("/v1/surfaces", json=surface(1)), disk)
 
 
-def _is_full(answer: httpx.Response, disk: Path) -> None:
-    assert answer.status_code == 507
-    assert answer.headers["content-type"] == "application/problem+json"
-    problem = answer.json()
+def _is_full(response: httpx.Response, disk: Path) -> None:
+    assert response.status_code == 507
+    assert response.headers["content-type"] == "application/problem+json"
+    problem = response.json()
     assert problem["code"] == "store_full"
     assert [error["code"] for error in problem["errors"]] == ["disk_full"]
-    assert str(disk) not in answer.text
+    assert str(disk) not in response.text

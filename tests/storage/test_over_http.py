@@ -25,11 +25,11 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
         kept[stored["id"]].write_bytes(kept[other["id"]].read_bytes())
         mesh = stored["links"]["mesh"]["glb"]
         for url in (address, mesh):
-            answer = client.get(url)
-            assert answer.status_code == 500
-            assert answer.json()["code"] == "damaged_object"
-            assert answer.headers["cache-control"] == "no-store"
-            assert str(tmp_path) not in answer.text
+            response = client.get(url)
+            assert response.status_code == 500
+            assert response.json()["code"] == "damaged_object"
+            assert response.headers["cache-control"] == "no-store"
+            assert str(tmp_path) not in response.text
         assert stored["id"] in caplog.text
         assert client.get(other["links"]["self"]).status_code == 200
         assert client.post("/v1/surfaces", PATCH).status_code == 201
@@ -43,9 +43,9 @@ def test_a_quota_says_what_is_left(tmp_path: Path) -> None:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
         (kept,) = files(tmp_path)
         size = kept.stat().st_size
-        answer = client.post("/v1/surfaces", MOVED)
-        assert answer.status_code == 507
-        assert answer.json()["code"] == "store_full"
-        (error,) = answer.json()["errors"]
+        response = client.post("/v1/surfaces", MOVED)
+        assert response.status_code == 507
+        assert response.json()["code"] == "store_full"
+        (error,) = response.json()["errors"]
         assert (error["code"], error["needed"]) == ("store_full", f"at most {400 - size} bytes")
         assert files(tmp_path) == [kept]

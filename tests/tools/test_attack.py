@@ -19,7 +19,7 @@ CODE = b'{"code": "body_too_large"}'
 
 
 @pytest.mark.parametrize(
-    ("answer", "said"),
+    ("response", "said"),
     [
         (b"", "closed"),
         (b"SSH-2.0\r\n\r\n", "no HTTP"),
@@ -30,13 +30,13 @@ CODE = b'{"code": "body_too_large"}'
         (PROBLEM + CODE, "413 body_too_large"),
     ],
 )
-def test_answers_in_short(answer: bytes, said: str) -> None:
-    assert in_short(answer, len(answer)) == said
+def test_answers_in_short(response: bytes, said: str) -> None:
+    assert in_short(response, len(response)) == said
 
 
 def test_an_answer_to_head_has_no_body() -> None:
-    answer = b"HTTP/1.1 404 x\r\nContent-Length: 3\r\n\r\n"
-    assert in_short(answer, len(answer), has_body=False) == "404"
+    response = b"HTTP/1.1 404 x\r\nContent-Length: 3\r\n\r\n"
+    assert in_short(response, len(response), has_body=False) == "404"
 
 
 def test_no_attack_allows_what_is_never_documented() -> None:
@@ -50,8 +50,8 @@ def test_no_attack_allows_what_is_never_documented() -> None:
         HALF_BODIES,
         WORST,
     ):
-        for answer in ("500", "500 internal_error", "200, torn", "no answer", "smuggled"):
-            assert attack.wrong({answer: 1}) == [answer], attack.name
+        for response in ("500", "500 internal_error", "200, torn", "no answer", "smuggled"):
+            assert attack.wrong({response: 1}) == [response], attack.name
         assert attack.wrong({}), "it did nothing"
 
 

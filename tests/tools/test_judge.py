@@ -47,9 +47,9 @@ def test_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
 def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> None:
     """By three times the bound, across the surface; and so is a triangle that is missing."""
     surface: dict[str, Any] = document_of(FAMILIES[family].surface(7))
-    answer = client.post("/v1/mesh?format=glb", {"surface": surface, "normals": False, **LIKE})
-    corners, origin = read_glb(answer.content)
-    nets, bound = nets_of(surface, origin), float(answer.headers["surface-deviation-bound"])
+    response = client.post("/v1/mesh?format=glb", {"surface": surface, "normals": False, **LIKE})
+    corners, origin = read_glb(response.content)
+    nets, bound = nets_of(surface, origin), float(response.headers["surface-deviation-bound"])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     largest = np.linalg.norm(normals, axis=1).argmax()
     around = (corners == corners[largest, 0]).all(axis=2)

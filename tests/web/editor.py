@@ -74,8 +74,9 @@ def point(page: Page) -> list[float]:
 def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
     """Does something that makes the page ask for a mesh, and waits for it; tells what was asked."""
     with page.expect_response(
-        lambda answer: (
-            answer.url.endswith("/v1/mesh") and "surface" in (answer.request.post_data_json or {})
+        lambda response: (
+            response.url.endswith("/v1/mesh")
+            and "surface" in (response.request.post_data_json or {})
         )
     ) as waited:
         act()

@@ -49,8 +49,8 @@ def watched() -> Iterator[Watched]:
 @pytest.fixture(scope="module")
 def links(watched: Watched) -> dict[str, str]:
     """Addresses of the meshes of a stored surface."""
-    answer = httpx.post(f"{watched.url}/v1/surfaces", json={"surface": SAIL})
-    return {suffix: watched.url + link for suffix, link in answer.json()["links"]["mesh"].items()}
+    response = httpx.post(f"{watched.url}/v1/surfaces", json={"surface": SAIL})
+    return {suffix: watched.url + link for suffix, link in response.json()["links"]["mesh"].items()}
 
 
 EMPTY = "<!doctype html><title>A page</title><link rel=icon href='data:,'>"

@@ -147,16 +147,16 @@ def test_meshes_are_kept_as_the_table_says(server: str) -> None:
     links = httpx.post(f"{server}/v1/surfaces", json=surface).json()["links"]
     stored = links["mesh"]["glb"]
     addresses = [stored, stored.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
-    answers = [httpx.get(server + address) for address in addresses]
+    answers = [httpx.get(server + url) for url in addresses]
     shown = [cells[1].strip("`") for cells in rows("What is kept, and for how long")]
-    assert [answer.headers["Cache-Control"] for answer in answers] == shown
+    assert [response.headers["Cache-Control"] for response in answers] == shown
     canonical = f'<{stored}>; rel="canonical"'
-    assert [answer.headers["Link"] for answer in answers[:2]] == [canonical] * 2
+    assert [response.headers["Link"] for response in answers[:2]] == [canonical] * 2
 
 
 def test_another_version_of_the_numbers_is_gone(server: str) -> None:
-    answer = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?engine=1")
-    assert (answer.status_code, answer.json()["code"]) == (410, "engine_gone")
+    response = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?engine=1")
+    assert (response.status_code, response.json()["code"]) == (410, "engine_gone")
     assert "`410` with the code `engine_gone`" in " ".join(TEXT.split())
 
 

@@ -37,15 +37,15 @@ def stored(server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
     """The answer to the page's first command, which stores a surface."""
     program("curl")
     command = blocks("sh")[0].replace(SERVED_AT, server)
-    answer: dict[str, Any] = json.loads(run_shell(command, tmp_path_factory.mktemp("stored")))
-    return answer
+    response: dict[str, Any] = json.loads(run_shell(command, tmp_path_factory.mktemp("stored")))
+    return response
 
 
 @pytest.fixture(scope="module")
 def computed(server: str, stored: dict[str, Any]) -> dict[str, Any]:
     """The mesh as the service answers it in JSON."""
-    answer = httpx.get(f"{server}{stored['links']['mesh']['json']}&resolution={RESOLUTION}")
-    mesh: dict[str, Any] = answer.raise_for_status().json()
+    response = httpx.get(f"{server}{stored['links']['mesh']['json']}&resolution={RESOLUTION}")
+    mesh: dict[str, Any] = response.raise_for_status().json()
     return mesh
 
 

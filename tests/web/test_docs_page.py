@@ -26,9 +26,9 @@ def test_a_request_can_be_tried_and_no_other_host_is_asked(server: str, browser:
     operation.click()
     page.click(".try-out__btn")
     page.click(".execute")
-    answer = page.locator(".live-responses-table .response-col_status").last
-    answer.wait_for()
-    assert answer.inner_text().strip() == "200"
+    response = page.locator(".live-responses-table .response-col_status").last
+    response.wait_for()
+    assert response.inner_text().strip() == "200"
     page.close()
     assert stage.complaints == []
     hosts = {urlsplit(url).netloc for url in asked if not url.startswith("data:")}

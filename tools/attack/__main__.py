@@ -186,11 +186,11 @@ LEASES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_byte
 
 def leases(service: Server) -> list[str]:
     """Memory and threads that the service's metrics still report as held."""
-    answer = httpx.get(f"{service.url}/metrics")
-    if answer.status_code != 200:
+    response = httpx.get(f"{service.url}/metrics")
+    if response.status_code != 200:
         return ["no /metrics"]
     held = []
-    for line in answer.text.splitlines():
+    for line in response.text.splitlines():
         name, _, value = line.rpartition(" ")
         if name.startswith(LEASES) and float(value) > 0:
             held.append(f"{name} {value}")

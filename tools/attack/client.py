@@ -30,13 +30,13 @@ class Request:
 
     kind: str
     method: str
-    address: str
+    url: str
     body: bytes | None = None
     status: int = 200
 
 
-def _post(kind: str, address: str, **document: object) -> Request:
-    return Request(kind, "POST", address, json.dumps(document).encode())
+def _post(kind: str, url: str, **document: object) -> Request:
+    return Request(kind, "POST", url, json.dumps(document).encode())
 
 
 _SURFACE = {"control_net": _NET}
@@ -79,9 +79,9 @@ def main(port: int) -> None:
 
 def _ask(connection: http.client.HTTPConnection, request: Request) -> tuple[int, bytes]:
     headers = {"Content-Type": "application/json"} if request.body is not None else {}
-    connection.request(request.method, request.address, request.body, headers)
-    answer = connection.getresponse()
-    return answer.status, answer.read()
+    connection.request(request.method, request.url, request.body, headers)
+    response = connection.getresponse()
+    return response.status, response.read()
 
 
 if __name__ == "__main__":

@@ -185,7 +185,7 @@ async def in_and_out(port: int) -> Counter[str]:
 async def worst(port: int) -> Counter[str]:
     """The worst of these and others, all at once."""
     large: list[Pieces] = [LARGE_ANSWER] * 200
-    cold: list[Pieces] = [get(address.replace("?", "?weld=false&")) for address in COLD]
+    cold: list[Pieces] = [get(url.replace("?", "?weld=false&")) for url in COLD]
     done = await asyncio.gather(
         storm(port, large, together=8, seconds=12),
         storm(port, cold, together=4, seconds=12),

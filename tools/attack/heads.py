@@ -69,7 +69,7 @@ async def traversal(port: int) -> Counter[str]:
         )
         for path in PATHS
     ]
-    encoded = [address.encode("utf-8").decode("latin-1") for address in addresses]
+    encoded = [url.encode("utf-8").decode("latin-1") for url in addresses]
     return await storm(port, cycle([get(a, method=m) for a in encoded for m in ("GET", "DELETE")]))
 
 
@@ -139,8 +139,8 @@ METHODS = ("HEAD", "OPTIONS", "TRACE", "CONNECT", "PROPFIND", "PUT", "PATCH", "D
 
 async def methods(port: int) -> Counter[str]:
     sent: list[Pieces] = []
-    for address in ("/", "/health", "/v1/mesh", "/v1/surfaces/saddle/mesh.glb", "*", "/none"):
-        sent += [get(address, method=method) for method in METHODS]
+    for url in ("/", "/health", "/v1/mesh", "/v1/surfaces/saddle/mesh.glb", "*", "/none"):
+        sent += [get(url, method=method) for method in METHODS]
     sent.append(get("http://example.org/health"))
     sent.append(get("example.org:80", method="CONNECT"))
     return await storm(port, cycle(sent))
@@ -157,7 +157,7 @@ async def upgrades(port: int) -> Counter[str]:
 
 async def long_lists(port: int) -> Counter[str]:
     """Headers that the service reads, of almost the largest length."""
-    address = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+    url = "/v1/surfaces/saddle/mesh.glb?resolution=2"
     values = (
         "Accept: " + ",".join(["a/b;q=0.5"] * 6000),
         "Accept: " + "*/*;q=0.0001," * 4500,
@@ -177,7 +177,7 @@ async def long_lists(port: int) -> Counter[str]:
         "Access-Control-Request-Headers: " + "x," * 30_000,
         "Cookie: " + "a=b; " * 12_000,
     )
-    sent: list[Pieces] = [get(address, value) for value in values]
+    sent: list[Pieces] = [get(url, value) for value in values]
     sent += [get("/v1/mesh?format=json", value, method="POST") for value in values]
     sent += [get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values]
     return await storm(port, cycle(sent))

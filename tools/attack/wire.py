@@ -21,21 +21,21 @@ KEPT = 1 << 14
 Pieces = bytes | Iterable[bytes]
 
 
-def get(address: str, *headers: str, method: str = "GET") -> bytes:
+def get(url: str, *headers: str, method: str = "GET") -> bytes:
     """A request without a body."""
-    lines = (f"{method} {address} HTTP/1.1", "Host: x", "Connection: close", *headers, "", "")
+    lines = (f"{method} {url} HTTP/1.1", "Host: x", "Connection: close", *headers, "", "")
     return "\r\n".join(lines).encode("latin-1")
 
 
-def post(address: str, body: bytes, *headers: str, media_type: str = "application/json") -> bytes:
+def post(url: str, body: bytes, *headers: str, media_type: str = "application/json") -> bytes:
     """A request with a body."""
     told = f"Content-Type: {media_type}", f"Content-Length: {len(body)}", *headers
-    return get(address, *told, method="POST") + body
+    return get(url, *told, method="POST") + body
 
 
-def post_head(address: str, *headers: str, media_type: str = "application/x-npy") -> bytes:
+def post_head(url: str, *headers: str, media_type: str = "application/x-npy") -> bytes:
     """The beginning of a request whose body is sent by hand."""
-    return get(address, f"Content-Type: {media_type}", *headers, method="POST")
+    return get(url, f"Content-Type: {media_type}", *headers, method="POST")
 
 
 @asynccontextmanager
@@ -173,7 +173,7 @@ class Attack:
         """The answers that are not documented; or that there were none at all."""
         if not answers:
             return ["nothing happened"]
-        return [answer for answer in answers if not re.fullmatch(self.answers, answer)]
+        return [response for response in answers if not re.fullmatch(self.answers, response)]
 
 
 BUSY = r"429 busy|503 out_of_time"

@@ -51,7 +51,7 @@ COLD = tuple(
 
 
 async def cold(port: int) -> Counter[str]:
-    return await storm(port, [get(address) for address in COLD], together=8, seconds=6)
+    return await storm(port, [get(url) for url in COLD], together=8, seconds=6)
 
 
 async def tolerances(port: int) -> Counter[str]:
@@ -62,7 +62,7 @@ async def tolerances(port: int) -> Counter[str]:
             range(400, 600), _NAMES, ("glb", "stl"), ("true", "false")
         )
     )
-    return await storm(port, (get(address) for address in addresses), together=8, seconds=8)
+    return await storm(port, (get(url) for url in addresses), together=8, seconds=8)
 
 
 async def largest(port: int) -> Counter[str]:
@@ -100,12 +100,12 @@ async def largest_bodies(port: int) -> Counter[str]:
 def _spellings() -> Iterator[Pieces]:
     """One answer that is kept, asked for in as many ways as there are."""
     for k in range(100_000):
-        address = "/v1/surfaces/saddle/mesh.glb?resolution="
-        yield get(f"{address}4&crease_angle=0.{'3' * (k % 15 + 1)}{k}")
-        yield get(f"{address}5", f"Accept-Encoding: zstd;q=0.{k % 1000:03}, gzip;q=0.{k // 100:03}")
-        yield get(f"{address}5&tolerance=", f'If-None-Match: "{k}"')
-        yield get(f"{address}5", f"Accept: x/{k}", f"Cookie: k={k}", f"Origin: http://{k}")
-        yield get(f"{address}6&weld={'true' if k % 2 else 'false'}&wire_sides={k % 60 + 3}")
+        url = "/v1/surfaces/saddle/mesh.glb?resolution="
+        yield get(f"{url}4&crease_angle=0.{'3' * (k % 15 + 1)}{k}")
+        yield get(f"{url}5", f"Accept-Encoding: zstd;q=0.{k % 1000:03}, gzip;q=0.{k // 100:03}")
+        yield get(f"{url}5&tolerance=", f'If-None-Match: "{k}"')
+        yield get(f"{url}5", f"Accept: x/{k}", f"Cookie: k={k}", f"Origin: http://{k}")
+        yield get(f"{url}6&weld={'true' if k % 2 else 'false'}&wire_sides={k % 60 + 3}")
 
 
 async def busting(port: int) -> Counter[str]:

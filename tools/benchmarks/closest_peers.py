@@ -57,9 +57,9 @@ def print_closest(title: str, model: PatchModel) -> None:
             columns = project_on_surface(model, ProjectQuery(points))
             seconds["service"].append(time.process_time() - start)
             for name, ask in asks.items():
-                answer = ask()
-                seconds[name].append(float(answer["seconds"]))
-                found[name] = answer["distances"]
+                response = ask()
+                seconds[name].append(float(response["seconds"]))
+                found[name] = response["distances"]
     found["service"] = columns["distances"]
     least = found["service"].copy()
     for distances in found.values():

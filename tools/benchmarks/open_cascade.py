@@ -168,8 +168,8 @@ def open_cascade(python: str) -> Iterator[Occ]:
             print(name, file=worker.stdin, flush=True)
             if worker.stdout is None or not worker.stdout.readline():
                 raise SystemExit("Open CASCADE has ended")
-            answer = np.load(f"{name}.out.npz")
-            return answer["corners"], float(answer["seconds"]), int(answer["peak"])
+            response = np.load(f"{name}.out.npz")
+            return response["corners"], float(response["seconds"]), int(response["peak"])
 
         yield mesh
         worker.stdin.close()

@@ -58,8 +58,8 @@ class Work(NamedTuple):
     def ask(self, server: Server) -> httpx.Response:
         """The whole answer of the service."""
         method, url = "GET" if self.document is None else "POST", server.url + self.target
-        answer = httpx.request(method, url, json=self.document, headers=PLAIN, timeout=60)
-        return answer.raise_for_status()
+        response = httpx.request(method, url, json=self.document, headers=PLAIN, timeout=60)
+        return response.raise_for_status()
 
     def write_script(self, folder: Path) -> Path:
         """Writes the file that tells `wrk` what to send."""

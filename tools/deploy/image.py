@@ -199,8 +199,8 @@ def largest(client: httpx.Client, suffix: str) -> int:
     while high - low > 1:
         middle = (low + high) // 2
         body = {"surface": SURFACE, "resolution": middle}
-        answer = client.post(f"/v1/estimate?format={suffix}", json=body).json()
-        low, high = (middle, high) if answer["accepted"] else (low, middle)
+        response = client.post(f"/v1/estimate?format={suffix}", json=body).json()
+        low, high = (middle, high) if response["accepted"] else (low, middle)
     return low
 
 
@@ -223,10 +223,10 @@ def large(engine: Engine, container: str) -> None:
         headers = {"Content-Type": "application/json"}
         content = points if number % 5 == 4 else body
         try:
-            answer = httpx.post(
+            response = httpx.post(
                 where, content=content, headers=headers, timeout=120, trust_env=False
             )
-            return answer.status_code
+            return response.status_code
         except httpx.TransportError as error:
             return type(error).__name__
 
@@ -260,11 +260,11 @@ def check(engine: Engine) -> None:
         httpx.Client(base_url=URL, trust_env=False, timeout=30) as client,
     ):
         confinement(engine, container)
-        address = answers(client)
+        url = answers(client)
         large(engine, container)
         end(engine, container)
     with running(engine) as container:
-        again = httpx.get(URL + address, trust_env=False).status_code
+        again = httpx.get(URL + url, trust_env=False).status_code
         seen("the stored surface, in a new container", again, good=again == 200)
         end(engine, container)
 

@@ -59,23 +59,23 @@ class Traffic:
             (kind,) = self._random.choices(names, weights)
             yield getattr(self, f"_{kind}")()
 
-    def wrong_with(self, request: Request, answer: Answer) -> str | None:
+    def wrong_with(self, request: Request, response: Answer) -> str | None:
         """The fault of a response, or None."""
-        if answer.status not in request.statuses:
-            return f"{answer.status} {answer.body[:300]!r}"
+        if response.status not in request.statuses:
+            return f"{response.status} {response.body[:300]!r}"
         if request.kind == "store":
-            said = json.loads(answer.body)["id"]
-            if answer.location != f"/v1/surfaces/{said}":
+            said = json.loads(response.body)["id"]
+            if response.location != f"/v1/surfaces/{said}":
                 return "a URL that does not belong to the id"
             self.stored[said] = request.body
             return None
-        if answer.status == 304:
+        if response.status == 304:
             return None
-        if answer.body[:4] == b"glTF" and int.from_bytes(answer.body[8:12], "little") != len(
-            answer.body
+        if response.body[:4] == b"glTF" and int.from_bytes(response.body[8:12], "little") != len(
+            response.body
         ):
             return "a binary glTF of another length than it says"
-        digest = hashlib.sha256(answer.body).hexdigest()
+        digest = hashlib.sha256(response.body).hexdigest()
         known = self._seen.setdefault((request.method, request.target, request.body), digest)
         return None if digest == known else "other bytes than another answer to the same request"
 

@@ -103,12 +103,12 @@ def judge(client: Client, case: Case) -> Verdict | None:
     if surface.get("type") in WITHOUT_PATCHES:
         return None
     request = {"surface": surface, "normals": False, **case.options}
-    answer = client.post(f"/v1/mesh?format={case.suffix}", request)
-    if answer.status_code == 422 and "tolerance_too_small" in answer.text:
+    response = client.post(f"/v1/mesh?format={case.suffix}", request)
+    if response.status_code == 422 and "tolerance_too_small" in response.text:
         return None
-    assert answer.status_code == 200, f"{case}: {answer.text}"
-    corners, origin = {"glb": read_glb, "stl": read_stl}[case.suffix](answer.content)
-    bound = float(answer.headers["surface-deviation-bound"])
+    assert response.status_code == 200, f"{case}: {response.text}"
+    corners, origin = {"glb": read_glb, "stl": read_stl}[case.suffix](response.content)
+    bound = float(response.headers["surface-deviation-bound"])
     start = time.process_time()
     proof = prove(nets_of(surface, origin), corners, bound)
     return Verdict(case, len(corners), bound, proof, time.process_time() - start)

@@ -41,13 +41,13 @@ def client() -> Iterator[Client]:
     ],
 )
 def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, path: str) -> None:
-    answer = client.request(method, path, b"{}", {"Content-Type": "application/json"})
-    assert answer.status_code == 401
-    assert answer.headers["content-type"] == "application/problem+json"
-    assert answer.headers["www-authenticate"] == 'Bearer realm="surface"'
-    assert answer.headers["cache-control"] == "no-store"
-    assert answer.json()["code"] == answer.json()["errors"][0]["code"] == "key_needed"
-    assert answer.json()["errors"][0]["header"] == "Authorization"
+    response = client.request(method, path, b"{}", {"Content-Type": "application/json"})
+    assert response.status_code == 401
+    assert response.headers["content-type"] == "application/problem+json"
+    assert response.headers["www-authenticate"] == 'Bearer realm="surface"'
+    assert response.headers["cache-control"] == "no-store"
+    assert response.json()["code"] == response.json()["errors"][0]["code"] == "key_needed"
+    assert response.json()["errors"][0]["header"] == "Authorization"
 
 
 @pytest.mark.parametrize(
@@ -61,9 +61,9 @@ def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, pa
     ],
 )
 def test_methods_that_nothing_answers_need_none(client: Client, method: str, path: str) -> None:
-    answer = client.request(method, path)
-    assert (answer.status_code, answer.json()["code"]) == (405, "method_not_allowed")
-    assert answer.headers["allow"]
+    response = client.request(method, path)
+    assert (response.status_code, response.json()["code"]) == (405, "method_not_allowed")
+    assert response.headers["allow"]
 
 
 @pytest.mark.parametrize("path", ["/metrics", "/metrics%0A", "/metric%73", "/metrics/"])
@@ -85,19 +85,19 @@ def test_a_key_lets_in(client: Client) -> None:
 )
 def test_another_key_does_not(client: Client, value: str) -> None:
     headers = {"Authorization": value.encode("latin-1")}
-    answer = client.request("POST", "/v1/mesh", b"", headers)  # type: ignore[arg-type]
-    assert answer.status_code == 401
-    known = answer.json()["code"] == "key_needed"
+    response = client.request("POST", "/v1/mesh", b"", headers)  # type: ignore[arg-type]
+    assert response.status_code == 401
+    known = response.json()["code"] == "key_needed"
     assert known is ("," in value)
-    assert ("invalid_token" in answer.headers["www-authenticate"]) is not known
-    assert KEY not in answer.text
+    assert ("invalid_token" in response.headers["www-authenticate"]) is not known
+    assert KEY not in response.text
 
 
 def test_a_key_in_the_address_is_none(client: Client) -> None:
     for name in ("key", "api_key", "access_token", "Authorization"):
-        answer = client.post(f"/v1/mesh?{name}={KEY}", NET)
-        assert answer.json()["code"] == "key_needed"
-        assert KEY not in answer.text
+        response = client.post(f"/v1/mesh?{name}={KEY}", NET)
+        assert response.json()["code"] == "key_needed"
+        assert KEY not in response.text
 
 
 @pytest.mark.parametrize("path", [*OPEN, MESH, "/v1/surfaces/saddle"])

@@ -33,9 +33,9 @@ def sign(client: Client, url: str = MESH, **end: Any) -> Any:
 
 
 def signed(client: Client, url: str = MESH, **end: Any) -> str:
-    answer = sign(client, url, **end)
-    assert answer.status_code == 200, answer.text
-    return str(answer.json()["url"])
+    response = sign(client, url, **end)
+    assert response.status_code == 200, response.text
+    return str(response.json()["url"])
 
 
 def stored(client: Client) -> dict[str, Any]:
@@ -49,10 +49,10 @@ def stored(client: Client) -> dict[str, Any]:
 def test_reads_need_a_key_or_a_signature(client: Client, path: str) -> None:
     """Without a key, a client cannot learn whether a surface exists."""
     for method in ("GET", "HEAD"):
-        answer = client.request(method, path)
-        assert answer.status_code == 401
-        assert answer.headers["www-authenticate"].startswith("Bearer")
-        assert answer.headers["cache-control"] == "no-store"
+        response = client.request(method, path)
+        assert response.status_code == 401
+        assert response.headers["www-authenticate"].startswith("Bearer")
+        assert response.headers["cache-control"] == "no-store"
     needed = client.get(path).json()["errors"][0]["needed"]
     assert "signed URL" in needed
 
@@ -65,28 +65,28 @@ def test_lists_and_descriptions_stay_open(client: Client, path: str) -> None:
 def test_with_a_key_answers_are_kept_by_that_client_and_asked_for_again(client: Client) -> None:
     links = stored(client)
     for path in (MESH, MESH, links["self"], links["mesh"]["glb"], links["mesh"]["glb"]):
-        answer = client.get(path, WITH)
-        assert answer.status_code == 200
-        assert answer.headers.get_list("cache-control") == ["private, no-cache"]
+        response = client.get(path, WITH)
+        assert response.status_code == 200
+        assert response.headers.get_list("cache-control") == ["private, no-cache"]
         # Once, also when the answer is kept: what is sent from memory is made once.
-        assert answer.headers.get_list("vary").count("Authorization") == 1
-        again = client.get(path, WITH | {"If-None-Match": answer.headers["etag"]})
+        assert response.headers.get_list("vary").count("Authorization") == 1
+        again = client.get(path, WITH | {"If-None-Match": response.headers["etag"]})
         assert again.status_code == 304
         assert again.headers.get_list("cache-control") == ["private, no-cache"]
-        assert client.get(path, {"If-None-Match": answer.headers["etag"]}).status_code == 401
+        assert client.get(path, {"If-None-Match": response.headers["etag"]}).status_code == 401
 
 
 def test_a_signed_address_is_read_without_a_key_for_as_long_as_it_says(client: Client) -> None:
     links = stored(client)
     for path, most in ((MESH, 3600), (links["self"], 7200), (links["mesh"]["glb"], 7200)):
         url = signed(client, path, seconds=7200)
-        answer = client.get(url)
-        assert answer.status_code == 200
-        assert client.request("HEAD", url).headers["etag"] == answer.headers["etag"]
-        kept = answer.headers["cache-control"]
+        response = client.get(url)
+        assert response.status_code == 200
+        assert client.request("HEAD", url).headers["etag"] == response.headers["etag"]
+        kept = response.headers["cache-control"]
         assert kept.startswith("private, max-age=")
         assert most - 60 < int(kept.rpartition("=")[2]) <= most
-        unchanged = client.get(url, {"If-None-Match": answer.headers["etag"]})
+        unchanged = client.get(url, {"If-None-Match": response.headers["etag"]})
         assert unchanged.status_code == 304
         assert unchanged.headers["cache-control"].startswith("private, max-age=")
 
@@ -100,11 +100,11 @@ def test_signed_and_unsigned_addresses_are_one_kept_answer() -> None:
             signed(client, seconds=700),
             signed(client, MESH + "&uvs=false"),
         ):
-            answer = client.get(url)
-            assert answer.content == first.content
-            assert answer.headers["etag"] == first.headers["etag"]
-            assert answer.headers["server-timing"] == "cache;desc=hit"
-            assert "signature" not in answer.headers["link"]
+            response = client.get(url)
+            assert response.content == first.content
+            assert response.headers["etag"] == first.headers["etag"]
+            assert response.headers["server-timing"] == "cache;desc=hit"
+            assert "signature" not in response.headers["link"]
             assert client.get(url).headers["server-timing"] == "cache;desc=hit"
     assert len(app.state.services.cache) == 1
     assert app.state.services.cache.counts.misses == 1
@@ -116,19 +116,19 @@ def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:
     expired = f"{before}expires=1&{end.partition('&')[2]}"
     for headers in ({}, WITH):
         for wrong in (url + "a", url.replace("resolution=2", "resolution=3"), expired):
-            answer = client.get(wrong, headers)
-            assert answer.status_code == 403
-            assert answer.json()["code"] == "signature_invalid"
-            assert answer.json()["errors"][0]["parameter"] == "signature"
-            assert answer.headers["access-control-allow-origin"] == "*"
+            response = client.get(wrong, headers)
+            assert response.status_code == 403
+            assert response.json()["code"] == "signature_invalid"
+            assert response.json()["errors"][0]["parameter"] == "signature"
+            assert response.headers["access-control-allow-origin"] == "*"
 
 
 def test_addresses_expire(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     url = signed(client)
     monkeypatch.setattr("service.api.guard.guard.time.time", lambda: 4e9)
-    answer = client.get(url)
-    assert answer.status_code == 403
-    assert answer.json()["code"] == "signature_expired"
+    response = client.get(url)
+    assert response.status_code == 403
+    assert response.json()["code"] == "signature_expired"
 
 
 def test_a_signature_opens_nothing_else(client: Client) -> None:
@@ -181,11 +181,11 @@ def test_the_end_may_be_a_moment_and_then_the_address_is_the_same(client: Client
 def test_what_is_not_signed(
     client: Client, document: dict[str, Any], code: str, pointer: str
 ) -> None:
-    answer = client.post("/v1/sign", document, WITH)
-    assert answer.status_code == 422
-    (error,) = answer.json()["errors"]
+    response = client.post("/v1/sign", document, WITH)
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
     assert (error["code"], error["pointer"]) == (code, pointer)
-    assert "example.com" not in answer.text
+    assert "example.com" not in response.text
 
 
 def test_signing_needs_a_key_and_is_there_where_both_are_set(client: Client) -> None:
@@ -195,15 +195,15 @@ def test_signing_needs_a_key_and_is_there_where_both_are_set(client: Client) -> 
         Settings(signing_keys=SETTINGS.signing_keys),
     ):
         with client_of(create_app(settings)) as other:
-            answer = other.post("/v1/sign", {"url": MESH, "seconds": 9}, WITH)
-            assert answer.status_code == 404
+            response = other.post("/v1/sign", {"url": MESH, "seconds": 9}, WITH)
+            assert response.status_code == 404
 
 
 def test_public_surfaces_may_be_read_by_signed_addresses_as_well() -> None:
     settings = Settings(signing_keys=SETTINGS.signing_keys)
     query = Signer([SECRET]).signed("/v1/surfaces/saddle", "", int(time.time()) + 60)
     with client_of(create_app(settings)) as client:
-        answer = client.get(f"/v1/surfaces/saddle?{query}")
-        assert answer.status_code == 200
-        assert answer.headers["cache-control"].startswith("public")
+        response = client.get(f"/v1/surfaces/saddle?{query}")
+        assert response.status_code == 200
+        assert response.headers["cache-control"].startswith("public")
         assert client.get(f"/v1/surfaces/saddle?{query}0").status_code == 403

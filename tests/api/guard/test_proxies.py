@@ -124,8 +124,8 @@ def test_forged_addresses_do_not_escape_a_rate() -> None:
         settings = Settings(rate_limit=1, trusted_proxies=proxies)
         with client_of(create_app(settings)) as client:
             client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.1"})
-            answer = client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.2"})
-            assert {answer.status_code} == statuses
+            response = client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.2"})
+            assert {response.status_code} == statuses
             again = client.get("/v1/formats", {"X-Forwarded-For": "1.1.1.1, 198.51.100.1"})
             assert again.status_code == 429
 
@@ -134,8 +134,8 @@ def test_responses_have_strict_transport_security_where_a_proxy_reports_https() 
     secure = {"X-Forwarded-Proto": "https"}
     with client_of(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
         for path in ("/v1/formats", "/docs", "/nothing"):
-            answer = client.get(path, secure)
-            assert answer.headers["strict-transport-security"] == "max-age=31536000"
+            response = client.get(path, secure)
+            assert response.headers["strict-transport-security"] == "max-age=31536000"
             assert "strict-transport-security" not in client.get(path).headers
     with client_of(create_app(Settings())) as client:
         assert "strict-transport-security" not in client.get("/v1/formats", secure).headers

@@ -90,9 +90,9 @@ def test_who_is_counted_together(key: str | None, client: str | None, expected: 
     assert caller(key, client) == expected
 
 
-def told(answer: httpx.Response) -> tuple[int, int]:
-    assert answer.headers["ratelimit-policy"] == '"requests";q=4;w=60'
-    found = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', answer.headers["ratelimit"])
+def told(response: httpx.Response) -> tuple[int, int]:
+    assert response.headers["ratelimit-policy"] == '"requests";q=4;w=60'
+    found = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', response.headers["ratelimit"])
     assert found
     return int(found[1]), int(found[2])
 
@@ -120,9 +120,9 @@ def test_who_watches_the_service_is_not_counted_nor_are_questions_beforehand() -
     with client_of(create_app(Settings(rate_limit=1))) as client:
         client.get("/v1/formats")
         for path in ("/health", "/health/live", "/health/ready"):
-            answer = client.get(path)
-            assert answer.status_code == 200
-            assert "ratelimit" not in answer.headers
+            response = client.get(path)
+            assert response.status_code == 200
+            assert "ratelimit" not in response.headers
         asked = {"Origin": "https://example.com", "Access-Control-Request-Method": "POST"}
         assert client.request("OPTIONS", "/v1/mesh", headers=asked).status_code == 204
         assert client.get("/v1/formats").status_code == 429

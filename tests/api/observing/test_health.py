@@ -26,9 +26,9 @@ def test_a_ready_service(client: Client) -> None:
     told = {"status": "ready", "version": __version__, "engine": ENGINE}
     assert client.get("/health").json() == told
     assert client.get("/health/live").json() == {"status": "live"}
-    answer = client.get("/health/ready")
-    assert answer.json() == {"status": "ready", "computing": "ready", "store": "ready"}
-    assert answer.headers["cache-control"] == "no-store"
+    response = client.get("/health/ready")
+    assert response.json() == {"status": "ready", "computing": "ready", "store": "ready"}
+    assert response.headers["cache-control"] == "no-store"
 
 
 def test_a_draining_service_is_alive_and_not_ready() -> None:
@@ -36,9 +36,9 @@ def test_a_draining_service_is_alive_and_not_ready() -> None:
     app.state.ready = False
     with client_of(app) as client:
         assert client.get("/health/live").status_code == 200
-        answer = client.get("/health/ready")
-    assert answer.status_code == 503
-    assert answer.json() == {"status": "draining"}
+        response = client.get("/health/ready")
+    assert response.status_code == 503
+    assert response.json() == {"status": "draining"}
 
 
 def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -47,13 +47,13 @@ def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
     with client_of(create_app(Settings(store=str(root)))) as client:
         assert client.get("/health/ready").status_code == 200
         shutil.rmtree(root)
-        answer = client.get("/health/ready")
-        assert (answer.status_code, answer.json()["store"]) == (200, "unavailable")
+        response = client.get("/health/ready")
+        assert (response.status_code, response.json()["store"]) == (200, "unavailable")
         monkeypatch.setattr(health, "PATIENCE", 0.0)
-        answer = client.get("/health/ready")
-        assert answer.status_code == 503
+        response = client.get("/health/ready")
+        assert response.status_code == 503
         expected = {"status": "unready", "computing": "ready", "store": "unavailable"}
-        assert answer.json() == expected
+        assert response.json() == expected
         assert client.get("/health/live").status_code == 200
         (root / "surfaces").mkdir(parents=True)
         assert client.get("/health/ready").status_code == 200
@@ -66,8 +66,8 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(at_once, "sample_partials_basis", lambda *of: true(*of) * 1.001)
     assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
-        answer = client.get("/health/ready")
-    assert (answer.status_code, answer.json()["computing"]) == (503, "unavailable")
+        response = client.get("/health/ready")
+    assert (response.status_code, response.json()["computing"]) == (503, "unavailable")
 
 
 async def test_it_computes_once_in_5_s_for_all_callers() -> None:

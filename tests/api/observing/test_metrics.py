@@ -48,7 +48,7 @@ def test_hits_misses_bytes_and_meshes(own: Client) -> None:
     assert sample(own, "surface_cache_misses_total") == 1
     assert sample(own, "surface_cache_entries") == 1
     assert sample(own, "surface_cache_bytes") > len(answers[0].content)
-    sent = sum(len(answer.content) for answer in answers)
+    sent = sum(len(response.content) for response in answers)
     assert sample(own, "surface_http_response_bytes_total", format="glb") == sent
     assert sample(own, "surface_vertices_total") == 9
     assert sample(own, "surface_triangles_total") == 8
@@ -96,14 +96,14 @@ def test_many_paths_make_one_series(own: Client) -> None:
     ],
 )
 def test_form_by_accept(own: Client, accept: str, opened: bool) -> None:
-    answer = own.get("/metrics", headers={"Accept": accept})
-    assert answer.status_code == 200
-    assert answer.headers["cache-control"] == "no-store"
-    assert answer.headers["content-type"].startswith(
+    response = own.get("/metrics", headers={"Accept": accept})
+    assert response.status_code == 200
+    assert response.headers["cache-control"] == "no-store"
+    assert response.headers["content-type"].startswith(
         "application/openmetrics-text" if opened else "text/plain; version=0.0.4"
     )
     open_families: Callable[[str], Iterator[Metric]] = open_parser.text_string_to_metric_families
-    found = list(open_families(answer.text) if opened else families(answer.text))
+    found = list(open_families(response.text) if opened else families(response.text))
     assert len({family.name for family in found}) == len(found) > 15
 
 

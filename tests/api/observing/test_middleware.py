@@ -87,8 +87,8 @@ def scope_of(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> Scop
 
 def test_every_answer_has_an_id(logged: Logged) -> None:
     for url, status in ((MESH, 200), (MESH, 200), ("/nowhere", 404), ("/health/live", 200)):
-        answer = logged.client.get(url, headers={"X-Request-Id": "mine-1"})
-        assert (answer.status_code, answer.headers["x-request-id"]) == (status, "mine-1")
+        response = logged.client.get(url, headers={"X-Request-Id": "mine-1"})
+        assert (response.status_code, response.headers["x-request-id"]) == (status, "mine-1")
     refused = logged.client.post("/v1/mesh", {"surface": 1}, headers={"X-Request-Id": "mine-2"})
     assert (refused.status_code, refused.headers["x-request-id"]) == (422, "mine-2")
     assert b"mine" not in refused.content
@@ -127,10 +127,10 @@ def test_a_line_tells_what_happened_and_no_more(logged: Logged) -> None:
 
 def test_hits_and_misses_are_distinguished(logged: Logged) -> None:
     for expected in ("miss", "hit", "hit"):
-        answer = logged.client.raw(MESH)
+        response = logged.client.raw(MESH)
         line = logged.last()
         assert (line["cache"], line["surface"], line["format"]) == (expected, "saddle", "glb")
-        assert line["bytes"] == len(answer.content)
+        assert line["bytes"] == len(response.content)
     logged.client.request("HEAD", MESH)
     assert logged.last()["bytes"] == 0
 
@@ -222,9 +222,9 @@ def test_whatever_computes_says_where_the_time_went(client: Client) -> None:
             body = next(iter(examples.values()))["value"]
             step = "content store" if path == "/v1/surfaces" else path.removeprefix("/v1/")
             calls[path] = (f"read parse {step}", client.post(path, body))
-    for path, (steps, answer) in calls.items():
-        assert answer.status_code in (200, 201), answer.text
-        parts = [part.partition(";dur=") for part in answer.headers["server-timing"].split(", ")]
+    for path, (steps, response) in calls.items():
+        assert response.status_code in (200, 201), response.text
+        parts = [part.partition(";dur=") for part in response.headers["server-timing"].split(", ")]
         names = [name for name, _, _ in parts]
         assert [name for name in names if name not in ("wait", "plan")] == steps.split(), path
         assert all(float(seconds) >= 0 for _, _, seconds in parts)

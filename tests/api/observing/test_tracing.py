@@ -52,7 +52,7 @@ def server_span(spans: InMemorySpanExporter) -> ReadableSpan:
 
 
 def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> None:
-    answer = traced.raw(f"{MESH}?resolution=2")
+    response = traced.raw(f"{MESH}?resolution=2")
     span = server_span(spans)
     assert span.name == "GET /v1/surfaces/{id}/mesh.{suffix}"
     assert span.parent is None
@@ -65,7 +65,7 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
         "client.address": "127.0.0.1",
         "server.address": "service:None",  # the library writes the port with it
         "http.response.status_code": 200,
-        "http.response.body.size": len(answer.content),
+        "http.response.body.size": len(response.content),
         "surface.format": "glb",
         "surface.cache": "miss",
     }
@@ -82,10 +82,10 @@ def test_its_id_is_that_of_the_answer(spans: InMemorySpanExporter) -> None:
 
 
 def test_its_steps_are_children(traced: Client, spans: InMemorySpanExporter) -> None:
-    answer = traced.post("/v1/mesh", {"surface": {"control_net": NET}})
+    response = traced.post("/v1/mesh", {"surface": {"control_net": NET}})
     span = server_span(spans)
     steps = [each for each in spans.get_finished_spans() if each is not span]
-    shown = [part.split(";")[0] for part in answer.headers["server-timing"].split(", ")]
+    shown = [part.split(";")[0] for part in response.headers["server-timing"].split(", ")]
     assert {"read", "parse", "mesh"} <= set(shown) == {step.name for step in steps}
     for step in steps:
         assert step.parent == span.context
