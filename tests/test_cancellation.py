@@ -8,7 +8,7 @@ from anyio import to_thread
 from service.cancellation import Cancellation, Cancelled, OutOfTime, cancelled_by, checkpoint
 
 
-def test_without_a_stop_work_goes_on() -> None:
+def test_checkpoint_without_a_cancellation_does_nothing() -> None:
     checkpoint()
 
 
@@ -29,7 +29,7 @@ def test_work_ends_when_its_time_is_over() -> None:
         checkpoint()
 
 
-def test_being_told_comes_before_time() -> None:
+def test_cancellation_comes_before_the_deadline() -> None:
     cancellation = Cancellation(deadline=0.0)
     cancellation.cancel()
     with pytest.raises(Cancelled):
@@ -37,16 +37,16 @@ def test_being_told_comes_before_time() -> None:
 
 
 @pytest.mark.anyio
-async def test_threads_inherit_who_may_stop_them_and_others_do_not() -> None:
-    told, other = Cancellation(), Cancellation()
-    told.cancel()
-    found = []
-    for cancellation in (told, other):
+async def test_threads_inherit_the_cancellation_of_their_caller_only() -> None:
+    cancelled, running = Cancellation(), Cancellation()
+    cancelled.cancel()
+    outcomes = []
+    for cancellation in (cancelled, running):
         try:
             with cancelled_by(cancellation):
                 await to_thread.run_sync(checkpoint)
-            found.append("done")
+            outcomes.append("done")
         except Cancelled:
-            found.append("stopped")
+            outcomes.append("cancelled")
     await to_thread.run_sync(checkpoint)
-    assert found == ["stopped", "done"]
+    assert outcomes == ["cancelled", "done"]

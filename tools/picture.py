@@ -1,4 +1,4 @@
-"""Draws the pictures of the documentation, and lists the examples beside theirs.
+"""Draws the pictures of the documentation, and writes the page of examples, which shows them.
 
 `python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`,
 `adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md`, and the thumbnails of
@@ -89,16 +89,19 @@ def _curve(name: str, example: dict[str, Any]) -> str:
     )
 
 
-def _curve_address(request: dict[str, Any]) -> str:
-    """A curve as glTF, which is a line, in an address that holds the file itself."""
-    wanted = validate_document(CurveRequest, request)
+def _curve_url(document: dict[str, Any]) -> str:
+    """A `data:` URL that contains a curve as a glTF file."""
+    request = validate_document(CurveRequest, document)
     glb = CURVES_BY_NAME["glb"]
-    content = plan_curve(wanted.to_curve(), wanted.curve_options(), glb).run()
+    content = plan_curve(request.to_curve(), request.curve_options(), glb).run()
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
 def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point: int) -> None:
-    """The editor as it opens at an address, in light or dark; with a control point chosen, or 0."""
+    """Draws the editor as it opens at a URL, in light or dark, with control point `point` selected.
+
+    No control point is selected if `point` is 0.
+    """
     context = browser.new_context(
         viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
     )
@@ -114,7 +117,7 @@ def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point:
 
 
 def draw_thumbnail(page: Page, target: Path) -> None:
-    """The viewer's picture, small and without its background, as WebP."""
+    """Writes the picture of the viewer, small and without its background, as WebP."""
     page.evaluate("document.body.style.background = 'none'")
     picture = b64encode(page.screenshot(omit_background=True)).decode()
     page.evaluate("document.body.style.background = ''")
@@ -122,7 +125,7 @@ def draw_thumbnail(page: Page, target: Path) -> None:
 
 
 def main(folder: Path) -> None:
-    """All pictures, and the page that shows them."""
+    """Writes all pictures, and the page that shows them."""
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
@@ -131,7 +134,7 @@ def main(folder: Path) -> None:
         url = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
         pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
     for name, request in REQUESTS["createCurve"].items():
-        url = _curve_address({"curve": request["value"]["curve"], "resolution": 32})
+        url = _curve_url({"curve": request["value"]["curve"], "resolution": 32})
         pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)
     with (
         running_service() as service,

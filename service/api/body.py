@@ -73,9 +73,9 @@ class BodyRoute(APIRoute):
         body = await _read_body(request, headers, services, job, decoder)
         decode = None if decoder is None else await self._decode(decoder, beside, services, job)
         parse = partial(_parse, model, body, decode, services)
-        wanted = await job.parse(parse, is_long=is_long_body(body, decoder))
+        parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
         job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
-        response: Response = await self.endpoint(wanted, Context(services, job, request, fmt))
+        response: Response = await self.endpoint(parsed, Context(services, job, request, fmt))
         return response
 
     def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:

@@ -154,12 +154,12 @@ def check_codings(header: bytes | None) -> AcceptedCodings:
     NotAcceptable
         If it allows none.
     """
-    wanted = accepted_codings(header)
-    if not wanted.order:
+    accepted = accepted_codings(header)
+    if not accepted.order:
         message = "The Accept-Encoding header excludes every coding of this service."
         got, needed = "no coding of this service", "one of " + ", ".join(CODINGS)
         raise NotAcceptable(Issue("not_acceptable", message, "/Accept-Encoding", got, needed))
-    return wanted
+    return accepted
 
 
 def _header(request: Request, name: str) -> bytes | None:

@@ -53,10 +53,10 @@ class StaticFiles:
         HTTPException
             404 if no file has this name, or the file is missing.
         """
-        wanted, condition = codings_of(request), condition_of(request)
+        accepted, condition = codings_of(request), condition_of(request)
         kept = await self._read(name)
-        coding, body = await self._coded(kept, wanted.order[0])
-        same = held(condition, wanted.order, partial(entity_tag, kept.name))
+        coding, body = await self._coded(kept, accepted.order[0])
+        same = held(condition, accepted.order, partial(entity_tag, kept.name))
         if condition is not None and is_any(condition):
             same = coding
         headers = {

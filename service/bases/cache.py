@@ -1,4 +1,4 @@
-"""Caches of values that depend on patterns alone: shared, read-only, bounded by their bytes."""
+"""Caches of values that do not depend on coordinates: shared, read-only, bounded by their bytes."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -61,11 +61,11 @@ class Cache(Generic[Value]):
     def get(self, key: Hashable, build: Callable[[], Value]) -> Value:
         """The value of this key, built if it is not cached. The key must determine the value."""
         with self._lock:
-            held = self._values.get(key)
-            if held is not None:
+            cached = self._values.get(key)
+            if cached is not None:
                 self._values.move_to_end(key)
                 self.hits += 1
-                return held
+                return cached
             self.misses += 1
             pending = self._builds.setdefault(key, _PendingValue())
         with pending.lock:
@@ -81,10 +81,10 @@ class Cache(Generic[Value]):
     def find(self, key: Hashable) -> Value | None:
         """The value of this key, or None if it is not cached."""
         with self._lock:
-            held = self._values.get(key)
-            if held is not None:
+            cached = self._values.get(key)
+            if cached is not None:
                 self._values.move_to_end(key)
-            return held
+            return cached
 
     def put(self, key: Hashable, value: Value) -> None:
         """Store a value, in place of an earlier one of this key."""
@@ -128,7 +128,7 @@ PLANS = ArrayCache(64 << 20)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _DerivedValue:
-    """A value derived from arrays, and these: while they live, no other array has their ids."""
+    """A value derived from arrays, and a reference to these: so no other array gets their ids."""
 
     sources: tuple[NDArray[Any], ...]
     value: Any

@@ -75,5 +75,5 @@ def _compute(document: Mapping[str, Any], fmt: "CurveFormat") -> bytes:
     from service.pipeline.curve import plan_curve
     from service.schemas.curves import CurveRequest
 
-    wanted, limits = parse_request(CurveRequest, document)
-    return plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, limits).run()
+    request, limits = parse_request(CurveRequest, document)
+    return plan_curve(request.to_curve(), request.curve_options(), fmt, limits).run()

@@ -64,11 +64,11 @@ def _compute(document: Mapping[str, Any], formats: "Sequence[Format]") -> bytes:
     from service.pipeline.mesh import encode_options
     from service.schemas.request import MeshRequest
 
-    wanted, limits = parse_request(MeshRequest, document)
+    request, limits = parse_request(MeshRequest, document)
     result = plan_estimate(
-        wanted.to_surface(),
-        wanted.mesh_options(),
-        encode_options(wanted),
+        request.to_surface(),
+        request.mesh_options(),
+        encode_options(request),
         limits,
         formats,
     ).run()

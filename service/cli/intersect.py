@@ -73,5 +73,5 @@ def _compute(document: Mapping[str, Any]) -> bytes:
     from service.pipeline.intersect import plan_intersect
     from service.schemas.intersect import IntersectRequest
 
-    wanted, limits = parse_request(IntersectRequest, document)
-    return plan_intersect(wanted.to_surface(), wanted.to_query(), limits).run()
+    request, limits = parse_request(IntersectRequest, document)
+    return plan_intersect(request.to_surface(), request.to_query(), limits).run()

@@ -50,5 +50,5 @@ def _compute(document: Mapping[str, Any]) -> bytes:
     from service.pipeline.measure import plan_measure
     from service.schemas.measure import MeasureRequest
 
-    wanted, limits = parse_request(MeasureRequest, document)
-    return plan_measure(wanted.to_surface(), wanted.to_query(), limits).run()
+    request, limits = parse_request(MeasureRequest, document)
+    return plan_measure(request.to_surface(), request.to_query(), limits).run()

@@ -125,9 +125,9 @@ def _compute(
         pin_blas()
         limits = result_limits(for_one_command())
         surface: Surface = find(source).surface()
-        wanted = options_from_text(chosen.items())
+        options = options_from_text(chosen.items())
     else:
         source = source.document() if isinstance(source, NetFile) else source
         request, limits = parse_request(MeshRequest, source | values_from_text(chosen.items()))
-        surface, wanted = request.to_surface(), request
-    return render(surface, wanted.mesh_options(), fmt, encode_options(wanted), limits)
+        surface, options = request.to_surface(), request
+    return render(surface, options.mesh_options(), fmt, encode_options(options), limits)

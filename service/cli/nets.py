@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from service.decoders.format import Decoder
 
 FIELDS = ("type", "degree", "knots", "up", "name")
-"""The fields of a surface that flags set; importing their own module is slow."""
+"""The fields of a surface that flags set, listed here because importing their module is slow."""
 
 
 @dataclass(frozen=True, slots=True)
 class NetFile:
-    """A file of control points: its bytes, its decoder, and the flags' fields as text."""
+    """A file of control points: its bytes, its decoder, and the fields that flags set, as text."""
 
     content: bytes
     decoder: "Decoder"
     fields: Mapping[str, str]
 
     def document(self) -> dict[str, Any]:
-        """The request without options; raises the errors of the file."""
+        """The body of a request without options; raises `SurfaceError` if the file is invalid."""
         from service.schemas.surface_query import add_fields, surface_fields
         from service.settings.environment import from_environment
 

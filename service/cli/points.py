@@ -74,5 +74,5 @@ def _compute(document: Mapping[str, Any]) -> bytes:
     from service.pipeline.points import plan_points
     from service.schemas.points import PointsRequest
 
-    wanted, limits = parse_request(PointsRequest, document)
-    return plan_points(wanted.to_surface(), wanted.to_query(), limits).run()
+    request, limits = parse_request(PointsRequest, document)
+    return plan_points(request.to_surface(), request.to_query(), limits).run()

@@ -86,5 +86,5 @@ def _compute(document: Mapping[str, Any], fmt: "SectionFormat") -> bytes:
     from service.pipeline.section import plan_sections
     from service.schemas.intersect import IntersectRequest
 
-    wanted, limits = parse_request(IntersectRequest, document)
-    return plan_sections(wanted.to_surface(), wanted.to_sections(), fmt, limits).run()
+    request, limits = parse_request(IntersectRequest, document)
+    return plan_sections(request.to_surface(), request.to_sections(), fmt, limits).run()

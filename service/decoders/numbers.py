@@ -1,7 +1,7 @@
 """Reads numbers from a text, quickly and with little memory: one piece of the text at a time.
 
 Python's `float` reads each word, correctly rounded; words that are not plain decimals are refused.
-Only if a word is no number is the text read again, to name the word's line.
+If a word is not a number, the text is read a second time to find the line of the word.
 """
 
 import re
@@ -34,14 +34,17 @@ def read_numbers(
 
     Parameters
     ----------
+    start, end : int
+        The places, as indices of bytes.
     most : int
+        The most numbers that are allowed.
     refused : callable
-        Makes the error of more than `most` numbers, which is raised before any is read.
+        Returns the error for more than `most` numbers; this is raised before they are all read.
 
     Raises
     ------
     MalformedBody, InvalidRequest
-        A word is no number, or not a finite one; the message names its line.
+        A word is not a number, or not a finite one; the message names its line.
     """
     if (end - start) // 2 >= most and _words(text, start, end) > most:
         raise refused()
@@ -59,18 +62,21 @@ def read_numbers(
 
 
 def line_of_number(text: bytes, start: int, index: int) -> int:
-    """The line, from 1, of a number, by its index behind a place of the text."""
+    """The line, from 1, of number `index` (from 0) of those after the place `start` of the text."""
     word = next(islice(_WORD.finditer(text, start), index, None))
     return line_at(text, word.start())
 
 
 def line_at(text: bytes, place: int) -> int:
-    """The line, from 1, of a place in the text."""
+    """The line, from 1, of a place in the text, an index of a byte."""
     return text.count(b"\n", 0, place) + 1
 
 
 def _words(text: bytes, start: int, end: int) -> int:
-    """The number of words, at least: counts runs of printed characters, in 1/10 of the time."""
+    """A lower bound of the number of words, by counting runs of printed characters.
+
+    This takes 1/10 of the time of splitting the text into words.
+    """
     count, was_printed = 0, False
     for place in range(start, end, PIECE):
         letters = np.frombuffer(text, np.uint8, min(PIECE, end - place), place)
@@ -82,7 +88,7 @@ def _words(text: bytes, start: int, end: int) -> int:
 
 
 def _cut(text: bytes, start: int, end: int) -> int:
-    """Where the next piece ends: between two words."""
+    """The end of the next piece, between two words."""
     if end - start <= PIECE:
         return end
     gap = _GAP.search(text, start + PIECE, start + PIECE + LONGEST)
@@ -105,7 +111,7 @@ def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray
 
 
 def refused_word(text: bytes, place: int) -> SurfaceError:
-    """The error of a word that is no finite number; `place` is inside the word."""
+    """The error of a word that is not a finite number; `place` is inside the word."""
     start = place
     while start > max(0, place - LONGEST) and not _GAP.match(text, start - 1):
         start -= 1
@@ -126,7 +132,7 @@ def refused_word(text: bytes, place: int) -> SurfaceError:
 
 
 def _fault(text: bytes, start: int, cut: int) -> SurfaceError:
-    """The error of the first word in a piece that is no finite number."""
+    """The error of the first word in a piece that is not a finite number."""
     for word in _WORD.finditer(text, start, cut):
         plain = len(word[0]) <= LONGEST and _NUMBER.fullmatch(word[0])
         if not plain or not isfinite(float(word[0])):

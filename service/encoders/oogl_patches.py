@@ -1,10 +1,10 @@
 """The exact OOGL form: the Bézier patches themselves, which the drawing program divides.
 
 Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational. A B-spline
-comes lowered; a triangle of degree n as the patch of degree (n, n) that it is, one side of it a
-point. Control points run u fastest; rational ones are homogeneous, (wx, wy, wz, w). Of texture
-coordinates and colours BEZ has those at the four corners of a patch, between which the program
-that draws it blends: the whole of a net of degree (1, 1), less of others.
+is written as its Bézier patches. A triangle of degree n is written as the equal patch of degree
+(n, n), of which one side is a point. Control points run u fastest; rational ones are homogeneous,
+(wx, wy, wz, w). BEZ stores texture coordinates and colours only at the four corners of a patch, and
+the program that draws it interpolates between them. This is exact for channels of degree (1, 1).
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""From a model of any form to what formats write: its mesh, its scene or its lines."""
+"""Builds the value that a format writes from a model of any form: a mesh, a scene or lines."""
 
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.storage import Storage
@@ -19,7 +19,7 @@ from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
 MOST = 1 << 31
-"""Triangles of a mesh by tolerance without a limit by the request."""
+"""The most triangles of a mesh by tolerance if the request sets no limit."""
 
 
 def build(
@@ -56,7 +56,7 @@ def _build_single(
 
 
 def draw_lines(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
-    """The lines that are asked for, in float64 and model coordinates, where there is no mesh."""
+    """The requested lines in float64 and model coordinates, for formats that write no mesh."""
     overlays = draw_overlays_alone(model, options)
     if options.has_wires:
         curves = sample_isocurves(model, options.resolution, options.isocurves)
@@ -72,9 +72,10 @@ def build_scene(
     quantized: bool = False,
     allow: Allow = allow_any,
 ) -> Scene:
-    """The group with every different model meshed once, members that meet along edges apart.
+    """The scene of a group: the mesh of each distinct model once, and a node for each member.
 
-    `quantized` puts positions on the grids of the models.
+    Members that meet along edges are meshed together, and then written as separate nodes.
+    `quantized` rounds positions to the 16-bit grids of the models.
     """
     if options.accuracy is not None:
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
@@ -84,6 +85,6 @@ def build_scene(
     joined = join_group(model, options, allow)
     meshes = tuple(_build_single(m, options, single, allow) for m in joined.group.models)
     scene = arrange(joined.group, meshes)
-    on = quantize(scene, joined.group, options) if quantized else scene
-    assert isinstance(on, Scene)
-    return separate_members(on, joined, is_welded=options.weld)
+    rounded = quantize(scene, joined.group, options) if quantized else scene
+    assert isinstance(rounded, Scene)
+    return separate_members(rounded, joined, is_welded=options.weld)

@@ -130,7 +130,7 @@ def search_budget(
     TooLarge
         Even the coarsest mesh exceeds a limit.
     """
-    most = effort.whole / ATTEMPTS
+    most = effort.limit / ATTEMPTS
 
     def try_tolerance(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
         before = effort.spent

@@ -22,8 +22,8 @@ from service.surface.convert.operations import Elevate, Operation, Split, ToTria
 from service.surface.sizes import SurfaceSize
 
 SCRATCH, LEAST = 16 << 20, 1 << 19
-"""Bytes of work arrays: they stop growing at some size; below it they take at most 4 times as much
-as the results, and at least `LEAST`."""
+"""Bytes of work arrays: at most 4 times the bytes of the results plus `LEAST`, and never more than
+`SCRATCH`."""
 
 SEAMS = 1000
 """Bytes for each patch while shared edges are found."""
@@ -40,7 +40,8 @@ WRITTEN, TEXT = 64, 6 << 20
 """Bytes for each vertex while a file is written, beside the file; and of one batch of its text."""
 
 CERTIFIED, CELLS = 416, 16 << 20
-"""Bytes for each triangle of a mesh by tolerance while it is proved, and at least."""
+"""Bytes for each triangle of a mesh by tolerance while it is proved; and the bytes of its cells,
+which do not depend on the number of triangles."""
 
 SHARE = 3
 """How large a mesh by tolerance or a curve becomes is not known beforehand: it may take 1/3 of the
@@ -51,8 +52,8 @@ COARSEST, LEAST_BYTES = 64, 1
 triangle in any format."""
 
 EFFORT, TRIANGLE = 2, 5_000
-"""How many times the multiplications of other work a mesh by tolerance may take, or the search for
-one within a budget; and multiplications that a triangle of it takes at least."""
+"""A mesh by tolerance, or the search for a mesh within a budget, may take this many times the
+multiplications of other work; and the fewest multiplications that one triangle takes."""
 
 POINT, CONVERTED = 700, 100
 """Bytes for each point of a curve, and for each number of a conversion."""
@@ -60,7 +61,7 @@ POINT, CONVERTED = 700, 100
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """The most that a piece of work takes.
+    """Upper bounds of the size, memory and time of some work.
 
     Attributes
     ----------
@@ -82,7 +83,7 @@ class Cost:
 
 
 def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
-    """Bytes of patches and of finding their shared edges, with others that stand beside them."""
+    """Bytes of lowering: of the patches, their shared edges and `other` bytes, or of its peak."""
     patches = size.arrays + SEAMS * size.patches + 4 * size.sides
     return LEAST + max(size.peak, patches + other)
 
@@ -94,7 +95,9 @@ def compression_cost(length: int) -> Cost:
 
 def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
     """The cost of a surface as JSON: 8 bytes become at most 32 characters."""
-    most = min(1000 + 600 * size.members + 4 * size.own + 8 * size.name_bytes, limits.max_bytes)
+    most = min(
+        1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes, limits.max_bytes
+    )
     return Cost(0, 0, most, 3 * most, 1e-4 * size.members + most * 1e-8)
 
 
@@ -105,7 +108,7 @@ def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
 
 
 def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int:
-    """Control points of a surface in the course of some operations, each patch with all of its."""
+    """The most control points of a surface during some operations, counted patch by patch."""
     (p, q), patches = size.degree, max(1, size.patches)
     most = patches * (p + 1) * (q + 1)
     for operation in operations:
@@ -153,7 +156,7 @@ def mesh_cost(
     """The cost of a mesh of this size and its file; a flattened group is built twice."""
     fmt, encode = form
     degree = max(size.degree)
-    # More than small meshes take that have no plan yet; large ones take a thread in any case.
+    # Small meshes without a plan take less than this; large ones run in a thread anyway.
     work = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
         work += 2e-3 * size.members
@@ -172,7 +175,7 @@ def mesh_cost(
     mesh_bytes = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
-    # Normals and curvatures that are limits are computed some at a time, before there are faces.
+    # Normals and curvatures that are limits are computed in batches, before faces are built.
     beside = VERTEX * mesh.vertices + max(FACE * faces, rims)
     limits = min(SCRATCH, 2000 * size.control_points)
     limits += min(SCRATCH, 1000 * mesh.vertices) * options.curvatures
@@ -197,7 +200,7 @@ def adaptive_cost(
     empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     least = fmt.byte_bound(empty, encode)
     rise = -(-(fmt.byte_bound(large, encode) - least) >> 16) + 1
-    # While a budget is sought, the nearest file so far is kept, and the coarsest.
+    # The search for a mesh within a budget keeps its best file so far, and the coarsest one.
     files = 4 if accuracy.is_budgeted else 2
     lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface = lowering_memory(size)
@@ -212,9 +215,10 @@ def adaptive_cost(
 
 
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> int:
-    """Triangles that a mesh by tolerance may have, whatever the memory.
+    """Triangles that a mesh by tolerance may have, without regard to memory.
 
-    The coarsest mesh of some patches may have more than a budget allows, to say what it would need.
+    The coarsest mesh is built even if it has more triangles than the budget: the error then says
+    which budget it needs.
     """
     # A closed surface has two triangles a vertex, an open one fewer.
     most = min(2 * limits.max_vertices, EFFORT * limits.max_multiplications // TRIANGLE)
@@ -317,7 +321,7 @@ def mesh_size(
 
 
 def _writing_memory(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
-    """Bytes of a file and of the arrays that become it."""
+    """Bytes of a file, and of the arrays from which it is written."""
     faces = 12 * (mesh.triangles + 2 * mesh.quads)
     memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
     if encode.compression != "none":

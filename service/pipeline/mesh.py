@@ -199,9 +199,9 @@ def render(
     return bytes(plan_mesh(surface, options, fmt, encode, limits).run().content)
 
 
-def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
+def encode_options(fields: MeshOptionFields) -> EncodeOptions:
     """The part of the options of a request that the encoders read."""
-    return EncodeOptions(wanted.oogl, wanted.quantize, wanted.compression)
+    return EncodeOptions(fields.oogl, fields.quantize, fields.compression)
 
 
 def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = allow_any) -> Mesh:

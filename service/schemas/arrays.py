@@ -55,7 +55,7 @@ class NumberGrid:
         What each level is made of, outermost first: "rows", "control points", "numbers".
     width : int or None
         Length of the innermost lists, where it is fixed.
-    whole : bool
+    integers : bool
         Whether the numbers are indices.
     positive : bool
         Whether the documentation says that they are above zero; the surface checks it.
@@ -76,7 +76,7 @@ class NumberGrid:
 
     levels: tuple[str, ...]
     width: int | None = None
-    whole: bool = False
+    integers: bool = False
     positive: bool = False
     point_levels: int = 0
     degree_levels: tuple[int, ...] = ()
@@ -122,20 +122,20 @@ class NumberGrid:
             scalars = list(chain.from_iterable(scalars))
         if not self._all_numbers(scalars):
             raise to_refusal(self.find_faults(value))
-        if self.whole:
+        if self.integers:
             return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
         return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
 
     @property
     def scalar(self) -> str:
         """The kind of number that is needed, in words."""
-        return "a whole number" if self.whole else "a number"
+        return "a whole number" if self.integers else "a number"
 
     def _all_numbers(self, scalars: list[Any]) -> bool:
         """Whether these are numbers of the right type, and indices small enough for int64."""
-        if not set(map(type, scalars)) <= (_WHOLE if self.whole else _NUMBER):
+        if not set(map(type, scalars)) <= (_WHOLE if self.integers else _NUMBER):
             return False
-        return not self.whole or max(map(abs, scalars)) <= MAX_INDEX
+        return not self.integers or max(map(abs, scalars)) <= MAX_INDEX
 
     def _is_last(self, level: int) -> bool:
         return level == len(self.levels) - 1
@@ -191,9 +191,9 @@ class NumberGrid:
                 yield from self._walk(item, (*path, index), lengths)
 
     def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
-        if type(value) not in (_WHOLE if self.whole else _NUMBER):
+        if type(value) not in (_WHOLE if self.integers else _NUMBER):
             yield path, wrong_type(value, self.scalar)
-        elif self.whole and isinstance(value, int) and abs(value) > MAX_INDEX:
+        elif self.integers and isinstance(value, int) and abs(value) > MAX_INDEX:
             yield path, index_too_large()
 
     def length_issue(self, level: int, got: int, needed: int) -> Issue:
@@ -215,7 +215,7 @@ class NumberGrid:
 
         def validate(value: object, info: ValidationInfo) -> Array:
             limits = limits_of(info)
-            if self.whole:  # clients move points and repeat the indices
+            if self.integers:  # clients move points and repeat the indices
                 return build_by_text(
                     value, (limits, *self.levels), lambda: self.array(value, limits)
                 )
@@ -228,7 +228,7 @@ class NumberGrid:
     ) -> dict[str, Any]:
         """Arrays of arrays of numbers."""
         result: dict[str, Any] = {"type": "number"}
-        if self.whole:
+        if self.integers:
             result = {"type": "integer", "minimum": 0}
         if self.positive:
             result["exclusiveMinimum"] = 0
@@ -267,9 +267,9 @@ CURVE_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
 VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(
-    ("patches", "rows", "indices"), whole=True, point_levels=3, degree_levels=(1, 2)
+    ("patches", "rows", "indices"), integers=True, point_levels=3, degree_levels=(1, 2)
 )
-PATCH = NumberGrid(("rows", "indices"), whole=True, degree_levels=(0, 1))
+PATCH = NumberGrid(("rows", "indices"), integers=True, degree_levels=(0, 1))
 _OF_ROWS = "A triangle of n + 1 rows is one patch of degree n."
 TRIANGLE_NET = NumberGrid(
     ("rows", "control points", "coordinates"),
@@ -284,7 +284,7 @@ TRIANGLE_WEIGHTS = NumberGrid(
 )
 TRIANGLES = NumberGrid(
     ("triangles", "rows", "indices"),
-    whole=True,
+    integers=True,
     point_levels=3,
     degree_levels=(1,),
     degree_rule=_OF_ROWS,

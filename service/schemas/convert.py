@@ -198,10 +198,10 @@ class ConvertRequest(SurfaceRequest):
 
     def to_operations(self) -> tuple[values.Operation, ...]:
         """The operations; raises `InvalidRequest` with pointers into the whole request."""
-        wanted: list[values.Operation] = []
+        operations: list[values.Operation] = []
         for number, definition in enumerate(self.operations):
             try:
-                wanted.append(definition.to_value())
+                operations.append(definition.to_value())
             except InvalidRequest as error:
                 raise error.within(pointer(("operations", number))) from None
-        return tuple(wanted)
+        return tuple(operations)

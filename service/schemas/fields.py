@@ -183,7 +183,7 @@ Overlays: TypeAlias = Annotated[
 ]
 
 Parts: TypeAlias = Annotated[
-    dict[Name, Annotated[Array, NumberGrid(("patch numbers",), whole=True, point_levels=1)]],
+    dict[Name, Annotated[Array, NumberGrid(("patch numbers",), integers=True, point_levels=1)]],
     # Each list may report faults of its own; the first bad one is enough.
     Field(fail_fast=True),
 ]

@@ -49,9 +49,9 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
     values = np.asarray(values)
     one = _SCALARS.get(values.dtype.kind, {})
     _check_shape(grid, values.shape, one, limits)
-    if values.dtype.kind not in ("iu" if grid.whole else "iuf") or values.dtype.itemsize > 8:
+    if values.dtype.kind not in ("iu" if grid.integers else "iuf") or values.dtype.itemsize > 8:
         raise to_refusal([((0,) * len(grid.levels), wrong_type(one, grid.scalar))])
-    if grid.whole:
+    if grid.integers:
         outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
         _refuse(grid, outside, index_too_large())
         return np.ascontiguousarray(values, dtype=np.int64)

@@ -21,7 +21,7 @@ BARYCENTRIC = NumberGrid(
     width=3,
     width_rule="A place on a triangle has three barycentric coordinates [r, s, t].",
 )
-NUMBERS = NumberGrid(("patch numbers",), whole=True)
+NUMBERS = NumberGrid(("patch numbers",), integers=True)
 
 
 def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:

@@ -47,7 +47,7 @@ def with_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIA
             if scope["type"] == "http":
                 with suppress(RuntimeError):  # a response has begun
                     await refusal(problem, settings)(scope, receive, send)
-                    state.refused(problem.code)
+                    state.count_refusal(problem.code)
             if problem is problems.INTERNAL_ERROR:
                 raise  # for uvicorn's log
 
@@ -159,7 +159,7 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def _refuse(self, problem: Problem) -> None:
         """Responds with a problem, after the responses to earlier requests, and closes."""
-        self._state.refused(problem.code)
+        self._state.count_refusal(problem.code)
         if self._in_body and self.pipeline:
             self.pipeline.popleft()
         elif self._in_body and self.cycle.response_started:

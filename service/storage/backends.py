@@ -54,7 +54,7 @@ class Folder(Bucket):
 
     root: Path
     touch_limiter: CapacityLimiter
-    """Lets one thread at a time look at the folder: if that hangs in the kernel, no more do."""
+    """Lets one thread at a time look at the folder: if the kernel blocks, only one thread hangs."""
 
     async def write(self, key: str, content: bytes) -> None:
         """Stores an object or replaces it; once this returns, a crash does not lose it."""

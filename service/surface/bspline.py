@@ -132,7 +132,7 @@ class BsplineSurface(SurfaceKind):
             net_points=net,
             net_segments=2 * net,
             net_cells=net,
-            own=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
+            surface_bytes=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
             + sum(n.nbytes for *_, n in channels.each())
             + (height + width + 2) * NUMBER,
             arrays=kept + 3 * net * NUMBER,

@@ -22,7 +22,11 @@ def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str
 def order_parts(
     parts: PartMembers, count: int, name: str
 ) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
-    """Order of the patches in which each part is one range, or None without parts; the ranges."""
+    """An order of the patches in which each part is one range, and these ranges.
+
+    The order is None if there are no parts: then one range covers all patches. Patches without a
+    part come last, in a range with the name of the surface.
+    """
     if not parts:
         return None, (Part(name, 0, count),)
     order = np.fromiter(chain.from_iterable(members for _, members in parts), np.intp)

@@ -145,7 +145,9 @@ class PatchSurface(SurfaceKind):
             net_cells=rows,
             parts=len(self.parts) + 1,
             name_bytes=size.name_bytes + self._name_bytes,
-            own=vertex_bytes + NUMBER * rows + sum(net.nbytes for *_, net in channels.each()),
+            surface_bytes=vertex_bytes
+            + NUMBER * rows
+            + sum(net.nbytes for *_, net in channels.each()),
             arrays=kept,
             peak=kept + beside,
             sides=size.sides + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),

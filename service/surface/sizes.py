@@ -43,7 +43,7 @@ class SurfaceSize:
     colors, uvs : int
         Numbers of a color and of texture coordinates; 0 where there are none.
     attributes : tuple of (name, int)
-    own, arrays, peak : int
+    surface_bytes, arrays, peak : int
         Bytes of the surface's own arrays; of the additional arrays of its lowered model; and of
         all memory in use while it is lowered.
     sides : int
@@ -67,7 +67,7 @@ class SurfaceSize:
     colors: int = 0
     uvs: int = 0
     attributes: Attributes = ()
-    own: int = 0
+    surface_bytes: int = 0
     arrays: int = 0
     peak: int = 0
     sides: int = 0
@@ -142,14 +142,14 @@ def tensor_size(
         colors=0 if colors is None else colors.shape[-1],
         uvs=0 if uvs is None else 2,
         attributes=tuple((title, net.shape[-1]) for title, net in channels.attributes),
-        own=points * numbers * NUMBER + beside,
+        surface_bytes=points * numbers * NUMBER + beside,
         sides=patches * numbers * NUMBER * 2 * (p + q + 2),
     )
 
 
 _ADDED = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
-    "name_bytes", "own", "arrays", "peak", "sides", "curves", "stations", "rings",
+    "name_bytes", "surface_bytes", "arrays", "peak", "sides", "curves", "stations", "rings",
 )  # fmt: skip
 
 
@@ -198,9 +198,10 @@ def group_sizes(
             colors=4 if colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            own=apart.own,
+            surface_bytes=apart.surface_bytes,
             arrays=apart.arrays,
-            peak=apart.arrays + max(max(size.peak - size.arrays, size.own) for size in sizes),
+            peak=apart.arrays
+            + max(max(size.peak - size.arrays, size.surface_bytes) for size in sizes),
             sides=apart.sides,
         )
 

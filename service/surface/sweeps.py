@@ -180,7 +180,7 @@ def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -
         net_points=net,
         net_segments=net,
         name_bytes=2 * len(name.encode()),
-        own=2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes + spread.nbytes,
+        surface_bytes=2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes + spread.nbytes,
         curves=pieces.count,
         stations=pieces.count * row,
         rings=(ends + TURNS * bends) * row,

@@ -118,7 +118,7 @@ def test_a_budget_may_be_bounded_from_both_sides(budget: Accuracy) -> None:
 def test_a_search_takes_no_more_than_a_request_may() -> None:
     """A budget beyond what can be computed: the nearest mesh that can be."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
-    effort = Effort(whole=1e8)
+    effort = Effort(limit=1e8)
     work = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
     build = AdaptiveMesher(work, *work.lower(), effort).build
     made, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)

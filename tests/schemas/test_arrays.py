@@ -32,7 +32,7 @@ def valid(value: Any, grid: NumberGrid) -> bool:
 
     def right(item: Any, level: int) -> bool:
         if level == len(grid.levels):
-            if grid.whole:
+            if grid.integers:
                 return type(item) is int and abs(item) <= 2**53
             return type(item) in (int, float)
         if not isinstance(item, list) or not item:
@@ -52,7 +52,7 @@ def test_taken_exactly_if_right(grid: NumberGrid, data: st.DataObject) -> None:
     if valid(value, grid):
         array = grid.array(value, LIMITS)
         assert array.tolist() == value
-        assert array.dtype == (np.int64 if grid.whole else np.float64)
+        assert array.dtype == (np.int64 if grid.integers else np.float64)
     else:
         with pytest.raises(ValidationError) as refusal:
             grid.array(value, LIMITS)

@@ -30,7 +30,7 @@ GRIDS = (
     arrays.TRIANGLE_WEIGHTS,
     arrays.TRIANGLES,
     arrays.MATRIX,
-    replace(NumberGrid(("patch numbers",), whole=True, point_levels=1), point_levels=0),
+    replace(NumberGrid(("patch numbers",), integers=True, point_levels=1), point_levels=0),
 )
 DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")
 SMALL = DocumentLimits(max_control_points=12, max_degree=3)

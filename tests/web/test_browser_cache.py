@@ -16,8 +16,8 @@ SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
 @dataclass
 class Watched:
-    """A service, and of each request to one of its meshes, whether it had a condition, and the
-    status of the answer."""
+    """A service that records its requests for meshes: whether each had a condition, and the status
+    of its response."""
 
     app: ASGIApp
     seen: list[tuple[bool, int]] = field(default_factory=list)
@@ -48,7 +48,7 @@ def watched() -> Iterator[Watched]:
 
 @pytest.fixture(scope="module")
 def links(watched: Watched) -> dict[str, str]:
-    """Addresses of the meshes of a stored surface."""
+    """URLs of the meshes of a stored surface."""
     response = httpx.post(f"{watched.url}/v1/surfaces", json={"surface": SAIL})
     return {suffix: watched.url + link for suffix, link in response.json()["links"]["mesh"].items()}
 
@@ -64,14 +64,15 @@ LOADS = {
         asked.send();
     })""",
 }
-"""The bytes of a file: as three.js and model-viewer ask for it, and as Babylon.js does."""
+"""Scripts that load a file and return its length: as three.js and model-viewer load files, and as
+Babylon.js does."""
 
 
 @pytest.fixture(scope="module", params=LOADS)
 def loaded(
     request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], browser: Browser
 ) -> Iterator[tuple[Page, str]]:
-    """A page of another origin that has loaded the mesh once, in a fresh profile; and how."""
+    """A page of another origin that has loaded the mesh once in a fresh profile, and its script."""
     load = LOADS[request.param]
     with site({"/": EMPTY}) as origin:
         page = browser.new_page()
@@ -99,15 +100,15 @@ def test_a_second_load_sends_no_request(
     assert sizes == [[0, len(content)]]
 
 
-def test_a_load_past_the_cache_gets_304(
+def test_a_load_that_asks_the_server_gets_304(
     watched: Watched, links: dict[str, str], loaded: tuple[Page, str]
 ) -> None:
     """The browser itself adds the condition, and hands its own copy to the page."""
     watched.seen.clear()
     status, size = loaded[0].evaluate(
         """async (url) => {
-            const answer = await fetch(url, { cache: 'no-cache' });
-            return [answer.status, (await answer.arrayBuffer()).byteLength];
+            const response = await fetch(url, { cache: 'no-cache' });
+            return [response.status, (await response.arrayBuffer()).byteLength];
         }""",
         links["glb"],
     )
@@ -116,7 +117,7 @@ def test_a_load_past_the_cache_gets_304(
 
 
 def test_a_reload_gets_304(watched: Watched, links: dict[str, str], browser: Browser) -> None:
-    """As by the button of the browser, of a mesh that is open in it."""
+    """Reloads a mesh that is open in the browser, as the browser's button does."""
     page = browser.new_page()
     watched.seen.clear()
     page.goto(links["json"])
@@ -126,16 +127,16 @@ def test_a_reload_gets_304(watched: Watched, links: dict[str, str], browser: Bro
     page.close()
 
 
-def test_what_was_visited_can_be_fetched_by_a_page_of_another_origin(
+def test_a_page_of_another_origin_can_fetch_a_visited_file(
     watched: Watched, links: dict[str, str], browser: Browser
 ) -> None:
-    """A script may read a file that a visit has cached: its headers allow it."""
+    """A script may read a file that is cached because it was visited: its headers allow it."""
     with site({"/": EMPTY}) as origin:
         page = browser.new_page()
         watched.seen.clear()
         page.goto(links["json"])
         page.goto(f"{origin}/")
-        text = page.evaluate("url => fetch(url).then((answer) => answer.text())", links["json"])
+        text = page.evaluate("url => fetch(url).then((response) => response.text())", links["json"])
         assert text.startswith('{"vertices":')
         assert {status for _, status in watched.seen} <= {200, 304}
         page.close()

@@ -77,21 +77,21 @@ _METHODS = frozenset({"GET", "HEAD"})
 
 
 def _choose(
-    entry: CachedResponse, wanted: AcceptedCodings, condition: bytes | None
+    entry: CachedResponse, accepted: AcceptedCodings, condition: bytes | None
 ) -> tuple[Variant, bool] | None:
     """The variant to send, and whether the client has it already; None if it must be made."""
-    if not wanted.plain:
+    if not accepted.plain:
         return None  # the client refuses plain bodies: compress even if it does not pay
-    known = held(condition, _ready(entry, wanted), _TAG)
+    known = held(condition, _ready(entry, accepted), _TAG)
     if known is not None:
         return known, True
-    variant = entry.variants.get(wanted.order[0])
+    variant = entry.variants.get(accepted.order[0])
     return None if variant is None else (variant, condition is not None and is_any(condition))
 
 
-def _ready(entry: CachedResponse, wanted: AcceptedCodings) -> Iterator[Variant]:
+def _ready(entry: CachedResponse, accepted: AcceptedCodings) -> Iterator[Variant]:
     """The variants in memory that the client accepts, best first."""
-    return (entry.variants[coding] for coding in wanted.order if coding in entry.variants)
+    return (entry.variants[coding] for coding in accepted.order if coding in entry.variants)
 
 
 _TAG: Callable[[Variant], bytes] = attrgetter("tag")

@@ -25,12 +25,12 @@ class _Flight:
 class SingleFlight:
     """Running computations by key.
 
-    Each runs in a task of its own: if the first request is cancelled, the others still get the
-    result. When the last request has gone, the computation is cancelled, and a later request starts
-    again. All waiting requests get an error; the next request tries again.
+    Each computation ("flight") runs in a task of its own: if the first request is cancelled, the
+    others still get the result. When no request waits any more, the computation is cancelled. If
+    it fails, all waiting requests get its error, and the next request starts a new one.
 
-    A request uses the result until its callbacks `until` are called; until then the result takes
-    memory, and later requests share it. There are never more flights than requests.
+    The result stays in memory, where later requests share it, until the last request no longer
+    uses it. There are never more flights than requests.
     """
 
     def __init__(self, workers: Workers) -> None:
@@ -41,22 +41,22 @@ class SingleFlight:
         return len(self._flights)
 
     async def join(
-        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], until: Callbacks
+        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], on_end: Callbacks
     ) -> Result:
         """The result of the computation with this key; starts `work` if none is running.
 
         Parameters
         ----------
-        until : list of callbacks
-            Called when the request no longer uses the result; `join` appends one callback.
+        on_end : list of callbacks
+            The caller calls these when it no longer uses the result; `join` appends one.
         """
         flight = self._flights.get(key)
         if flight is None:
             flight = self._flights[key] = _Flight(key, Job(self._workers))
             flight.task = asyncio.create_task(_run(work, flight.job))
-            flight.task.add_done_callback(partial(self._landed, flight))
+            flight.task.add_done_callback(partial(self._end_if_failed, flight))
         flight.users += 1
-        until.append(partial(self._leave, flight))
+        on_end.append(partial(self._leave, flight))
         task: asyncio.Task[Result] = flight.task
         try:
             return await asyncio.shield(task)
@@ -69,7 +69,8 @@ class SingleFlight:
         if not flight.users:
             self._end(flight)
 
-    def _landed(self, flight: _Flight, task: asyncio.Task[Any]) -> None:
+    def _end_if_failed(self, flight: _Flight, task: asyncio.Task[Any]) -> None:
+        """Removes a flight whose computation failed, so that the next request starts another."""
         if task.cancelled() or task.exception() is not None:
             self._end(flight)
 

@@ -134,11 +134,11 @@ class Guard:
         if rates is None:
             return
         client = scope.get("client")
-        taken = rates.take(caller(name, client[0] if client else None))
-        result.added.extend(rates.headers(taken))
-        if not taken.allowed:
-            result.wait = taken.wait
-            raise rate_limited(rates.limit, taken.wait)
+        decision = rates.take(caller(name, client[0] if client else None))
+        result.added.extend(rates.headers(decision))
+        if not decision.allowed:
+            result.wait = decision.wait
+            raise rate_limited(rates.limit, decision.wait)
 
 
 def _header(scope: Scope, name: bytes) -> bytes | None:

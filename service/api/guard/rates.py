@@ -1,9 +1,9 @@
 """Rate limits: how many requests a minute each caller may make.
 
-A token bucket, kept as one number, the time at which it will be full again ("generic cell rate
-algorithm"): each request moves that time on by its share of a minute, and a caller who would move
-it further than a minute from now must wait. So the requests of a minute may come at once, and after
-that one in each share.
+The method is the "generic cell rate algorithm", a token bucket that is kept as one number: the time
+at which the bucket will be full again. With a limit of n requests a minute, each request moves this
+time 60/n seconds further. A request that would move it more than 60 seconds beyond now is refused.
+So a caller may make n requests at once, and after these one every 60/n seconds.
 """
 
 import time
@@ -20,13 +20,13 @@ WINDOW = 60
 """Seconds over which the limit applies."""
 
 MOST = 20_000
-"""Callers remembered, the latest ones. A flood of addresses takes at most 5 MB."""
+"""The most callers that are remembered, the latest ones. A flood of addresses takes 5 MB."""
 
 _POLICY = "requests"
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class RateDecision:
     """The result of counting one request.
 
     Attributes
@@ -57,7 +57,7 @@ class Rates:
 
     def __init__(self, limit: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.limit = limit
-        self._share = WINDOW / limit
+        self._interval = WINDOW / limit
         self._clock = clock
         self._full: OrderedDict[str, float] = OrderedDict()
         self._policy = (b"ratelimit-policy", f'"{_POLICY}";q={limit};w={WINDOW}'.encode())
@@ -65,26 +65,26 @@ class Rates:
     def __len__(self) -> int:
         return len(self._full)
 
-    def take(self, who: str) -> Taken:
+    def take(self, name: str) -> RateDecision:
         """Counts one request. A refused request does not count."""
         now = self._clock()
-        full = max(self._full.get(who, now), now)
-        after = full + self._share
-        # 1/1000 of a share for rounding: 60 sixtieths are a minute.
-        over = after - now - WINDOW - self._share * 1e-3
+        full = max(self._full.get(name, now), now)
+        after = full + self._interval
+        # Rounding: the sum of n intervals may be slightly more than 60 seconds.
+        over = after - now - WINDOW - self._interval * 1e-3
         if over > 0:
-            self._full.move_to_end(who)
-            return Taken(False, 0, ceil(full - now), ceil(over))
-        self._full[who] = after
-        self._full.move_to_end(who)
+            self._full.move_to_end(name)
+            return RateDecision(False, 0, ceil(full - now), ceil(over))
+        self._full[name] = after
+        self._full.move_to_end(name)
         if len(self._full) > MOST:
             self._full.popitem(last=False)
-        remaining = int((WINDOW - (after - now)) / self._share + 1e-3)
-        return Taken(True, remaining, ceil(after - now), 0)
+        remaining = int((WINDOW - (after - now)) / self._interval + 1e-3)
+        return RateDecision(True, remaining, ceil(after - now), 0)
 
-    def headers(self, taken: Taken) -> RawHeaders:
+    def headers(self, decision: RateDecision) -> RawHeaders:
         """The headers of the result (draft-ietf-httpapi-ratelimit-headers, version 10)."""
-        now = f'"{_POLICY}";r={taken.remaining};t={taken.reset}'
+        now = f'"{_POLICY}";r={decision.remaining};t={decision.reset}'
         return (self._policy, (b"ratelimit", now.encode()))
 
 
@@ -98,7 +98,7 @@ def caller(key: str | None, client: str | None) -> str:
 
 @lru_cache(4096)
 def _network(client: str | None) -> str:
-    """The address or network that a client's requests count for."""
+    """The name under which requests from an address are counted: the address or its network."""
     try:
         address = ip_address(client or "")
     except ValueError:

@@ -144,7 +144,7 @@ def _expired() -> SignatureExpired:
     return SignatureExpired(Issue("signature_expired", message, f"/{EXPIRES}", got, needed))
 
 
-def signed_url(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:
+def signed_url(signer: Signer, request: SignRequest, root: str, now: float) -> tuple[str, int]:
     """The URL with its signature, and its end in Unix time.
 
     Does not look the surface up: a client learns whether it exists when it reads the URL.
@@ -159,7 +159,7 @@ def signed_url(signer: Signer, wanted: SignRequest, root: str, now: float) -> tu
     InvalidRequest
         The URL cannot be signed, or not for this time.
     """
-    expires = int(now) + wanted.seconds if wanted.seconds is not None else wanted.expires
+    expires = int(now) + request.seconds if request.seconds is not None else request.expires
     if expires is None:
         raise ValueError("a request without an end was not validated")
     if not now < expires <= now + MAX_SECONDS:
@@ -167,9 +167,10 @@ def signed_url(signer: Signer, wanted: SignRequest, root: str, now: float) -> tu
         needed = f"1 to {MAX_SECONDS} seconds from now"
         got = "a moment in the past" if expires <= now else "a moment too far away"
         raise InvalidRequest(Issue("out_of_range", message, f"/{EXPIRES}", got, needed))
-    path, _, query = wanted.url.partition("?")
+    url = request.url
+    path, _, query = url.partition("?")
     try:
-        if not (wanted.url.isascii() and wanted.url.isprintable()) or set(" #") & set(wanted.url):
+        if not (url.isascii() and url.isprintable()) or set(" #") & set(url):
             raise ValueError
         signed = signer.signed(path.removeprefix(root), query, expires)
     except ValueError:

@@ -87,9 +87,9 @@ class RequestCounters:
         if record.format and status == "2xx":
             self.sent[record.format] = self.sent.get(record.format, 0) + record.sent
         if record.code:
-            self.refused(record.code)
+            self.count_refusal(record.code)
 
-    def refused(self, code: str) -> None:
+    def count_refusal(self, code: str) -> None:
         """Counts an error response; the server calls it for requests that it refuses itself."""
         self.refusals[code] = self.refusals.get(code, 0) + 1
 

@@ -39,21 +39,19 @@ show_responses(
     "queryPoints",
     _only(_POINTS, "patch"),
     PointsRequest,
-    lambda wanted: plan_points(wanted.to_surface(), wanted.to_query()).run(),
+    lambda body: plan_points(body.to_surface(), body.to_query()).run(),
 )
 show_responses(
     "convertSurface",
     _CONVERSIONS,
     ConvertRequest,
-    lambda wanted: plan_conversion(wanted.to_surface(), wanted.to_operations(), SizeLimits()).run(),
+    lambda body: plan_conversion(body.to_surface(), body.to_operations(), SizeLimits()).run(),
 )
 show_responses(
     "createCurve",
     _only(_CURVES, "quarter"),
     CurveRequest,
-    lambda wanted: plan_curve(
-        wanted.to_curve(), wanted.curve_options(), CURVES_BY_NAME["json"]
-    ).run(),
+    lambda body: plan_curve(body.to_curve(), body.curve_options(), CURVES_BY_NAME["json"]).run(),
 )
 
 points = APIRouter(route_class=BodyRoute)
@@ -71,7 +69,7 @@ curves = APIRouter(route_class=CurveRoute)
     responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_POINTS),
 )
-async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
+async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     """Evaluates the surface at the given parameters, in float64, and returns columns.
 
     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
@@ -79,7 +77,7 @@ async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     parameters (`not_parametric`).
     """
     services, job, *_ = context
-    work = plan_points(wanted.to_surface(), wanted.to_query(), services.limits)
+    work = plan_points(body.to_surface(), body.to_query(), services.limits)
     return bytes_response(await job.run(work, "points"), job)
 
 
@@ -93,7 +91,7 @@ async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_CONVERSIONS),
 )
-async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Response:
+async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response:
     """Applies the operations in their order and returns the converted surface.
 
     The response is a body for the other calls. Corner points keep their digits, and patches that
@@ -102,8 +100,8 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
     services, job, *_ = context
     settings = services.settings
     allowed = SizeLimits(settings.max_control_points, settings.max_degree)
-    operations = wanted.to_operations()
-    work = plan_conversion(wanted.to_surface(), operations, allowed, services.limits)
+    operations = body.to_operations()
+    work = plan_conversion(body.to_surface(), operations, allowed, services.limits)
     return bytes_response(await job.run(work, "convert"), job)
 
 
@@ -121,13 +119,13 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
     },
     openapi_extra=json_body(_CURVES, format_parameter(CURVE_FORMATS)),
 )
-async def create_curve(wanted: CurveRequest, context: ContextDep) -> Response:
+async def create_curve(body: CurveRequest, context: ContextDep) -> Response:
     """Samples the curve.
 
     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
     glTF, OOGL and OBJ a plane curve lies at z = 0.
     """
     services, job, _, fmt = context
-    work = plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, services.limits)
+    work = plan_curve(body.to_curve(), body.curve_options(), fmt, services.limits)
     content = await job.run(work, "curve")
-    return file_response(content, fmt, wanted.to_curve().name, job)
+    return file_response(content, fmt, body.to_curve().name, job)

@@ -79,11 +79,11 @@ _HITS: Json = {
 }
 
 
-def _intersected(wanted: IntersectRequest) -> bytes:
-    if wanted.planes is None:
-        return plan_intersect(wanted.to_surface(), wanted.to_query()).run()
+def _intersected(body: IntersectRequest) -> bytes:
+    if body.planes is None:
+        return plan_intersect(body.to_surface(), body.to_query()).run()
     fmt = SECTIONS_BY_NAME["json"]
-    return plan_sections(wanted.to_surface(), wanted.to_sections(), fmt).run()
+    return plan_sections(body.to_surface(), body.to_sections(), fmt).run()
 
 
 show_responses("intersectSurface", _HITS, IntersectRequest, _intersected)
@@ -106,7 +106,7 @@ show_responses("intersectSurface", _HITS, IntersectRequest, _intersected)
         _HITS, IntersectRequest, "rays", "(m, 6)", format_parameter(SECTION_FORMATS)
     ),
 )
-async def intersect_surface(wanted: IntersectRequest, context: ContextDep) -> Response:
+async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Response:
     """Looks for the hits of rays, or for the sections by planes, of the whole surface.
 
     **Rays.** Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a
@@ -123,14 +123,14 @@ async def intersect_surface(wanted: IntersectRequest, context: ContextDep) -> Re
     Tubes and ribbons have no hits and no sections (`not_parametric`).
     """
     services, job, request, fmt = context
-    if wanted.planes is not None:
-        work = plan_sections(wanted.to_surface(), wanted.to_sections(), fmt, services.limits)
+    if body.planes is not None:
+        work = plan_sections(body.to_surface(), body.to_sections(), fmt, services.limits)
         content = await job.run(work, "intersect")
-        return file_response(content, fmt, wanted.to_surface().name, job)
+        return file_response(content, fmt, body.to_surface().name, job)
     if fmt.name != "json" and "format" not in request.query_params:
         format_by_accept(request.headers.get("accept"), (SECTIONS_BY_NAME["json"],))
     elif fmt.name != "json":
         message, got = "Hits of rays are written as JSON.", "a format of sections"
         raise InvalidQuery(Issue("unsupported_by_format", message, "/format", got, "json"))
-    hits = plan_intersect(wanted.to_surface(), wanted.to_query(), services.limits)
+    hits = plan_intersect(body.to_surface(), body.to_query(), services.limits)
     return bytes_response(await job.run(hits, "intersect"), job)

@@ -43,7 +43,7 @@ show_responses(
     "measureSurface",
     _MEASURED,
     MeasureRequest,
-    lambda wanted: plan_measure(wanted.to_surface(), wanted.to_query()).run(),
+    lambda body: plan_measure(body.to_surface(), body.to_query()).run(),
 )
 
 
@@ -57,7 +57,7 @@ show_responses(
     responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_MEASURED),
 )
-async def measure_surface(wanted: MeasureRequest, context: ContextDep) -> Response:
+async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response:
     """Measures a surface: every number comes with an interval that provably holds the truth.
 
     A surface has a volume if all of its edges meet, and its patches are oriented consistently;
@@ -66,5 +66,5 @@ async def measure_surface(wanted: MeasureRequest, context: ContextDep) -> Respon
     reached for each quantity. Tubes and ribbons are not measured (`not_parametric`).
     """
     services, job, *_ = context
-    work = plan_measure(wanted.to_surface(), wanted.to_query(), services.limits)
+    work = plan_measure(body.to_surface(), body.to_query(), services.limits)
     return bytes_response(await job.run(work, "measure"), job)

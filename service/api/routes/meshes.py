@@ -53,9 +53,9 @@ _ESTIMATES: Json = {
 }
 
 
-def _estimate(wanted: MeshRequest) -> bytes:
-    options, encode = wanted.mesh_options(), encode_options(wanted)
-    return json_text(estimate_object(plan_estimate(wanted.to_surface(), options, encode).run()))
+def _estimate(body: MeshRequest) -> bytes:
+    options, encode = body.mesh_options(), encode_options(body)
+    return json_text(estimate_object(plan_estimate(body.to_surface(), options, encode).run()))
 
 
 for operation in ("createMesh", "getSurfaceMesh"):
@@ -63,7 +63,7 @@ for operation in ("createMesh", "getSurfaceMesh"):
         operation,
         _SMALL_MESHES,
         MeshRequest,
-        lambda wanted: render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"]),
+        lambda body: render(body.to_surface(), body.mesh_options(), BY_NAME["json"]),
     )
 show_responses("estimateMesh", _ESTIMATES, MeshRequest, _estimate)
 
@@ -95,7 +95,7 @@ estimates = APIRouter(route_class=EstimateRoute)
     responses={200: success(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
     openapi_extra=surface_body(_MESHES, format_parameter(FORMATS)),
 )
-async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
+async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     """Evaluates the surface and returns its mesh.
 
     The response is in the format that `format` names or `Accept` prefers; JSON without either. The
@@ -103,8 +103,8 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     the query.
     """
     services, job, request, fmt = context
-    options, encode = wanted.mesh_options(), encode_options(wanted)
-    work = plan_mesh(wanted.to_surface(), options, fmt, encode, services.limits)
+    options, encode = body.mesh_options(), encode_options(body)
+    work = plan_mesh(body.to_surface(), options, fmt, encode, services.limits)
     mesh_file = await job.run(work, "mesh")
     request.app.state.observed.count_mesh(mesh_file.report)
     return file_response(mesh_file.content, fmt, mesh_file.name, job, mesh_file.report)
@@ -123,7 +123,7 @@ async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
         format_parameter(FORMATS, "The format to estimate for; without it, all formats."),
     ),
 )
-async def estimate_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
+async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     """Reads the body of `POST /v1/mesh` and returns how large the mesh would be.
 
     The response has the numbers of vertices and faces, the bytes in each format, and whether
@@ -132,7 +132,7 @@ async def estimate_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     """
     services, job, _, named = context
     formats: Sequence[Format] = FORMATS if named is None else (named,)
-    options, encode = wanted.mesh_options(), encode_options(wanted)
-    work = plan_estimate(wanted.to_surface(), options, encode, services.limits, formats)
+    options, encode = body.mesh_options(), encode_options(body)
+    work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
     result = await job.run(work, "estimate")
     return bytes_response(json_text(estimate_object(result)), job)

@@ -112,7 +112,7 @@ async def get_surface_mesh(
     asked = parse_mesh_query(request.query_params.multi_items())
     check_engine(asked.engine)
     pinned = asked.engine is not None
-    wanted, condition = codings_of(request), condition_of(request)
+    accepted, condition = codings_of(request), condition_of(request)
     query = canonical_query(asked, fmt.ignored)
     content = content_id(id)
     subject = Subject(
@@ -124,7 +124,7 @@ async def get_surface_mesh(
     )
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
-    known = held(condition, wanted.order, subject.tag)
+    known = held(condition, accepted.order, subject.tag)
     async with job.until_deadline():
         if known is not None and (entry is not None or await exists(services.store, id)):
             return FileResponse(b"", subject.unchanged(known, pinned=pinned), 304)
@@ -143,7 +143,7 @@ async def get_surface_mesh(
                 (subject.url, cache.generation), make, job.until_end
             )
             entry, timing = built.entry, Timing("cache;desc=miss", built.timing)
-        variant = await _coded(services, job, entry, wanted, timing)
+        variant = await _coded(services, job, entry, accepted, timing)
     cache.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
     if condition is not None and is_any(condition):
         return FileResponse(b"", subject.unchanged(variant.coding, pinned=pinned), 304)
@@ -192,7 +192,7 @@ async def _make(
 
 
 async def _coded(
-    services: Services, job: Job, entry: CachedResponse, wanted: AcceptedCodings, timing: Timing
+    services: Services, job: Job, entry: CachedResponse, accepted: AcceptedCodings, timing: Timing
 ) -> Variant:
     """The response in the coding that the client prefers.
 
@@ -200,13 +200,13 @@ async def _coded(
     for memory: the request holds memory that others wait for.
     """
     cache, workers = services.cache, services.workers
-    coding = wanted.order[0]
+    coding = accepted.order[0]
     variant = entry.variants.get(coding)
-    if variant is not None and (wanted.plain or variant.coding == coding):
+    if variant is not None and (accepted.plain or variant.coding == coding):
         return variant
-    work = Compression(entry.plain, coding, forced=not wanted.plain)
+    work = Compression(entry.plain, coding, forced=not accepted.plain)
     has_room = cache.holds(entry) and not workers.waiting and workers.has(work.cost.memory)
-    if wanted.plain and not has_room:
+    if accepted.plain and not has_room:
         return entry.variants["identity"]
 
     async def compress(job: Job) -> Variant:
@@ -214,6 +214,6 @@ async def _coded(
         job.finish_work(0 if body is None else len(body))
         return cache.add(entry, coding, body)
 
-    key = (entry.subject.url, cache.generation, coding, wanted.plain)
+    key = (entry.subject.url, cache.generation, coding, accepted.plain)
     with timing.step("compress"):
         return await services.flights.join(key, compress, job.until_end)

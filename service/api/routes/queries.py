@@ -54,7 +54,7 @@ show_responses(
     "projectPoints",
     _CLOSEST,
     ProjectRequest,
-    lambda wanted: plan_project(wanted.to_shape(), wanted.to_query()).run(),
+    lambda body: plan_project(body.to_shape(), body.to_query()).run(),
 )
 
 
@@ -68,7 +68,7 @@ show_responses(
     responses={200: success(), 404: error("UnknownSurface"), **POST_ERRORS},
     openapi_extra=array_body(_CLOSEST, ProjectRequest, "points", "(m, 3)"),
 )
-async def project_points(wanted: ProjectRequest, context: ContextDep) -> Response:
+async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     """Looks for the closest points, and proves how near the surface can be.
 
     Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
@@ -79,5 +79,5 @@ async def project_points(wanted: ProjectRequest, context: ContextDep) -> Respons
     or built in, and has the other fields.
     """
     services, job, *_ = context
-    work = plan_project(wanted.to_shape(), wanted.to_query(), services.limits)
+    work = plan_project(body.to_shape(), body.to_query(), services.limits)
     return bytes_response(await job.run(work, "project"), job)

@@ -68,15 +68,15 @@ _NOW = 1_799_996_400
 """An hour before the expiry in the examples of signed URLs."""
 
 
-def _store_example(wanted: SurfaceRequest) -> bytes:
-    id, _ = plan_content(wanted.to_surface()).run()
+def _store_example(body: SurfaceRequest) -> bytes:
+    id, _ = plan_content(body.to_surface()).run()
     links = {"self": surface_url("", id), "mesh": mesh_links("", id)}
     return orjson.dumps({"id": id, "links": links})
 
 
-def _sign_example(wanted: SignRequest) -> bytes:
+def _sign_example(body: SignRequest) -> bytes:
     """A URL signed with a fixed public secret, so that the example never changes."""
-    url, expires = signed_url(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
+    url, expires = signed_url(Signer(["-" * MIN_SECRET]), body, "", _NOW)
     return orjson.dumps({"url": url, "expires": expires})
 
 
@@ -104,7 +104,7 @@ _STORED = success(
     },
     openapi_extra=surface_body(_SURFACES, has_options=False),
 )
-async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response:
+async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     """Stores the surface under the SHA-256 of its content, which becomes its id.
 
     The status is 201 for a new surface, 200 for one that was stored already. All ways to write the
@@ -114,7 +114,7 @@ async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response
     meshes, which clients may cache for ever.
     """
     services, job, request, _ = context
-    id, content = await job.run(plan_content(wanted.to_surface()), "content")
+    id, content = await job.run(plan_content(body.to_surface()), "content")
     async with job.until_deadline():
         with job.timing.step("store"):
             is_new = await services.store.put(id, content)
@@ -261,7 +261,7 @@ def _degree(model: Model) -> list[int]:
     responses={200: success({}), **POST_ERRORS},
     openapi_extra=json_body(REQUESTS["signAddress"]),
 )
-async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
+async def sign_address(body: SignRequest, context: ContextDep) -> Response:
     """Makes a URL that any client may read without a key until it expires.
 
     It is for services whose surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`): for
@@ -271,6 +271,6 @@ async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
     """
     assert context.services.signer is not None
     root = context.request.scope.get("root_path", "")
-    url, expires = signed_url(context.services.signer, wanted, root, time.time())
+    url, expires = signed_url(context.services.signer, body, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
     return json_response({"url": url, "expires": expires}, headers=headers)

@@ -14,7 +14,7 @@ class Effort:
 
     Attributes
     ----------
-    whole : float
+    limit : float
         The limit of all work.
     spent : float
         Work that was done.
@@ -22,7 +22,7 @@ class Effort:
         Work that the mesh being built must leave for the next ones.
     """
 
-    whole: float = inf
+    limit: float = inf
     spent: float = 0.0
     reserve: float = 0.0
 
@@ -32,13 +32,13 @@ class Effort:
         Work beyond the limit does not count, because it is not done.
         """
         checkpoint()
-        if self.spent + work > self.whole - self.reserve:
+        if self.spent + work > self.limit - self.reserve:
             raise TooLarge(
                 Issue(
                     "too_costly",
                     "A mesh with this tolerance takes more work than one request may take.",
                     "/tolerance",
-                    f"more than {self.whole:.3g} multiplications",
+                    f"more than {self.limit:.3g} multiplications",
                     "a greater tolerance",
                 )
             )
@@ -46,7 +46,7 @@ class Effort:
 
     def reserve_rest(self, work: float) -> None:
         """Reserve the rest of the work, except for the given amount."""
-        self.reserve = max(self.whole - self.spent - work, 0.0)
+        self.reserve = max(self.limit - self.spent - work, 0.0)
 
 
 @dataclass(slots=True)

@@ -58,7 +58,9 @@ def sample_goal_isocurves(
         triangles than that.
     """
     divisions = count_goal_divisions(model, seams, goal)
-    MeshLimits(most).count(count_line_pieces(divisions.size(seams, options.isocurves), options))
+    MeshLimits(most).count(
+        count_line_pieces(divisions.count_curves(seams, options.isocurves), options)
+    )
     return sample_divided_isocurves(model, seams, divisions, options.isocurves)
 
 

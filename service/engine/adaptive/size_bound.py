@@ -55,7 +55,9 @@ def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> Most
     points = pieces if "boundary" in options.overlays else 0
     if options.has_wires:
         seams = find_seams(model.batches)
-        curves, samples = count_goal_divisions(model, seams, goal).size(seams, options.isocurves)
+        curves, samples = count_goal_divisions(model, seams, goal).count_curves(
+            seams, options.isocurves
+        )
         if options.has_solid_wires:
             more = count_most_solids(curves, samples, options)
             vertices, triangles = vertices + more[0], triangles + more[1]

@@ -16,7 +16,7 @@ ACCURACY_OPTIONS = (*TOLERANCES, "angle_tolerance", *BUDGETS)
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A perspective camera, as far as it decides how large an error looks.
+    """The properties of a perspective camera that determine how large an error looks.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Camera:
     field_of_view : float
         Vertical, radians, between 0 and π.
     height : int
-        Of the picture, in pixels.
+        Height of the picture in pixels.
     """
 
     position: tuple[float, float, float]
@@ -33,13 +33,13 @@ class Camera:
     height: int
 
     def __post_init__(self) -> None:
-        # NaN is within no bounds.
+        # This form of the comparison refuses NaN too.
         if not all(abs(x) <= MAX_COORDINATE for x in self.position):
             raise _build_error(
                 "out_of_range",
                 "/camera/position",
-                "The camera stands at a point of the model's space.",
-                "a coordinate beyond it",
+                "The position of the camera has coordinates of the model's space.",
+                "a larger coordinate, or NaN",
                 f"coordinates up to {MAX_COORDINATE:.7g}",
             )
         if not 0 < self.field_of_view < pi:
@@ -97,7 +97,7 @@ class Accuracy:
             (
                 ("angle_tolerance",),
                 pi,
-                "The angle is one between two normals.",
+                "The tolerance is an angle between two normals.",
                 "above 0, at most π radians",
             ),
             (BUDGETS, float_info.max, "A budget is a count.", "at least 1"),

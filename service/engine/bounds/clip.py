@@ -1,11 +1,11 @@
 """Parts of faces, cut at knot lines: pieces, each over one patch, that together cover each part.
 
-Where an edge of a part crosses a knot line it is cut at the nearest whole place. That place is
-computed from the two ends of the edge, in dictionary order, so it is the same for the two parts
-that share the edge. Hence nothing is lost to rounding: of the pieces of parts that cover a face, an
-edge inside the face is the side of an even number, as before, and only the border of the face has
-odd ones. So the number of pieces over a place has one parity all over the face, and it is odd:
-every place is in a piece of at least one part.
+Where an edge of a part crosses a knot line it is cut at the nearest place; the coordinates of
+places are integers (`service.engine.bounds.faces`). That place is computed from the two ends of the
+edge, in dictionary order, so it is the same for the two parts that share the edge. Hence rounding
+leaves no gap, by counting parity: before and after the cut, each edge inside the face is a side of
+an even number of triangles, and each edge on the border of the face is a side of an odd number. So
+the number of pieces that cover a place is odd everywhere in the face, and thus at least one.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ ON_EDGE = 2.0**-16
 """Share of a part's height within which a place counts as on its edge."""
 
 THIN = 2.0**17
-"""Height of a part, in units of places, from which on `ON_EDGE` is more than rounding does."""
+"""The least height of a part, in units of places, for which `ON_EDGE` is larger than rounding."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -30,15 +30,15 @@ class Parts:
     ----------
     face : ndarray of int, shape (m,)
     corners : ndarray of int, shape (m, 3, 2)
-        Places of the face. Neighbouring parts share whole edges.
+        Places of the face. Neighbouring parts share complete edges.
     host : ndarray of int, shape (m, 3)
-        The vertices of the triangle of the mesh: those at the corners, in their order, if the part
-        is its own.
+        The vertices of the triangle of the mesh that the part is measured against, its host. If
+        `is_own`, vertex k is the image of corner k.
     across : ndarray of int, shape (m, 3)
         The vertex opposite edge (k, k + 1) of the host in the triangle beyond it; -1 if there is
         none or it is not known.
     is_own : ndarray of bool, shape (m,), or None
-        Whether the host is the image of the part; None if all are.
+        Whether the host of a part is its own image, not another triangle; None if all are.
     """
 
     face: Ints
@@ -62,7 +62,7 @@ class PatchPieces:
     Attributes
     ----------
     part : ndarray of int, shape (M,)
-        The part that each is a piece of; rising.
+        The part that each is a piece of, in ascending order.
     patch : ndarray of int, shape (M,)
     places : ndarray of float64, shape (3, 2, M)
         The corners, as parameters of the patch: multiples of 1 / SPAN, exactly.
@@ -161,8 +161,8 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
 
 
 def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
-    """The intersections of triangles with spans: convex rings (5, 2, M), of which places repeat."""
-    # The corners along the axis, A, B, C; at equal coordinates by the other one.
+    """The intersections of triangles with spans: convex polygons (5, 2, M); corners may repeat."""
+    # The corners A, B, C in the order of their coordinates along the axis, then of the other ones.
     along, across = corners[:, axis], corners[:, 1 - axis]
     order = np.lexsort((across, along), axis=0)
     along = np.take_along_axis(along, order, axis=0)[:, source]
@@ -191,7 +191,7 @@ def _cross_chain(
 
 
 def _cross_edge(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
-    """The whole place nearest to the crossing of an edge and a line; ends of edges are exact."""
+    """The place nearest to the crossing of an edge and a line; ends of edges are exact."""
     run = np.maximum(b[0] - a[0], 1)
     share = np.clip((at - a[0]) / run, 0.0, 1.0)
     place = a[1] + np.rint((b[1] - a[1]) * share).astype(a[1].dtype)

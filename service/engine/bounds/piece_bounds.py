@@ -50,13 +50,13 @@ class PieceMeasure:
     shares: FloatArray | None
 
     def bound_pieces(self, bounds: FloatArray, rows: Ints) -> None:
-        """Write deviation, distance from the eye and deviation of the mesh of these pieces.
+        """Write bounds of pieces into the columns `rows` of `bounds`, shape (3, M).
 
-        Into the columns `rows` of `bounds`, shape (3, M). The second is written with a view only,
-        the third if the goal has two sides.
+        Row 0 is the deviation. Row 1 is the distance from the eye, written only if the goal has a
+        view. Row 2 is the deviation of the mesh, written only if the goal has two sides.
         """
         patch_nets, pieces = self.patch_nets, self.pieces
-        deviation, near, mesh = bounds
+        deviation, eye_distance, mesh = bounds
         for nets, selected in patch_nets.split_by_group(pieces.patch[rows]):
             group, (p, q) = rows[selected], nets.degree
             numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
@@ -75,7 +75,8 @@ class PieceMeasure:
                     local = frames.restrict(nets.items[patch_nets.row[patch]], places)
                 deviation[pieces_of_chunk] = frames.to_model_units(local.deviation)
                 if self.goal.view is not None:
-                    near[pieces_of_chunk] = frames.bound_distances_to_eye(local, self.goal.view.eye)
+                    eye = self.goal.view.eye
+                    eye_distance[pieces_of_chunk] = frames.bound_distances_to_eye(local, eye)
                 if self.shares is not None:
                     reverse = frames.bound_reverse_distances(
                         local, self.shares[..., pieces_of_chunk]
@@ -116,8 +117,8 @@ def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | Non
     hull : ndarray of float64, shape (M,)
         The bound by the hull; infinite for patches that are not covered as a whole.
     is_first : ndarray of bool, shape (M,)
-        Pieces to be bounded first. Both depend on the part of the piece alone. None instead of both
-        where no part covers `COVERED` patches.
+        Pieces to be bounded first. Both depend on the part of the piece alone. The result is None
+        if no part covers `COVERED` patches.
     """
     pieces = measure.pieces
     if np.bincount(pieces.part).max(initial=0) < 2 * COVERED:

@@ -1,4 +1,4 @@
-"""Curvatures of many samples at once, from the planes of their partials.
+"""Curvatures of many samples at once, from arrays of the coordinates of their partials.
 
 With N = S_u × S_v, the first form E, F, G = S_u · S_u, S_u · S_v, S_v · S_v and the second form,
 times |N|, L, M, P = S_uu · N, S_uv · N, S_vv · N:
@@ -44,14 +44,26 @@ def find_measure(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
 def compute_curvatures(
     partials: list[Planes], measure: FloatArray
 ) -> tuple[FloatArray, Bools, Bools]:
-    """K and H (2, r, n) from S, S_u, S_v, S_uu, S_uv, S_vv.
+    """K and H from S, S_u, S_v, S_uu, S_uv, S_vv.
 
-    And, (r, n) each, where they are doubtful beside a pole, and where they are anywhere. Of
-    homogeneous partials S is needed as well. `measure` (r,) is that of `find_measure`.
+    Parameters
+    ----------
+    partials : list of ndarray
+        S is used only if they are homogeneous.
+    measure : ndarray of float64, shape (r,)
+        The result of `find_measure`.
+
+    Returns
+    -------
+    curvatures : ndarray of float64, shape (2, r, n)
+    is_doubtful_near_pole : ndarray of bool, shape (r, n)
+        Whether the numbers are not precise enough for a sample beside a pole.
+    is_doubtful : ndarray of bool, shape (r, n)
+        Whether they are not precise enough for any sample.
     """
-    heavy: FloatArray | float = 1.0
+    weight: FloatArray | float = 1.0
     if len(partials[0]) > 3:
-        heavy = partials[0][3]
+        weight = partials[0][3]
         partials = _project(partials)
     _, su, sv, suu, suv, svv = partials
     with np.errstate(all="ignore"):
@@ -63,7 +75,7 @@ def compute_curvatures(
         np.divide(ell * pe - em * em, square * square, out=pair[0])
         np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=pair[1])
         # The nets of a rational patch are those of w S_u and w S_v.
-        share = square * heavy**4 / measure[:, np.newaxis]
+        share = square * weight**4 / measure[:, np.newaxis]
         clear = (share > LOST**2) & (square > LEAST)
         clear &= np.isfinite(pair[0]) & np.isfinite(pair[1])
     return pair, ~(share > SURE**2), ~clear

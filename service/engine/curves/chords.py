@@ -60,7 +60,7 @@ def halve_chords(
     least = least_tolerance(pieces, single=single, origin=origin)
     _check_tolerance(tolerance, least)
     # Half of what rounding may take is left for the chord between rounded ends.
-    wanted = tolerance - least / 2
+    allowed = tolerance - least / 2
     net = local_nets(pieces)
     block = max(1, CHUNK // net[0].size)
     begins = [np.array([[pieces.count - 1, 1.0]])]
@@ -71,7 +71,7 @@ def halve_chords(
     ]
     while waiting:
         piece, t, depth, nets = waiting.pop()
-        flat = bound_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension)) <= wanted
+        flat = bound_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension)) <= allowed
         if depth == MAX_HALVINGS:
             flat[:] = True  # beyond the bound; what is left is certified with the rest
         begins.append(np.stack([piece[flat], t[flat]], axis=1))

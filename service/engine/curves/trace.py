@@ -1,8 +1,8 @@
-"""A curve into one polyline: samples, tangents, lengths, and how far the curve is from it.
+"""Converts a curve to one polyline: samples, tangents, lengths, and a bound of the deviation.
 
 1. Choose the samples: R divisions of each piece, or halving until the chords are near enough.
 2. Evaluate points and tangents.
-3. Measure the curve, and certify the distance between it and the points as they will be stored.
+3. Measure the curve, and bound its distance from the polyline through the stored, rounded points.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from service.surface.curve_pieces import CurvePieces
 def choose_samples(
     pieces: CurvePieces, options: CurveOptions, most: int, *, single: bool = False
 ) -> CurveSamples:
-    """Where the curve shall be sampled.
+    """The parameters at which the curve is sampled.
 
     Raises
     ------

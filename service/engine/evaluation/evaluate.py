@@ -1,7 +1,7 @@
 """Points and unit normals of a batch of patches at all samples.
 
-`formulations` has three ways to compute them on a grid; here the fastest is chosen by shape.
-Triangles have their own, `triangle_evaluation`.
+`formulations` has three ways to compute them on a grid, and this module chooses the fastest for the
+shape of the batch. `triangle_evaluation` computes them on triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ from service.measuring import Measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
-"""Ways of the method `matrix`."""
+"""The ways in which the method `matrix` may be computed."""
 
 FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
@@ -38,7 +38,7 @@ FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingPr
 )
 
 LARGEST = 1 << 20
-"""Values of a matrix that is worth keeping; also what the cache takes, 8 MiB."""
+"""The most numbers of a matrix that is kept: 8 MiB, the largest value that the cache accepts."""
 
 GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
@@ -80,14 +80,15 @@ def evaluate(
     dtype : float32 or float64
         Precision of the result and of the arithmetic.
     normals : bool
-        Whether normals are wanted.
+        Whether normals are computed too.
     origin : ndarray of float64, shape (3,), optional
         Subtracted from the control points before they are rounded to `dtype`.
     method : "matrix", "de_casteljau" or "forward_difference"
-        How samples are computed; what is doubtful about normals is computed anew in any case.
+        How samples are computed. Normals whose rounding errors may be too large are then computed
+        again, with any method.
     formulation : str, optional
-        Overrules the choice among those of `matrix`; the result is the same up to rounding.
-    out : Samples, optional
+        The formulation of `matrix`, in place of the fastest; the result is the same up to rounding.
+    out : PatchSamples, optional
         An earlier result of the same shapes and precision to overwrite. Large fresh arrays cost
         as much as the arithmetic, because the system zeroes every page of them.
 
@@ -136,14 +137,17 @@ def _evaluate_in_double(
     formulation: Formulation | None,
     index: NDArray[np.intp],
 ) -> PatchSamples:
-    """Patches `index` evaluated in float64, in work arrays if they are few: use them up at once."""
-    several, room = patches.take(index), None
+    """Patches `index` evaluated in float64.
+
+    If they are few, the result lies in work arrays that the next call overwrites.
+    """
+    several, out = patches.take(index), None
     if isinstance(several, TensorPatches):
         shape = (several.count, resolution[0] + 1, resolution[1] + 1, 3)
         if prod(shape[:3]) <= CHUNK_SAMPLES:
             points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
-            room = PatchSamples(points, vectors, 0)
-    return evaluate(several, resolution, method=method, formulation=formulation, out=room)
+            out = PatchSamples(points, vectors, 0)
+    return evaluate(several, resolution, method=method, formulation=formulation, out=out)
 
 
 def choose_formulation(
@@ -152,8 +156,8 @@ def choose_formulation(
     """The formulation expected to be fastest, by counting multiplications and numpy calls."""
     p, q = patches.degree
     samples = (resolution[0] + 1) * (resolution[1] + 1)
-    # Few patches do not make up for reading the matrix. The calls that each patch takes by itself
-    # cost as much as some 180 000 multiplications, those that all take together as 120 000.
+    # The cost of reading the matrix is divided by the number of patches. NumPy calls for each patch
+    # cost as much as some 180 000 multiplications, calls for the batch as much as 120 000.
     at_once = (p + 1) * (q + 1) * (1 + 1 / patches.count)
     in_turn = p + q + 2 + (180_000 - 120_000 / patches.count) / samples
     if normals and patches.weights is None and samples >= 12_000 and max(p, q) <= 4:

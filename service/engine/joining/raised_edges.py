@@ -1,8 +1,8 @@
-"""Edges that are one curve in several degrees up to rounding: made one that raising shows.
+"""Makes edges equal that are nearly the same curve in different degrees.
 
-`service.engine.mesh.degree_matching` joins edges whose nets are equal once they are raised to one
-degree, up to the rounding of the raising. Nets of other systems differ by more: the side of higher
-degree gets the net of the lower one, raised.
+`service.engine.mesh.degree_matching` joins edges whose nets are equal after their degrees are
+raised to the same degree, up to the rounding of the raising. Nets of other systems may differ by
+more. Then this module replaces the net of the higher degree by the raised net of the lower degree.
 """
 
 from dataclasses import dataclass
@@ -20,11 +20,16 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, eq=False)
 class BorderWeights:
-    """Weights (B,) of border points, of which some are rational.
+    """The weights of the border points of a model with rational patches.
 
-    Divided by e^`scale` (B,) those of one curve are equal
-    (`service.engine.joining.common_factors`), or near: their logarithms differ by at most `near`.
-    No scale stands for 0.
+    Attributes
+    ----------
+    values : ndarray of float64, shape (B,)
+    scale : ndarray of float64, shape (B,), or None
+        Logarithms of the common factors of weights (`service.engine.joining.common_factors`): equal
+        curves have equal values after division by e^scale. None if all are 0.
+    near : float
+        The largest difference of the logarithms of two weights that count as equal.
     """
 
     values: FloatArray
@@ -40,50 +45,55 @@ class BorderWeights:
 def raise_equal(
     pattern: EdgePattern, points: FloatArray, weights: BorderWeights | None, reach: float
 ) -> None:
-    """Writes raised nets over border points (B, 3) that they differ from by at most `reach`.
+    """Replaces the points and weights of borders by those of the same curve in a lower degree.
 
-    And over their weights, where these are near. Corners must be equal already.
+    Points (B, 3) are overwritten where the raised net of an edge of lower degree is at most `reach`
+    away, and its weights are near. The corners of such edges must be equal already.
     """
     comparable = None if weights is None else weights.values / weights.factors
-    known = pattern.connectivity
-    _, side = np.unique(known.edge, return_index=True)
-    # Sides are directed as their edges: an edge begins where its first side does.
-    against = known.backward.ravel()[side]
-    ends = [known.corner[:, which].ravel()[side] for which in (BEGINS, ENDS)]
-    begin, end = np.where(against, ends[1], ends[0]), np.where(against, ends[0], ends[1])
+    connectivity = pattern.connectivity
+    _, side = np.unique(connectivity.edge, return_index=True)
+    # An edge has the direction of its first side, unless that side runs backward.
+    is_backward = connectivity.backward.ravel()[side]
+    ends = [connectivity.corner[:, which].ravel()[side] for which in (BEGINS, ENDS)]
+    begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
     first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
-    pair, edges, highest = find_candidates(~known.collapsed.ravel()[side], degree, begin, end)
+    pair, edges, highest = find_candidates(
+        ~connectivity.collapsed.ravel()[side], degree, begin, end
+    )
     is_line = begin[edges] != end[edges]
     pair, edges, highest = pair[is_line], edges[is_line], highest[is_line]
     for common in np.unique(highest).tolist():
-        here = np.flatnonzero(highest == common)
-        here = here[np.lexsort((edges[here], pair[here]))]
-        nets = np.ones((len(here), common + 1, 4))
-        back = begin[edges[here]] > end[edges[here]]
-        for k, rows in enumerate(pattern.edges):
-            mine = np.flatnonzero(degree[edges[here]] == rows.shape[1] - 1)
-            if len(mine):
-                own = rows[edges[here[mine]] - first[k]].T
-                side_weights = None if comparable is None else comparable[own]
-                raised, raised_weights = elevate((points[own], side_weights), common)
-                nets[mine, :, :3] = raised.swapaxes(0, 1)
+        rows = np.flatnonzero(highest == common)
+        rows = rows[np.lexsort((edges[rows], pair[rows]))]
+        edge, degrees = edges[rows], degree[edges[rows]]
+        nets = np.ones((len(rows), common + 1, 4))
+        runs_back = begin[edge] > end[edge]
+        for k, borders in enumerate(pattern.edges):
+            has_degree = np.flatnonzero(degrees == borders.shape[1] - 1)
+            if len(has_degree):
+                net_points = borders[edge[has_degree] - first[k]].T
+                net_weights = None if comparable is None else comparable[net_points]
+                raised, raised_weights = elevate((points[net_points], net_weights), common)
+                nets[has_degree, :, :3] = raised.swapaxes(0, 1)
                 if raised_weights is not None:
-                    nets[mine, :, 3] = raised_weights.swapaxes(0, 1)
-        nets[back] = nets[back, ::-1]
-        _, lead, number = np.unique(pair[here], return_index=True, return_inverse=True)
+                    nets[has_degree, :, 3] = raised_weights.swapaxes(0, 1)
+        nets[runs_back] = nets[runs_back, ::-1]
+        _, first_of_pair, number = np.unique(pair[rows], return_index=True, return_inverse=True)
         distance = reach * (common + 1) ** 0.5
         values = nets.copy()
         if weights is not None:
             values[..., 3] = np.log(nets[..., 3]) * (reach / weights.near)
-        leader = find_leaders(lead[number.reshape(-1)], values.reshape(len(here), -1), distance)
-        for row in np.flatnonzero(degree[edges[here[leader]]] < degree[edges[here]]).tolist():
-            if degree[edges[here[row]]] < common:
+        group = first_of_pair[number.reshape(-1)]
+        leader = find_leaders(group, values.reshape(len(rows), -1), distance)
+        for row in np.flatnonzero(degrees[leader] < degrees).tolist():
+            if degrees[row] < common:
                 continue
-            net = nets[leader[row]] if not back[row] else nets[leader[row], ::-1]
-            which = int(np.searchsorted(first, edges[here[row]], side="right")) - 1
-            sides, owner = pattern.sides[which]
-            inner = sides[owner == edges[here[row]] - first[which], 1:-1]
+            net = nets[leader[row]] if not runs_back[row] else nets[leader[row], ::-1]
+            batch = int(np.searchsorted(first, edge[row], side="right")) - 1
+            sides, owner = pattern.sides[batch]
+            inner = sides[owner == edge[row] - first[batch], 1:-1]
             points[inner] = net[1:-1, :3]
             if weights is not None:
                 weights.values[inner] = net[1:-1, 3] * weights.factors[inner]

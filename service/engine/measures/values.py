@@ -18,7 +18,7 @@ BUDGET = 1 << 20
 """Control points of the cells of one integral: some seconds."""
 
 LEAST_NORMAL = sys.float_info.min
-"""Below it products with powers of two are rounded."""
+"""The least normal float64: smaller products with powers of two are rounded."""
 
 MOST_LISTED = 100
 """The most edges and borders that a response lists."""
@@ -26,7 +26,7 @@ MOST_LISTED = 100
 
 @dataclass(frozen=True, slots=True)
 class MeasureQuery:
-    """How narrow intervals must be, and what may be spent on that.
+    """How narrow intervals must be, and how much work may be spent.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class MeasureQuery:
         Largest width of an interval, relative to the area, the length or the volume of the whole
         surface; for the centroid relative to the diagonal.
     weld_tolerance : float
-        The part of the diagonal within which borders are joined.
+        Borders are joined if they are nearer than this share of the diagonal.
     budget : int
-        Control points of the cells of one integral, beyond those of the whole patches.
+        The most control points of the cells of one integral, in addition to those of the patches.
     """
 
     tolerance: float = TOLERANCE
@@ -46,7 +46,7 @@ class MeasureQuery:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A value, and two numbers between which the truth is."""
+    """A value, and two bounds that are proved to enclose the true value."""
 
     value: float
     low: float
@@ -88,7 +88,7 @@ class PartMeasures:
 
 @dataclass(frozen=True, slots=True)
 class Boundary:
-    """An open border: its length, its number of edges, whether it returns, and its first edge."""
+    """An open border: its length, its number of edges, whether it is a loop, and its first edge."""
 
     length: Interval
     edges: int
@@ -98,7 +98,7 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True)
 class FaultyEdge:
-    """A side on an edge that keeps the surface from having a volume: open, or not balanced."""
+    """A side because of which the surface has no volume: its edge is open, or is not balanced."""
 
     is_open: bool
     place: SidePlace
@@ -124,10 +124,11 @@ class Measures:
     inconsistent_edges : int
         Number of sides on other edges that are not balanced.
     faulty_edges : tuple of FaultyEdge
-        The first `MOST_LISTED` of both.
+        The first `MOST_LISTED` of the open and the inconsistent edges.
     parts : tuple of PartMeasures
     reached : bool
-        Whether all intervals of the whole are as narrow as the query says.
+        Whether the intervals of area, volume, centroid and border length are as narrow as the
+        query demands.
     moved : float
         How far joining moved any point, in model units.
     """

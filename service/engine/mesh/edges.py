@@ -30,9 +30,9 @@ class EdgeCurves:
     points: FloatArray
     weights: FloatArray | None
 
-    def take(self, wanted: Bools) -> "EdgeCurves":
-        """The edges that `wanted` tells, by their numbers; mostly all."""
-        chosen = wanted[self.ids]
+    def take(self, is_chosen: Bools) -> "EdgeCurves":
+        """The edges that `is_chosen` tells, by their numbers; mostly all."""
+        chosen = is_chosen[self.ids]
         if chosen.all():
             return self
         weights = None if self.weights is None else self.weights[chosen]
@@ -49,9 +49,9 @@ METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxy
 
 
 def sample_edges(
-    curves: Sequence[EdgeCurves], wanted: Bools | None, divisions: int, method: Method = "matrix"
+    curves: Sequence[EdgeCurves], is_chosen: Bools | None, divisions: int, method: Method = "matrix"
 ) -> FloatArray:
-    """Points at R equal divisions of the wanted edges, in the order of their numbers.
+    """Points at R equal divisions of the is_chosen edges, in the order of their numbers.
 
         C(k/R) = Σ_i B_i^n(k/R) w_i P_i / Σ_i B_i^n(k/R) w_i
 
@@ -62,16 +62,16 @@ def sample_edges(
 
     Parameters
     ----------
-    wanted : ndarray of bool, shape (E,), or None
+    is_chosen : ndarray of bool, shape (E,), or None
         None for all edges.
 
     Returns
     -------
-    ndarray of float64, shape (R+1, edges wanted, 3)
+    ndarray of float64, shape (R+1, edges is_chosen, 3)
     """
     parts = []
     for group in curves:
-        chosen = group if wanted is None else group.take(wanted)
+        chosen = group if is_chosen is None else group.take(is_chosen)
         if method == "matrix":
             parts.append(_sample(chosen.points, chosen.weights, divisions))
         else:

@@ -81,14 +81,14 @@ class Layout(SampleRuns):
         rus[framed], rvs[framed] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
         size = 0
-        for wanted in (False, True):
+        for is_framed in (False, True):
             first = 0
             for number, count in enumerate(connectivity.counts):
-                rows = np.flatnonzero(framed[first : first + count] == wanted)
+                rows = np.flatnonzero(framed[first : first + count] == is_framed)
                 if len(rows):
                     grid = int(rus[first + rows[0]]), int(rvs[first + rows[0]])
-                    has_triangles, is_whole = bool(is_triangle[first]), len(rows) == count
-                    block = Block(number, first, rows, grid, size, has_triangles, is_whole)
+                    has_triangles, is_batch = bool(is_triangle[first]), len(rows) == count
+                    block = Block(number, first, rows, grid, size, has_triangles, is_batch)
                     base[first + rows] = size + np.arange(len(rows)) * block.count
                     size += len(rows) * block.count
                     blocks.append(block)
@@ -123,7 +123,9 @@ class Layout(SampleRuns):
         return [
             (
                 block,
-                batches[block.batch] if block.whole else batches[block.batch].take(block.patches),
+                batches[block.batch]
+                if block.is_batch
+                else batches[block.batch].take(block.patches),
             )
             for block in self.blocks
         ]

@@ -80,8 +80,8 @@ def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype
     segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
     first = 0
     for number in np.unique(divisions[lines]).tolist():
-        wanted = lines & (divisions == number)
-        points = sample_edges(seams.curves, wanted, number, options.method) - origin
+        chosen = lines & (divisions == number)
+        points = sample_edges(seams.curves, chosen, number, options.method) - origin
         points = points.swapaxes(0, 1)
         index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
         segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))

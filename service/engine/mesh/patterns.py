@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import PLANS
-from service.engine.mesh.frames import Divisions, build_strips
+from service.engine.mesh.strips import Divisions, build_strips
 from service.engine.options import Faces
 from service.surface.sides import along_sides
 

@@ -23,7 +23,7 @@ class Block:
     """Patches of one batch with equal resolutions; their samples have consecutive numbers.
 
     `batch` is the number of the batch, `first` its first patch in the model; `patches` are numbers
-    within the batch, `base` is the first sample.
+    within the batch, `is_batch` says whether they are all of it, and `base` is the first sample.
     """
 
     batch: int
@@ -32,7 +32,7 @@ class Block:
     resolution: tuple[int, int]
     base: int
     is_triangle: bool
-    whole: bool
+    is_batch: bool
 
     @property
     def count(self) -> int:

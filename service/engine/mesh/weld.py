@@ -84,9 +84,9 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
     identity = np.arange(len(place))
     kept = leader == identity
     if used is not None and len(used):
-        wanted = np.zeros(len(place), dtype=bool)
-        wanted[leader[used]] = True
-        kept &= wanted
+        is_used = np.zeros(len(place), dtype=bool)
+        is_used[leader[used]] = True
+        kept &= is_used
     samples = np.flatnonzero(kept)
     # The first vertex at every place; written backwards, it is the one that stays.
     first = np.zeros(len(place), dtype=np.intp)

@@ -1,7 +1,8 @@
 """Points, partials, normals and curvatures at any barycentric places of triangular patches.
 
-The partials are those along s and t, r giving way: along (−1, 1, 0) and (−1, 0, 1). Where they are
-parallel the curvatures are the limits of the same surface as a tensor-product patch.
+With barycentric coordinates (r, s, t), the partials are the derivatives in the directions
+(−1, 1, 0), with s, and (−1, 0, 1), with t. Where they are parallel, curvatures are limits, computed
+on the equal tensor-product patch.
 """
 
 import numpy as np
@@ -23,7 +24,14 @@ def evaluate_triangle_jets(
 ) -> Jets:
     """Partials of patch `index[k]` at (s[k], t[k]) up to an order; normals and curvatures.
 
-    As `service.engine.points.differential.evaluate_jets`, with s and t for u and v.
+    Parameters
+    ----------
+    patches : TrianglePatches
+    index : ndarray of int, shape (m,)
+    s, t : ndarray of float64, shape (m,)
+        The last two barycentric coordinates.
+    order : 0, 1 or 2
+        Normals come with the first partials, curvatures with the second.
     """
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
@@ -38,14 +46,18 @@ def evaluate_triangle_jets(
         partials[:, rows] = local_partials / scale[:, None]
         partials[0, rows] += local.middle[which]
         if order > 1:
-            bent = regular_curvatures(local_partials, normals[rows])
-            bent[:, degenerate[rows]] = np.nan
-            odd = degenerate[rows] | local.patches.collapsed[which, :3].any(axis=1)
-            if odd.any():
-                bent[:, odd] = _write_at_poles(
-                    local.patches, which[odd], places[odd], normals[rows[odd]], bent[:, odd]
+            local_curvatures = regular_curvatures(local_partials, normals[rows])
+            local_curvatures[:, degenerate[rows]] = np.nan
+            near_pole = degenerate[rows] | local.patches.collapsed[which, :3].any(axis=1)
+            if near_pole.any():
+                local_curvatures[:, near_pole] = _correct_near_poles(
+                    local.patches,
+                    which[near_pole],
+                    places[near_pole],
+                    normals[rows[near_pole]],
+                    local_curvatures[:, near_pole],
                 )
-            curvatures[:, rows] = bent * np.stack([scale * scale, scale, scale, scale])
+            curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_corners(patches, index, (s, t), partials[0])
     return Jets(
         partials,
@@ -56,7 +68,7 @@ def evaluate_triangle_jets(
 
 
 def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: int) -> FloatArray:
-    """Partials of the patches as they are: (1, 3 or 6, m, 3)."""
+    """Partials of patches `which` at barycentric places (m, 3): shape (1, 3 or 6, m, 3)."""
     n = local.degree
     net = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     nets = {(0, 0): net}
@@ -75,27 +87,31 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
     return project_partials(partials) if local.weights is not None else partials
 
 
-def _write_at_poles(
-    local: TrianglePatches, which: Ints, places: FloatArray, normals: FloatArray, bent: FloatArray
+def _correct_near_poles(
+    local: TrianglePatches,
+    which: Ints,
+    places: FloatArray,
+    normals: FloatArray,
+    curvatures: FloatArray,
 ) -> FloatArray:
-    """The curvatures again where S_s × S_t vanishes, and beside sides that are one point."""
+    """Curvatures (4, m), replaced by limits where they are NaN, and near sides that are a point."""
     used, row = np.unique(which, return_inverse=True)
     nets = DerivativeNets(local.take(used).to_tensor(), np.arange(len(used)))
     # The corner t = 1 is a pole of this form only.
     nets.collapsed[:, 3] = False
     u, v = tensor_u(local, which, places), places[:, 2]
     units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
-    lost = np.flatnonzero(np.isnan(bent).all(axis=0))
-    bent[:, lost] = find_limit_curvatures(nets, row[lost], u[lost], v[lost], normals[lost])
-    bent[:, lost] *= units[:, lost]
-    beside = find_curvatures_near(nets, row, u, v, normals) * units
-    return np.where(np.isnan(beside), bent, beside)
+    lost = np.flatnonzero(np.isnan(curvatures).all(axis=0))
+    curvatures[:, lost] = find_limit_curvatures(nets, row[lost], u[lost], v[lost], normals[lost])
+    curvatures[:, lost] *= units[:, lost]
+    near = find_curvatures_near(nets, row, u, v, normals) * units
+    return np.where(np.isnan(near), curvatures, near)
 
 
 def _write_corners(
     patches: TrianglePatches, index: Ints, places: tuple[FloatArray, FloatArray], points: FloatArray
 ) -> None:
-    """Corners are their control points bit for bit."""
+    """Writes control points over the points at corners, so that they are equal bit for bit."""
     s, t = places
     for number, at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
         rows = np.flatnonzero(at_corner)

@@ -1,11 +1,11 @@
-"""Cells of nets, halved where a query needs it: a tree that all queries share while it lasts.
+"""A tree of cells of nets, which are halved where a query needs it; all queries share the tree.
 
 Cell k has columns in several arrays: its model (`cell_models`), its rectangle of parameters, its
 net and its children. The first cells are the whole nets. A cell is halved along the direction in
 which it is longer, or along both if neither is twice as long as the other, so that cells become
 about square on the surface, also at poles. All cells that a step of a query needs are halved
-together. What is known of a cell depends on its net and its rectangle alone: answers do not depend
-on earlier requests.
+together. The columns of a cell depend on its net and its rectangle alone, so responses do not
+depend on earlier requests.
 """
 
 from collections.abc import Callable
@@ -20,17 +20,17 @@ from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
 DEEPEST = 96
-"""Halvings of a cell; parameters are exact: a cell is at least 2^−48 wide and high."""
+"""The most halvings of a cell. It is then at least 2^−48 wide and high: parameters are exact."""
 
 SURE = 6
-"""Halvings of cells that may be made only because they are coarse."""
+"""Below this number of halvings a cell that is not nearly flat counts as coarse (`is_coarse`)."""
 
 MOST_BYTES = 96 << 20
-"""The most bytes of the cells at a time, with their nets, without the nets of whole patches."""
+"""The most bytes of all cells and their nets at a time, except the nets that are not halved."""
 
 MOST_ADDITIONS = 600_000_000
-"""Additions of numbers that halve the cells of a request, some 6 to 40 ns each. With low degrees
-the pairs of a request take longer; a cell of degree 32 takes a millisecond."""
+"""The most additions of numbers that halve cells in a request, some 6 to 40 ns each. A cell of
+degree 32 takes a millisecond; with low degrees the limit of pairs is reached first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,16 +53,17 @@ class CellTree:
     ----------
     nets : QueryNets
     first : ndarray of int
-        The cells at which queries begin; together they are all of the nets.
+        The cells at which queries begin; together they cover all nets.
     models : ndarray of float64, shape (COLUMNS, cells or more)
     place : ndarray of float64, shape (4, cells or more)
         u₀, u₁, v₀, v₁ in the parameters of the net.
     net : ndarray of int, shape (cells or more,)
         Number of the net.
     errors : ndarray of float64, shape (nets,)
-        How wrong points of each net are that are computed at a place.
+        Bound of the rounding error of a point that is computed from each net.
     point_sides : ndarray of bool, shape (4, cells or more)
-        Whether the sides u₀, u₁, v₀, v₁ of a cell are one point: a side of a net that is one.
+        Whether each of the sides u₀, u₁, v₀, v₁ of a cell lies on a side of its net that is one
+        point.
     """
 
     def __init__(self, nets: QueryNets, table: Table = FULL) -> None:
@@ -98,7 +99,7 @@ class CellTree:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the cells beyond the whole nets, about."""
+        """Approximate bytes of the cells that halving added."""
         per_cell = 8 * (len(self.models) + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
         return int((self.count - self.roots) * per_cell)
 
@@ -111,8 +112,8 @@ class CellTree:
             np.max([group_points.max(axis=0) for group_points in points], axis=0),
         )
 
-    def forget_much(self) -> None:
-        """Drops all cells but the whole nets, if they take much memory."""
+    def drop_if_large(self) -> None:
+        """Drops the cells that halving added, if they take more than half of `MOST_BYTES`."""
         if self.nbytes <= MOST_BYTES // 2:
             return
         self.count = self.roots
@@ -121,7 +122,7 @@ class CellTree:
         self._child[self.first] = -1
 
     def halve_first(self, most: int, column: int, limit: float) -> None:
-        """Halves the first cells while a column is beyond a limit and they are at most `most`."""
+        """Halves those first cells whose value in a column is above a limit, up to `most` cells."""
         while True:
             coarse = self.models[column, self.first] > limit
             if not coarse.any() or len(self.first) + 3 * np.count_nonzero(coarse) > most:
@@ -195,7 +196,7 @@ class CellTree:
         self.additions += sum(self.nets.groups[group].degree) * halves.nets.size
 
     def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
-        """Room for cells of these nets; the columns that do not depend on these alone are open."""
+        """Adds cells with these nets and fills the columns that follow from the nets alone."""
         first, last = self.count, self.count + len(nets)
         if last > len(self.net):
             self._grow(max(last, 2 * len(self.net)))

@@ -4,12 +4,12 @@ All points and all patches together, level by level: each pair of a point and a 
 (`cells`) is looked at once. A pair ends where the cell is farther than a point of the surface that
 was found already, where it has no minimum of its patch, or where its minimum is settled
 (`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds the
-minimum, and Theorem 2 proves how near it is: a distance that Newton's method did not reach only
-makes an interval wider, and then the cell is halved again. `closest_levels` does this.
+minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
+wider than the tolerance, and the cell is halved again. `closest_levels` does this.
 
 The interval of a point begins with the least lower bound of all its pairs that were not proved to
-be farther, and ends with the distance of the point that was found. Its work has a budget: a pair
-that is left when it is used up is part of the interval, as it is.
+be farther, and ends with the distance of the point that was found. The work of a point is limited:
+when the limit is reached, the bounds of the remaining pairs are included in the interval.
 
 Most points need 20 to 70 pairs to be looked at closely; near the centre of a sphere one needs
 25,000. So the points of a request share a number of pairs (`MOST_CLOSE`, `shares`).
@@ -35,7 +35,7 @@ where their cells take much memory."""
 
 MOST_CLOSE = 12_000_000
 """Pairs that are looked at closely for all points of a request. One takes 1 to 2.5 µs, so that the
-answer comes within half a minute."""
+response comes within half a minute."""
 
 
 class ClosestSearch:
@@ -75,10 +75,12 @@ class ClosestSearch:
             result = chunk.search()
             pairs -= int(shared.spent.sum())
             if size > FEWEST and (chunk.is_crowded or self.cells.is_full):
-                size = min(size, len(chunk_points)) // 4  # the cells of fewer points find room
+                size = (
+                    min(size, len(chunk_points)) // 4
+                )  # the cells of fewer points take less memory
             else:
                 yield result
                 first = first + size
                 if 2 * chunk.most_open <= MOST_OPEN:
                     size = min(2 * size, CHUNK)
-            self.cells.forget_much()
+            self.cells.drop_if_large()

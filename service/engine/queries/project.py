@@ -16,7 +16,7 @@ from service.engine.queries.closest import ClosestSearch
 from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import QueryNets, curve_nets, surface_nets
-from service.engine.queries.signs import WELD_TOLERANCE, signs
+from service.engine.queries.signs import WELD_TOLERANCE, compute_signs
 from service.engine.vectors import cross, dot
 from service.surface.curve_pieces import CurvePieces, to_space
 from service.surface.lowered import PatchModel
@@ -69,7 +69,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     seams = None
     if query.sign:
         seams = connect_if_apart(model, WELD_TOLERANCE)
-        columns["signs"] = signs(model, seams, nets, nets.local(query.points), closest.low)
+        columns["signs"] = compute_signs(model, seams, nets, nets.local(query.points), closest.low)
     patch = nets.patch[closest.net]
     local = nets.parameters(closest.net, closest.place)
     columns |= surface_columns(model, patch, local, net_normals(nets, closest.net, closest.place))

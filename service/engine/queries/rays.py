@@ -114,7 +114,7 @@ class RaySearch:
                 first = first + size
                 if 2 * self.most_open <= MOST_OPEN:
                     size = min(2 * size, MOST_RAYS)
-            self.cells.forget_much()
+            self.cells.drop_if_large()
 
     def _search(
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool

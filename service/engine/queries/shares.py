@@ -45,12 +45,12 @@ class Share:
         """
         is_next = counts > 0
         is_open = is_next if is_later is None else is_next | is_later
-        wanted = self.spent + counts
+        total = self.spent + counts
         free = self.pairs - int(self.spent[~is_open].sum())
-        goes = is_next & (wanted * np.count_nonzero(is_open) <= free)
+        goes = is_next & (total * np.count_nonzero(is_open) <= free)
         ends = np.zeros(len(counts), bool)
         if is_next.any() and not goes.any() and not (is_open & ~is_next).any():
-            order = np.argsort(np.where(is_open, wanted, 0), kind="stable")
+            order = np.argsort(np.where(is_open, total, 0), kind="stable")
             left = self.pairs - int(self.spent.sum())
             goes[order] = np.cumsum(counts[order]) <= left
             goes &= is_open

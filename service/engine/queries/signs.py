@@ -21,26 +21,28 @@ from service.surface.lowered import PatchModel
 WELD_TOLERANCE = MeshOptions().weld_tolerance
 
 SAME_EDGE = 2.0**-40
-"""How far sides that are one edge may be apart by their weights, in units of the diagonal."""
+"""Bound of the distance between two sides that count as one edge although their weights differ by
+rounding, as a share of the diagonal."""
 
 
-def signs(
+def compute_signs(
     model: PatchModel, seams: Seams | None, nets: QueryNets, x: FloatArray, low: FloatArray
 ) -> FloatArray:
-    """−1 inside, +1 outside; NaN where this is not known, as everywhere about an open surface.
+    """Signs (m,) of points: −1 inside, +1 outside, NaN if the side is unknown.
 
-    A point is inside where the winding number is not 0, whichever way the normals point.
+    A point is inside if the winding number is not 0, whichever way the normals point. All sides are
+    unknown if the surface is open.
 
     Parameters
     ----------
     seams : Seams or None
-        Of the model, from `connect_if_apart`.
+        Seams of the model, from `connect_if_apart`.
     nets : QueryNets
-        Of the model.
+        Nets of the model.
     x : ndarray of float64, shape (m, 3)
-        In the coordinates of these nets.
+        The points, in the coordinates of the nets.
     low : ndarray of float64, shape (m,)
-        Lower bounds of the distances from the surface, in the same.
+        Lower bounds of their distances from the surface, in the coordinates of the nets.
     """
     joined, seams = join_further(model, seams, WELD_TOLERANCE, allow_any)
     if not orient_sides(seams).is_closed:

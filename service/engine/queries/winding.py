@@ -107,7 +107,7 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
             size = min(size, len(inner) - first) // 4  # the cells of fewer points find room
         else:
             first += size
-        cells.forget_much()
+        cells.drop_if_large()
     numbers[rows] = distinct_numbers[inverse.ravel()]
     return numbers
 

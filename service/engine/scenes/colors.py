@@ -1,4 +1,4 @@
-"""Colours as people pick them, sRGB, and as light adds up, linear.
+"""Converts colours between sRGB, in which people choose them, and linear light, which adds up.
 
 References
 ----------
@@ -40,12 +40,12 @@ def to_srgb(light: RealArray) -> FloatArray:
 
 
 def tint(colors: RealArray | None, base: RealArray, count: int) -> RealArray:
-    """Colours of vertices under a base colour, which multiplies their light; sRGB all of them.
+    """Colours of vertices, multiplied by a base colour in linear light; all colours are sRGB.
 
     Parameters
     ----------
     colors : ndarray, shape (V, 3) or (V, 4), or None
-        None is white.
+        None if all vertices are white.
     base : ndarray of float64, shape (4,)
     count : int
         V.

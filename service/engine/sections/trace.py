@@ -1,8 +1,11 @@
-"""Arcs joined to polylines that are as long as possible.
+"""Joins arcs to polylines that are as long as possible.
 
 At a node with two arcs these are joined. At a node with 4, 6, … arcs lines go straight on: the arcs
 are ordered by their directions in the plane, and opposite ones are joined. So a figure of eight is
 one closed line, and two circles that cross are two. At other nodes lines end.
+
+An arc a is walked as two halves, 2 a and 2 a + 1: the first begins at its node 0, the second at its
+node 1. So `half ^ 1` is the other half of an arc, and `half >> 1` is the arc.
 """
 
 from collections.abc import Iterator
@@ -15,7 +18,6 @@ from service.cancellation import checkpoint
 
 FAR = 64
 """The most nodes that determine the direction in which an arc leaves a crossing."""
-
 
 CHECKED = 4096
 """Nodes of a polyline after which work can be cancelled."""
@@ -35,7 +37,7 @@ def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> It
     Parameters
     ----------
     ends : ndarray of int, shape (A, 2)
-        Nodes.
+        The nodes at the two ends of each arc.
     sense : ndarray of float64, shape (A,)
         Above 0 for arcs in the direction of their polyline, below 0 for arcs against it.
     places : ndarray of float64, shape (N, 2)
@@ -70,7 +72,7 @@ def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> It
 
 
 def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
-    """For each end of an arc, (2 A,), the end of another at which the line goes on, or −1."""
+    """For each half of an arc, (2 A,), the half whose node it is joined to, or −1 at line ends."""
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
     begins = np.flatnonzero(np.diff(node[order], prepend=-1))
@@ -90,7 +92,7 @@ def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
 
 
 def _direction(half: int, node: Ints, mate: Ints, places: FloatArray, reach: float) -> float:
-    """The angle at which a line leaves the node at an end of an arc."""
+    """The angle at which a line that begins with a half of an arc leaves its node."""
     begin = places[node[half]]
     x = y = 0.0
     for _ in range(FAR):

@@ -179,10 +179,10 @@ def _find_same_rows(paths: Paths) -> Ints:
     return same
 
 
-def _add_caps(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
+def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
     """The rows with discs at the ends: their rims once more, with other normals, and centres."""
     for at_end in (False, True):
-        if not wanted[at_end]:
+        if not has_caps[at_end]:
             continue
         at = -1 if at_end else 0
         rim = rows.positions[:, at]

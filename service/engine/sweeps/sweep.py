@@ -1,4 +1,4 @@
-"""A tube or a ribbon into one mesh: stations, grids of samples, vertices and faces."""
+"""Builds the mesh of a tube or a ribbon: stations, grids of samples, vertices and faces."""
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.sweep_model import Ribbon, SweepModel, Tube
 
 STEEPEST = 1e6
-"""A radius that changes faster than this with the length changes at once: the normal is that of
-a disc."""
+"""The largest derivative of the radius by the length. A steeper tube counts as a step, and its
+normal is almost that of a disc."""
 
 EFFORT = 40
-"""Multiplications a station and (degree + 1)²: two rules of quadrature, some of it twice."""
+"""Multiplications for each station, divided by (degree + 1)²: two quadrature rules, evaluated up to
+two times."""
 
 
 def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -42,7 +43,7 @@ def sweep_grids(model: SweepModel, options: MeshOptions) -> SweptGrids:
 
 
 def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
-    """Samples, triangles, quads and grids at most, from the corners of the curve alone."""
+    """Upper bounds of the numbers of samples, triangles, quads and grids, without evaluation."""
     stations = count_most_stations(model.pieces, options.resolution[0], options.crease_angle)
     tube = isinstance(model.profile, Tube)
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1
@@ -63,10 +64,10 @@ def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
 
 
 def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
-    """A Bézier function, at its ends the coefficients themselves."""
+    """The values of a Bézier function at parameters t; its ends are exact."""
     basis = bernstein(len(coefficients) - 1, t)
     value: FloatArray = (basis * coefficients).sum(axis=1)
-    # A constant is that constant, whatever its shares add up to.
+    # Rounding must not change a constant, or leave the range of the coefficients.
     return np.clip(value, coefficients.min(), coefficients.max())
 
 

@@ -1,10 +1,9 @@
 """Isoparametric curves of a model: the lines u = i/n_u and v = j/n_v of every patch.
 
 Borders are the edges that patches share, each drawn once, through the samples that the faces of a
-mesh by resolution use. Curves across a patch are samples along a line; they begin
-and end at points of the edges, computed from the edge alone, so that the curves of two neighbours
-meet bit for bit. On a triangle the curves are r, s, t = i/n. A curve that is one point is not
-drawn.
+mesh by resolution use. Curves across a patch are samples of the patch. They begin and end at points
+that are computed from an edge alone, so that the curves of two neighbours meet bit for bit. On a
+triangle the curves are r, s, t = i/n. A curve that is one point is not drawn.
 """
 
 from collections.abc import Iterator
@@ -87,7 +86,7 @@ class Divisions:
         along_u[is_triangle] = along_v[is_triangle] = max(resolution)
         return Divisions(Layout.build(seams.connectivity, resolution).divisions, along_u, along_v)
 
-    def size(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
+    def count_curves(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
         """Upper bounds of the number of curves, and of their samples together."""
         drawn = np.zeros(len(self.edges), dtype=bool)
         drawn[seams.edge[_find_drawn(seams, counts)]] = True
@@ -155,7 +154,7 @@ def sample_divided_isocurves(
 
 
 def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tuple[int, Ints]]:
-    """The distinct numbers of divisions, rising, and the rows that have each.
+    """The distinct numbers of divisions in ascending order, and the rows that have each.
 
     Yields nothing if no curve runs between these `ends`.
     """
@@ -171,7 +170,7 @@ def _take_patches(batch: AnyPatches, rows: Ints) -> AnyPatches:
 
 
 def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
-    """Whether a side of a patch is drawn, by the directions with curves, (P, 4)."""
+    """Which sides of patches are drawn, (P, 4): those in a direction that has curves."""
     drawn = np.zeros(seams.edge.shape, dtype=bool)
     drawn[:, :2], drawn[:, 2:] = counts[0] > 0, counts[1] > 0
     drawn[seams.connectivity.is_triangle] = True

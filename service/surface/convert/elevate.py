@@ -95,9 +95,9 @@ def elevate_triangle_nets(net: Net, degree: int) -> Net:
     return apply_along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
 
 
-def check_triangle_degree(present: int, wanted: tuple[int, int]) -> None:
+def check_triangle_degree(present: int, degree: tuple[int, int]) -> None:
     """Refuse a lower degree, and two different degrees, for triangles."""
-    if wanted[0] != wanted[1]:
+    if degree[0] != degree[1]:
         raise InvalidRequest(
             Issue(
                 "wrong_value",
@@ -107,18 +107,18 @@ def check_triangle_degree(present: int, wanted: tuple[int, int]) -> None:
                 "one number, or twice the same",
             )
         )
-    check_degrees((present, present), wanted)
+    check_degrees((present, present), degree)
 
 
-def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
+def check_degrees(present: tuple[int, int], degree: tuple[int, int]) -> None:
     """Refuse a lower degree, which would change the surface."""
-    for axis, (old, new) in enumerate(zip(present, wanted, strict=True)):
+    for axis, (old, new) in enumerate(zip(present, degree, strict=True)):
         if new < old:
             raise InvalidRequest(
                 Issue(
                     "degree_too_low",
                     "A degree can be raised without changing the surface, not lowered.",
-                    degree_pointer(wanted, axis),
+                    degree_pointer(degree, axis),
                     f"degree {new}",
                     f"at least {old}, the present degree",
                 )

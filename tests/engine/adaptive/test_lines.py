@@ -42,7 +42,7 @@ def find_furthest(model: PatchModel, goal: Goal) -> float:
     seams = find_seams(model.batches)
     divisions = count_goal_divisions(model, seams, goal)
     lines = sample_divided_isocurves(model, seams, divisions, COUNTS)
-    curves, samples = divisions.size(seams, COUNTS)
+    curves, samples = divisions.count_curves(seams, COUNTS)
     assert sum(len(run.points) for run in lines) <= curves
     assert sum(run.points[..., 0].size for run in lines) <= samples
     dense = [run.points.reshape(-1, 3) for run in sample_isocurves(model, (33, 33), COUNTS)]
@@ -76,7 +76,7 @@ def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
     seams = find_seams(model.batches)
     far = View(np.array([0, 0, 1e3]), 1e-3, 1.0)
     counts = [
-        count_goal_divisions(model, seams, goal).size(seams, COUNTS)[1]
+        count_goal_divisions(model, seams, goal).count_curves(seams, COUNTS)[1]
         for goal in (Goal(1e-3), Goal(1e-2), Goal(1e-3, angle=0.05), Goal(1.0, view=far))
     ]
     assert counts[3] < counts[1] < counts[0] < counts[2]

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from service.engine.mesh.frames import Divisions
 from service.engine.mesh.patterns import Shape, build_faces
+from service.engine.mesh.strips import Divisions
 from service.engine.options import Faces
 from tests.oracles.topology import topology
 

@@ -42,11 +42,11 @@ FEW = [0, 4]
 def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
     """Which of the cells, of several spans each, are to be cut; and all of them as leaves."""
     pieces, goal = split_cells(cells), task.goal
-    own, of = pieces.own, pieces.cell
-    patch = task.find_patches(own)
+    one_span, of = pieces.as_cells, pieces.cell
+    patch = task.find_patches(one_span)
     middles = task.patch_nets.middles
-    about = middles[:, patch] - middles[:, task.faces.first[own.face]]
-    points = nine_points.evaluate(own, patch)
+    about = middles[:, patch] - middles[:, task.faces.first[one_span.face]]
+    points = nine_points.evaluate(one_span, patch)
     at = (points + about).reshape(9, 3, -1)
     corner = np.zeros((9, 3, len(cells)))
     corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
@@ -58,7 +58,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
         allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
     stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
     box, size = cells.box[:, of], cells.box[1::2] - cells.box[::2]
-    low, high = ((own.box[k::2] - box[::2]) / size[:, of] for k in (0, 1))
+    low, high = ((one_span.box[k::2] - box[::2]) / size[:, of] for k in (0, 1))
     places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, stray)
@@ -199,10 +199,10 @@ def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: fl
 def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:
     """Deviation (m,) allowed at the piece of each cell that is nearest to the eye."""
     if task.goal.view is None:
-        return np.full(len(pieces.whole), task.goal.tolerance)
+        return np.full(len(pieces.unsplit), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
-    for net, rows in build_nets(task, pieces.own, np.arange(len(pieces.cell))):
-        eye = task.find_eyes(task.find_patches(pieces.own.take(rows)))
+    for net, rows in build_nets(task, pieces.as_cells, np.arange(len(pieces.cell))):
+        eye = task.find_eyes(task.find_patches(pieces.as_cells.take(rows)))
         allowed[rows] = find_allowed(net, task.goal, eye)
     return -pieces.find_largest(-allowed)
 
@@ -227,7 +227,7 @@ def _measure_remainders(
     """
     (points, flat), two_sided = nine_points, task.goal.two_sided
     values = np.zeros((3, len(pieces.cell)))
-    for net, rows in build_nets(task, pieces.own, cells[pieces.cell].nonzero()[0]):
+    for net, rows in build_nets(task, pieces.as_cells, cells[pieces.cell].nonzero()[0]):
         cell, projected = pieces.cell[rows], project_cells(net)
         under, no_plane = normals[..., cell], flat[cell]
         values[0, rows] = measure_remainder(

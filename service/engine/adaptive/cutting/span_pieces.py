@@ -20,16 +20,16 @@ class SpanPieces:
 
     Attributes
     ----------
-    whole, own : Cells
-        The cells, and the pieces as cells of one span.
+    unsplit, as_cells : Cells
+        The m cells before they are split, and the N pieces as cells of one span.
     cell : ndarray of int, shape (N,)
         The cell of each piece.
     start, end, width : ndarray of int, shape (m,)
         The first and the last piece of each cell, and its number of pieces along v.
     """
 
-    whole: Cells
-    own: Cells
+    unsplit: Cells
+    as_cells: Cells
     cell: Ints
     start: Ints
     end: Ints

@@ -47,13 +47,14 @@ def _strip(outer: list[int], inner: list[int], divisions: int, turn: bool) -> ND
     """Triangles between a side and the shorter line of samples beside it.
 
     Both run over the parameter of the side: `outer` in equal divisions from 0 to 1, `inner` from
-    1/R to 1 − 1/R. Going along both, the triangle that advances less comes first.
+    1/R to 1 − 1/R. Each triangle advances by one sample on one of the lines: on the line whose next
+    sample has the smaller parameter.
     """
     last = len(outer) - 1
     triangles = []
     b = 0
     for a, (begin, end) in enumerate(pairwise(outer)):
-        # Exact comparison of (a+1)/last with (b+2)/R in whole numbers.
+        # An exact comparison of (a+1)/last with (b+2)/R, in integers.
         while b < len(inner) - 1 and (b + 2) * last < (a + 1) * divisions:
             triangles.append((begin, inner[b], inner[b + 1]))
             b += 1
