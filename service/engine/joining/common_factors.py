@@ -4,8 +4,9 @@ Two rational surfaces that meet along a curve may have its weights w and λ w. T
 point by point, each surface k is given a factor e^(s_k), so that weights divided by them are near
 where surfaces meet. Two sides between the same two corners tell the difference of two of the s, if
 the ratios of their weights at both corners are near; a spanning forest of such pairs tells all. It
-is found in the order of coordinates, so that it does not depend on the order of the patches. Around
-a handle there may be no such factors; then some weights stay apart.
+is found in the order of coordinates, so that it does not depend on the order of the patches. A
+surface whose weights are all 1 on its borders has the factor 1, since it may be polynomial. Around
+a ring of surfaces there may be no such factors; then some weights stay apart.
 """
 
 from collections.abc import Mapping
@@ -40,7 +41,7 @@ def find_scales(
     beside = _span_forest(count, one[order], other[order], shift[order])
     ends = np.searchsorted(owner, np.arange(count + 1))
     runs = {k: slice(ends[k], ends[k + 1]) for k in beside}
-    # Surfaces without weights come first: theirs stay what they are.
+    # Surfaces without weights come first.
     content = {k: (bool(logs[r].any()), hash_arrays(points[r], logs[r])) for k, r in runs.items()}
     scale = np.zeros(count)
     seen: set[int] = set()
@@ -52,7 +53,7 @@ def find_scales(
             for neighbour, step in beside[number]:
                 if neighbour not in seen:
                     seen.add(neighbour)
-                    scale[neighbour] = scale[number] + step
+                    scale[neighbour] = scale[number] + step if content[neighbour][0] else 0.0
                     waiting.append(neighbour)
     return scale[owner]
 

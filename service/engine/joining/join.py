@@ -22,9 +22,9 @@ from service.surface.lowered import GroupModel, PatchModel
 ROUNDS = 64
 """How often surfaces are cut: enough for this number of surfaces in one row."""
 
-GROWTH, ALWAYS = 16, 256
-"""Largest factor by which cuts may multiply the patches of a model, plus some more; else it is not
-cut at all. Cuts that run around a body and never meet would not end."""
+GROWTH, ALWAYS = 16, 1 << 17
+"""Largest factor by which cuts may multiply the control points of a model, plus some more; else it
+is not cut at all. Cuts that run around a body and never meet would not end."""
 
 
 Allow: TypeAlias = Callable[..., None]
@@ -56,7 +56,7 @@ def join_further(
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams
     known = model, seams
-    most = GROWTH * model.patch_count + ALWAYS
+    most = GROWTH * _count_points(model) + ALWAYS
     for _ in range(ROUNDS):
         cuts = find_cuts(seams, find_weld_distance(model, tolerance))
         if not len(cuts.at):
@@ -66,7 +66,7 @@ def join_further(
             break
         checkpoint()
         model = cut(model, lines)
-        if model.patch_count > most:
+        if _count_points(model) > most:
             return known
         model, seams = _snapped(model, connect_if_apart(model, tolerance), tolerance)
     else:
@@ -74,6 +74,11 @@ def join_further(
     if model.patch_count > known[0].patch_count:
         allow(model)
     return model, seams
+
+
+def _count_points(model: PatchModel) -> int:
+    """The control points of all patches."""
+    return sum(batch.points.size // 3 for batch in model.batches)
 
 
 def _snapped(model: PatchModel, seams: Seams | None, tolerance: float) -> tuple[PatchModel, Seams]:

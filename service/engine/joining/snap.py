@@ -7,8 +7,8 @@ roundings than the first. Connectivity compares points bit for bit
 - near points on the borders of patches form groups (`near_points`);
 - sides whose points are of the same groups, in one direction or the other, are one edge, and get
   the points of that side whose net comes first in dictionary order;
-- weights of one point that are near get the least of them, those of whole surfaces up to a factor
-  (`common_factors`);
+- weights of one point that are near get the least of them, or 1 beside polynomial patches, those of
+  whole surfaces up to a factor (`common_factors`);
 - sides that are one curve in several degrees get the net of the lowest, raised (`raised_edges`);
 - corners, and sides that are one group, get the first point of their group in that order;
 - patches of which two opposite sides become one edge become curves (`thin_patches`).
@@ -135,9 +135,10 @@ def _equal_weights(
 ) -> FloatArray:
     """Weights (B,), near ones at points of one group equal.
 
-    A run of weights of which each is near the next one becomes the least of them, unless it is
-    wider than the tolerance. What differs by a few roundings stays: seams allow for that. With a
-    `scale` (B,), weights divided by e^scale are compared.
+    A run of weights of which each is near the next one becomes 1 if one of them is 1, as those of
+    polynomial patches are, else the least of them; but not a run wider than the tolerance. What
+    differs by a few roundings stays: seams allow for that. With a `scale` (B,), weights divided by
+    e^scale are compared.
     """
     size = logs if scale is None else logs - scale
     order = np.lexsort((size, group))
@@ -148,7 +149,9 @@ def _equal_weights(
     width = size[order[starts + counts - 1]] - size[order[starts]]
     least = EQUAL_WEIGHT if scale is None else EQUAL_SCALED
     chosen = np.repeat((width > least) & (width <= tolerance), counts)
-    rows, lead = order[chosen], np.repeat(order[starts], counts)[chosen]
+    leads, ones = starts.copy(), np.flatnonzero(size[order] == 0)
+    leads[np.cumsum(begins)[ones] - 1] = ones
+    rows, lead = order[chosen], np.repeat(order[leads], counts)[chosen]
     equal = weights.copy()
     equal[rows] = weights[lead]
     if scale is not None:

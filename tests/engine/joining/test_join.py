@@ -17,6 +17,7 @@ from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of, shape_of
 from tests.oracles.deviation import surface_to_mesh
@@ -119,6 +120,23 @@ def test_parameters_of_crowded_spans_lead_back(options: dict[str, Any]) -> None:
             - mesh.positions[used]
         )
         assert np.abs(apart).max() < 1e-12
+
+
+def test_surfaces_with_knots_of_their_own_close_around_a_ring() -> None:
+    """8 × 8 flat pieces of a torus, each with a knot in u and v that no other has: 81 cuts each."""
+    angle = np.pi / 4 * np.r_[:8, 0]
+    c, s = np.cos(angle), np.sin(angle)
+    corners = np.stack([np.outer(c, 3 + c), np.outer(s, 3 + c), np.outer(np.ones(9), s)], axis=-1)
+    pieces = []
+    for k in range(64):
+        i, j, t = k // 8, k % 8, (k + 1) / 65
+        knots = np.array([0, 0, t, 1, 1])
+        shares = np.array([[1, 0], [1 - t, t], [0, 1]])
+        net = np.einsum("ia,jb,abk", shares, shares, corners[i : i + 2, j : j + 2])
+        pieces.append(BsplineSurface(net, (1, 1), (knots, knots)))
+    model, seams = join(MultipatchSurface(tuple(pieces)).lower(), 1e-12)
+    assert model.patch_count == 64 * 81
+    assert seams.connectivity.open_count == 0
 
 
 def test_what_only_touches_is_not_cut() -> None:

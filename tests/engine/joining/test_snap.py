@@ -113,6 +113,24 @@ def test_near_weights_are_one_up_to_a_factor_of_each_surface(
     assert len({tuple(sorted(map(tuple, each.tolist()))) for each in positions}) == 1
 
 
+@pytest.mark.parametrize(("amplitude", "factor"), [(4e-13, 1.0), (4e-13, 3.0), (1e-7, 0.3)])
+def test_near_weights_become_those_of_polynomial_neighbours(
+    amplitude: float, factor: float
+) -> None:
+    """A closed ring of four patches, of which every second is polynomial."""
+    rng = np.random.default_rng(3)
+    pieces = []
+    for k, (net, _) in enumerate(rational_ring(rng)):
+        noisy = factor * (1 + amplitude * rng.uniform(-1, 1, net.shape[:2]))
+        noisy[1] *= 1.7
+        pieces.append(BezierSurface(net, noisy if k % 2 else None))
+    for order in (pieces, pieces[::-1]):
+        model = MultipatchSurface(tuple(order)).lower()
+        joined, seams = join(model, max(1e-12, 5 * amplitude))
+        assert seams.connectivity.open_count == 8
+        assert 0 < joined.moved <= 20 * amplitude * model.diagonal
+
+
 def rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
     """Four patches that close one way: nets (3, 4, 3) and weights (3, 4)."""
     angles = np.linspace(0, 2 * np.pi, 9)[:, None]
