@@ -68,7 +68,7 @@ def tessellate(
         bent = layout_curvatures(model, layout, dtype)
         rows = replace(rows, channels=(*rows.channels, *bent))
     checkpoint()
-    bounds = bound_deviations(model, seams, layout, options, rows, origin=origin) + model.moved
+    bounds = bound_deviations(model, seams, layout, options, rows, origin=origin)
     checkpoint()
     plan = plan_faces(layout, options, _find_sharing(layout, rows, options), model.sequence)
     rows = fill_vertices(rows, plan)
@@ -169,12 +169,12 @@ def _build_parts(
     if len(model.parts) == 1:
         all_faces = (0, len(plan.triangles)), (0, len(plan.quads))
         return (MeshPart(model.parts[0].name, *all_faces, deviation_bound=bound),)
-    triangles, quads = plan.ends
+    triangles, quads = plan.ends.tolist()
     return tuple(
         MeshPart(
             part.name,
-            (int(triangles[part.first]), int(triangles[part.last])),
-            (int(quads[part.first]), int(quads[part.last])),
+            (triangles[part.first], triangles[part.last]),
+            (quads[part.first], quads[part.last]),
             deviation_bound=bound,
         )
         for part, bound in zip(model.parts, bound_parts(model, bounds), strict=True)

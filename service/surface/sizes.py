@@ -6,6 +6,7 @@ Every kind of surface has its own `size`, so that costs are known before anythin
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import zip_longest
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -121,14 +122,27 @@ def tensor_size(
     triangular : bool
         Whether they are triangles, of degree (n, n).
     """
-    p, q = degree
     numbers = 3 + (weights is not None)
-    each = (p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1)
-    points = patches * each
+    size = _plain_size(patches, degree, numbers, 2 * len(name.encode()), triangular)
+    if channels is NO_CHANNELS:
+        return size
     colors, uvs = channels.colors, channels.uvs
-    beside = 0
-    if channels is not NO_CHANNELS:
-        beside = sum(net.nbytes for *_, net in channels.each())
+    return replace(
+        size,
+        colors=0 if colors is None else colors.shape[-1],
+        uvs=0 if uvs is None else 2,
+        attributes=tuple((title, net.shape[-1]) for title, net in channels.attributes),
+        surface_bytes=size.surface_bytes + sum(net.nbytes for *_, net in channels.each()),
+    )
+
+
+@lru_cache(256)
+def _plain_size(
+    patches: int, degree: tuple[int, int], numbers: int, name_bytes: int, triangular: bool
+) -> SurfaceSize:
+    """The size of patches without channels, of 3 or 4 `numbers` a control point."""
+    p, q = degree
+    points = patches * ((p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1))
     return SurfaceSize(
         degree,
         grids=0 if triangular else patches,
@@ -138,11 +152,8 @@ def tensor_size(
         # A control point begins at most two segments and one cell; of a triangle, three.
         net_segments=points * (2 + triangular),
         net_cells=points,
-        name_bytes=2 * len(name.encode()),
-        colors=0 if colors is None else colors.shape[-1],
-        uvs=0 if uvs is None else 2,
-        attributes=tuple((title, net.shape[-1]) for title, net in channels.attributes),
-        surface_bytes=points * numbers * NUMBER + beside,
+        name_bytes=name_bytes,
+        surface_bytes=points * numbers * NUMBER,
         sides=patches * numbers * NUMBER * 2 * (p + q + 2),
     )
 

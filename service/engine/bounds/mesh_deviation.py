@@ -52,7 +52,7 @@ def bound_deviations(
     *,
     origin: FloatArray,
 ) -> FloatArray:
-    """Bounds (P,) of the deviation of each patch: bending, rounding, and missing faces.
+    """Bounds (P,) of the deviation of each patch: bending, rounding, joining, and missing faces.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def bound_deviations(
         The origin that they are written about.
     """
     bounds = np.empty(len(layout.base))
-    edge_error = bound_edge_error(seams, layout, options.method)
+    everywhere = bound_edge_error(seams, layout, options.method) + model.moved
     for block, patches in layout.split_batches(model.batches):
         moved: FloatArray | float
         if options.method == "matrix":
@@ -74,9 +74,8 @@ def bound_deviations(
             moved = measure_errors(
                 patches, block.resolution, samples.reshape(-1, block.count, 3), origin
             )
-        bounds[block.first + block.patches] = (
-            _bound_chordal(patches, layout, block) * STEPS + moved + edge_error
-        )
+        chordal = _bound_chordal(patches, layout, block)
+        bounds[block.first + block.patches] = chordal * STEPS + (moved + everywhere)
     if not layout.may_lose_faces:
         return bounds
     return bounds + bound_missing_distances(layout, options, rows.positions)

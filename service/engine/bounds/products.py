@@ -6,7 +6,8 @@ The bound is that of `service.engine.bounds.second_derivatives`, block by block:
 
 The first matrix, which contains the factors, computes the second differences of all patches in
 float64. Over a block the control points of a polynomial are means of those over the patch: the
-second matrix computes these for all blocks in float32, and its last block is the patch itself. A
+second matrix, one for each kind of difference, computes these for all blocks in float32, and its
+last block is the patch itself. A
 mean of K vectors, the longest of length L, is then wrong by (K + 2) 2^-24 L in each coordinate: the
 bound of the patch, times (K + 8) 2^-23, is added to the bounds of its blocks. Lengths are in units
 of the largest factor times the diagonal of all patches: underflow costs less than 2^-62 of that,
@@ -59,20 +60,21 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
     """
     plan = _build_plan(patches.degree, divisions)
     diagonal, bounds = patches.diagonal, np.empty(patches.count)
-    scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * len(plan.means)))
+    scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * plan.means[..., 0].size))
     for first in range(0, patches.count, step):
         checkpoint()
         points = patches.points[first : first + step]
         work = _WORKSPACES.get(patches.degree, divisions, len(points))
         # Patches are the innermost axis, so that whatever is computed runs over long rows.
-        planes = points.reshape(len(points), -1, 3).transpose(2, 1, 0)
-        np.subtract(planes, patches.middle[:, np.newaxis, np.newaxis], out=work.planes)
+        planes = points.reshape(len(points), -1, 3).transpose(1, 2, 0)
+        np.subtract(planes, patches.middle[:, np.newaxis], out=work.planes)
         np.multiply(work.planes, scale, out=work.planes)
-        np.matmul(plan.seconds, work.planes, out=work.seconds)
+        np.matmul(plan.seconds, work.columns, out=work.seconds)
         np.copyto(work.rounded, work.seconds, casting="same_kind")
-        np.matmul(plan.means, work.rounded, out=work.vectors)
+        np.matmul(plan.means, work.differences, out=work.vectors)
         np.multiply(work.vectors, work.vectors, out=work.vectors)
-        np.add.reduce(work.vectors, out=work.squares)
+        np.add(work.x, work.y, out=work.squares)
+        np.add(work.squares, work.z, out=work.squares)
         np.maximum.reduce(work.kinds, axis=1, out=work.longest)
         np.sqrt(work.longest, out=work.longest)
         np.add.reduce(work.longest, out=work.bounds)
@@ -88,14 +90,17 @@ class _Workspace:
 
     def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
         plan = _build_plan(degree, divisions)
-        vectors, points = plan.seconds.shape
-        self.planes = np.empty((3, points, count))
-        self.seconds = np.empty((3, vectors, count))
+        kinds, rows, vectors = plan.means.shape
+        self.planes = np.empty((plan.seconds.shape[1], 3, count))
+        self.columns = self.planes.reshape(-1, 3 * count)
+        self.seconds = np.empty((kinds * vectors, 3 * count))
         self.rounded = np.empty(self.seconds.shape, np.float32)
-        self.vectors = np.empty((3, len(plan.means), count), np.float32)
-        self.squares = np.empty(self.vectors.shape[1:], np.float32)
-        self.kinds = self.squares.reshape(len(ORDERS), -1, plan.blocks + 1, count)
-        self.longest = np.empty((len(ORDERS), plan.blocks + 1, count), np.float32)
+        self.differences = self.rounded.reshape(kinds, vectors, -1)
+        self.vectors = np.empty((kinds, rows, 3 * count), np.float32)
+        self.x, self.y, self.z = np.moveaxis(self.vectors.reshape(kinds, rows, 3, -1), 2, 0)
+        self.squares = np.empty((kinds, rows, count), np.float32)
+        self.kinds = self.squares.reshape(kinds, vectors, plan.blocks + 1, count)
+        self.longest = np.empty((kinds, plan.blocks + 1, count), np.float32)
         self.bounds = np.empty((plan.blocks + 1, count), np.float32)
         self.blocks, self.whole = self.bounds[:-1], self.bounds[-1]
         self.largest = np.empty(count, np.float32)
@@ -110,11 +115,12 @@ class _Plan:
 
     Attributes
     ----------
-    seconds : ndarray of float64, shape (N, (p+1)(q+1))
-        From nets to second differences, kind after kind, times their factors over the largest
+    seconds : ndarray of float64, shape (3 N, (p+1)(q+1))
+        From nets to N second differences of each kind, times their factors over the largest
         factor. Kinds with fewer vectors are filled with zeros to the same number.
-    means : ndarray of float32, shape (N (blocks + 1), N)
-        From second differences to those over the blocks and over the patch, rows (vector, block).
+    means : ndarray of float32, shape (3, N (blocks + 1), N)
+        From second differences of a kind to those over the blocks and over the patch, rows (vector,
+        block).
     blocks : int
     unit : float
         The largest factor.
@@ -144,15 +150,15 @@ def _build_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
     ]
     size, most = len(kinds), max(len(vectors) for vectors, _ in kinds)
     seconds = np.zeros((size, most, (p + 1) * (q + 1)))
-    means = np.zeros((size, most, blocks[0] * blocks[1] + 1, size, most), np.float32)
+    means = np.zeros((size, most, blocks[0] * blocks[1] + 1, most), np.float32)
     for kind, (vectors, cuts) in enumerate(kinds):
         number = len(vectors)
         seconds[kind, :number] = vectors
-        means[kind, :number, :-1, kind, :number] = cuts
-        means[kind, :number, -1, kind, :number] = np.eye(number)
+        means[kind, :number, :-1, :number] = cuts
+        means[kind, :number, -1, :number] = np.eye(number)
     return _Plan(
         seconds.reshape(size * most, -1),
-        means.reshape(-1, size * most),
+        means.reshape(size, -1, most),
         blocks[0] * blocks[1],
         max(factors) * (1 + 2.0**-20),
         (size * most + 8) * 2.0**-23,

@@ -35,6 +35,8 @@ class EdgePattern:
     ----------
     connectivity : Connectivity
     corners : ndarray of int, shape (C,)
+    ids : tuple of ndarray of int, shape (E_n,)
+        Of each degree n, the numbers of its edges.
     edges : tuple of ndarray of int, shape (E_n, n+1)
         Of each degree n; of the first side of every edge.
     sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
@@ -47,6 +49,7 @@ class EdgePattern:
 
     connectivity: Connectivity
     corners: Ints
+    ids: tuple[Ints, ...]
     edges: tuple[Ints, ...]
     sides: tuple[tuple[Ints, Ints], ...]
     is_certain: bool
@@ -55,14 +58,19 @@ class EdgePattern:
     @property
     def nbytes(self) -> int:
         """Bytes held."""
-        arrays = [self.corners, *self.edges, *(each for pair in self.sides for each in pair)]
+        arrays = [
+            self.corners,
+            *self.ids,
+            *self.edges,
+            *(each for pair in self.sides for each in pair),
+        ]
         arrays += [self.equal.number, self.equal.leaders]
         return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
 
     def seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
         """The seams whose points (B, 3) and weights (B,) these are; None if weights differ."""
-        curves, first = [], 0
-        for rows, (sides, number) in zip(self.edges, self.sides, strict=True):
+        curves = []
+        for ids, rows, (sides, number) in zip(self.ids, self.edges, self.sides, strict=True):
             side_weights = None
             if weights is not None:
                 # Only the ratio of weights matters.
@@ -73,9 +81,7 @@ class EdgePattern:
                 if not np.array_equal(side_weights, lead[number]):
                     return None
                 side_weights = lead
-            ids = np.arange(first, first + len(rows))
             curves.append(EdgeCurves(ids, border.take(rows, axis=0), side_weights))
-            first += len(rows)
         return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
 
     def has_near_weights(self, weights: FloatArray, tolerance: float) -> bool:
@@ -157,6 +163,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         begin, patches = begin + len(border) * batch.count, patches + batch.count
     edge, backward = np.empty(4 * patches, np.intp), np.empty(4 * patches, np.bool_)
     collapsed = np.empty(4 * patches, np.bool_)
+    ids: list[Ints] = []
     edges: list[Ints] = []
     sides_of: list[tuple[Ints, Ints]] = []
     for degree in sorted(places):
@@ -167,7 +174,9 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         collapsed[place] = (points == points[:, :1]).all(axis=1)
         canonical, _, turned = direct_edges(points[..., None].astype(np.float64), None)
         leader, number = find_first_rows(canonical[..., 0])
-        edge[place] = sum(map(len, edges)) + number
+        first = sum(map(len, edges))
+        ids.append(np.arange(first, first + len(leader)))
+        edge[place] = first + number
         backward[place] = turned ^ turned[leader[number]]
         edges.append(side_rows[leader])
         sides_of.append((np.where(backward[place, None], side_rows[:, ::-1], side_rows), number))
@@ -187,6 +196,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     return EdgePattern(
         connectivity,
         at_corners.ravel()[stand_in],
+        tuple(ids),
         tuple(edges),
         tuple(sides_of),
         is_certain,

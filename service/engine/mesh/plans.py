@@ -6,10 +6,12 @@ it also depends on the pattern in which they are.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from service.bases.arrays import IndexArray, Ints
+from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.cancellation import checkpoint
 from service.engine.mesh.borders import find_borders
@@ -34,8 +36,8 @@ class FacePlan:
 
     Attributes
     ----------
-    samples : ndarray of int, shape (V,), or None
-        The sample that each vertex comes from; None where every sample is a vertex.
+    is_vertex : ndarray of bool, shape (N,), or None
+        The samples that become vertices, in their order; None where every sample does.
     means : Averages and ndarray of int, shape (G,), or None
         Groups of samples whose mean normal is that of a vertex, and the number of that vertex.
     triangles : ndarray of uint32, shape (T, 3)
@@ -50,7 +52,7 @@ class FacePlan:
     watertight : bool
     """
 
-    samples: Ints | None
+    is_vertex: Bools | None
     means: tuple[Averages, Ints] | None
     triangles: IndexArray
     quads: IndexArray
@@ -67,19 +69,14 @@ class FacePlan:
         return sum(array.nbytes for array in self.arrays)
 
     @property
-    def arrays(self) -> list[Ints | IndexArray]:
+    def arrays(self) -> list[NDArray[Any]]:
         """All arrays."""
-        candidates = [self.triangles, self.quads, self.ends, *self.grids, self.samples, self.welds]
+        arrays: list[NDArray[Any] | None] = [self.triangles, self.quads, self.ends, *self.grids]
+        arrays += [self.is_vertex, self.welds]
         if self.means is not None:
             averages, vertices = self.means
-            candidates += [
-                averages.leaders,
-                averages.members,
-                averages.slot,
-                averages.first,
-                vertices,
-            ]
-        return [array for array in candidates if array is not None]
+            arrays += [averages.leaders, averages.members, averages.slot, averages.first, vertices]
+        return [array for array in arrays if array is not None]
 
 
 def plan_faces(
@@ -126,9 +123,12 @@ def _plan(
     triangles, quads, ends = faces
     welds = find_shared_positions(welding) if options.weld else None
     boundary, watertight = find_borders(layout, options, (triangles, quads), welds)
-    vertices = layout.size if welding is None else len(welding.samples)
+    vertices, is_vertex = layout.size, None
+    if welding is not None:
+        vertices, is_vertex = len(welding.samples), np.zeros(layout.size, np.bool_)
+        is_vertex[welding.samples] = True
     plan = FacePlan(
-        samples=None if welding is None else welding.samples,
+        is_vertex=is_vertex,
         means=means,
         triangles=triangles,
         quads=quads,
