@@ -50,7 +50,7 @@ class ModelMesher:
         self._options, self._storage = options, storage
         self._origin = storage.choose_origin(*model.bounds)
         seams = find_seams(model.batches)
-        self._closure = find_closure(model)
+        self._closure = find_closure(model, seams.connectivity)
         if seams.connectivity.has_thin:
             model = leave_out_curves(model, seams.connectivity)
             seams = find_seams(model.batches)

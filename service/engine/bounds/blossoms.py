@@ -82,11 +82,11 @@ def build_blossoms(degree: int, arguments: FloatArray) -> FloatArray:
     blossoms = np.stack([rest, arguments], axis=1)
     for d in range(2, degree + 1):
         parent, last = _find_parents(len(arguments), d)
-        before = blossoms[parent]
+        before = blossoms.take(parent, axis=0)
         blossoms = np.empty((len(parent), d + 1, arguments.shape[1]))
-        np.multiply(before, rest[last][:, np.newaxis], out=blossoms[:, :d])
+        np.multiply(before, rest.take(last, axis=0)[:, np.newaxis], out=blossoms[:, :d])
         blossoms[:, d] = 0.0
-        before *= arguments[last][:, np.newaxis]
+        before *= arguments.take(last, axis=0)[:, np.newaxis]
         blossoms[:, 1:] += before
     return np.ascontiguousarray(blossoms.transpose(2, 0, 1))
 
@@ -129,13 +129,14 @@ def build_triangle_nets(
     right, sides = _find_right_angles(places)
     if right.all():
         return _combine(nets, sides, _build_half_shares(p, q))
+    if not right.any():
+        return _combine(nets, places, _build_triangle_shares(p, q))
     triangles = np.empty((*nets.shape[:2], _build_triangle_shares(p, q).shape[1]))
     for rows, at, shares in (
-        (right, sides, _build_half_shares(p, q)),
-        (~right, places, _build_triangle_shares(p, q)),
+        (right.nonzero()[0], sides, _build_half_shares(p, q)),
+        ((~right).nonzero()[0], places, _build_triangle_shares(p, q)),
     ):
-        if rows.any():
-            triangles[rows] = _combine(nets[rows], at[..., rows], shares)
+        triangles[rows] = _combine(nets.take(rows, axis=0), at.take(rows, axis=2), shares)
     return triangles
 
 
@@ -158,10 +159,17 @@ def _find_right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
 
     The right angle is at (u_0, v_0), the other corners are (u_1, v_0) and (u_0, v_1).
     """
-    same = places == places[NEXT]
-    right = (same & same[BEFORE, ::-1]).any(axis=1)
-    corner = places[right.argmax(axis=0), :, np.arange(places.shape[2])].T
-    return right.any(axis=0), np.array([corner, places.min(axis=0) + places.max(axis=0) - corner])
+    a, b, c = places
+    ab, bc, ca = a == b, b == c, c == a
+    at_a, at_b, at_c = (
+        (after[0] & before[1]) | (after[1] & before[0])
+        for after, before in ((ab, ca), (bc, ab), (ca, bc))
+    )
+    sides = np.empty((2, *a.shape))
+    sides[0] = np.where(at_a, a, np.where(at_b, b, c))
+    np.add(places.min(axis=0), places.max(axis=0), out=sides[1])
+    sides[1] -= sides[0]
+    return at_a | at_b | at_c, sides
 
 
 @lru_cache(maxsize=256)

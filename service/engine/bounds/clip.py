@@ -91,10 +91,10 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
     if int(counts.max(initial=1)) > 1:
         for axis in range(2):
             source, pieces, span = _cut_at_knots(pieces, counts[axis, part], axis)
-            part, spans = part[source], spans[:, source]
+            part, spans = part[source], spans.take(source, axis=1)
             spans[axis] = span
         order = np.argsort(part, kind="stable")
-        part, pieces, spans = part[order], pieces[..., order], spans[:, order]
+        part, pieces, spans = part[order], pieces.take(order, axis=2), spans.take(order, axis=1)
     owner = face[part]
     patch = faces.first[owner] + spans[0] * faces.stride[owner] + spans[1]
     return PatchPieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)
@@ -142,20 +142,20 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     unsplit = (end - begin == 1).nonzero()[0]
     several = (end - begin > 1).nonzero()[0]
     if not len(several):
-        return unsplit, corners[..., unsplit], begin[unsplit]
+        return unsplit, corners.take(unsplit, axis=2), begin[unsplit]
     many = (end - begin)[several]
     source = np.repeat(several, many)
     span = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many) + begin[source]
     rings = _slice_triangles(
-        corners[..., several], np.repeat(np.arange(len(several)), many), span, axis
+        corners.take(several, axis=2), np.repeat(np.arange(len(several)), many), span, axis
     )
-    sources, pieces, spans = [unsplit], [corners[..., unsplit]], [begin[unsplit]]
+    sources, pieces, spans = [unsplit], [corners.take(unsplit, axis=2)], [begin[unsplit]]
     for k in (1, 2, 3):
         fan = rings[[0, k, k + 1]]
         steps = fan - fan[[1, 2, 0]]
         proper = ((steps != 0).any(axis=1).all(axis=0)).nonzero()[0]
         sources.append(source[proper])
-        pieces.append(fan[..., proper])
+        pieces.append(fan.take(proper, axis=2))
         spans.append(span[proper])
     return np.concatenate(sources), np.concatenate(pieces, axis=2), np.concatenate(spans)
 
@@ -165,8 +165,8 @@ def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints
     # The corners A, B, C in the order of their coordinates along the axis, then of the other ones.
     along, across = corners[:, axis], corners[:, 1 - axis]
     order = np.lexsort((across, along), axis=0)
-    along = np.take_along_axis(along, order, axis=0)[:, source]
-    across = np.take_along_axis(across, order, axis=0)[:, source]
+    along = np.take_along_axis(along, order, axis=0).take(source, axis=1)
+    across = np.take_along_axis(across, order, axis=0).take(source, axis=1)
     a, b, c = ((along[k], across[k]) for k in range(3))
     low, high = np.maximum(span * SPAN, a[0]), np.minimum((span + 1) * SPAN, c[0])
     turns = (low < b[0]) & (b[0] < high)

@@ -57,6 +57,8 @@ INSIDE = 2.0**-46
 """A place counts as inside T if it is inside by at least this, more than rounding; coordinates are
 below 1. All other places are measured to the edges."""
 
+TINY = float(np.finfo(np.float64).tiny)
+
 
 def bound_distances(
     points: FloatArray, triangles: ReferenceTriangles, rise: FloatArray | float = np.inf
@@ -82,16 +84,18 @@ def bound_distances(
     # Rows: the largest squares of distances of each net in the plane to T and to K, the largest
     # squares of distances in space to T and to K, and what folding back adds.
     largest = np.zeros((5, count))
-    beyond = (worst > -INSIDE).ravel().nonzero()[0]
+    is_beyond = worst > -INSIDE
+    beyond = is_beyond.ravel().nonzero()[0]
     if len(beyond):
-        net = beyond // many
+        size = np.add.reduce(is_beyond, axis=1, dtype=np.intp)
+        net, some = np.arange(count).repeat(size), size.nonzero()[0]
         flat = points.reshape(-1)
         place = beyond + 2 * many * net
         x, y = flat.take(place), flat.take(place + many)
         values = _measure_to_edges(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
-        first = np.diff(net, prepend=-1).nonzero()[0]
-        largest[:, net[first]] = np.maximum.reduceat(values, first, axis=1)
+        first = (size.cumsum() - size)[some]
+        largest[:, some] = np.maximum.reduceat(values, first, axis=1)
     height = np.minimum(np.sqrt(highest), rise)
     in_space = np.maximum(largest[2:4], highest)
     to_triangle, to_lens = np.sqrt(np.minimum(height * height + largest[:2], in_space))
@@ -175,8 +179,8 @@ def maximize_quadratics(m: FloatArray) -> FloatArray:
     a, c = np.minimum(low, m[2]), np.maximum(high, m[2])
     b = np.maximum(low, np.minimum(high, m[2]))
     cosine = np.maximum(a + (b - c), 0.0)
-    acute = cosine > 0
-    share = cosine / np.where(acute, 2.0 * a, 1.0) * (cosine / np.where(acute, 2.0 * b, 1.0))
+    # Where the cosine is not 0, a is positive.
+    share = cosine / (2.0 * np.maximum(a, TINY)) * (cosine / (2.0 * np.maximum(b, TINY)))
     largest: FloatArray = np.maximum(c, 0.0) / (1.0 - share)
     return largest
 

@@ -231,7 +231,7 @@ def build_local_frames(
         The vertices across their edges, in model coordinates, and whether these exist.
     """
     across, joined = beyond
-    middle = patch_nets.middles[:, patch]
+    middle = patch_nets.middles.take(patch, axis=1)
     near, away = vertices - middle, across - middle
     unit = find_units(np.maximum(patch_nets.sizes[patch], np.abs(near).max(axis=(0, 1))))
     joined = joined & (np.abs(away).max(axis=1) <= FAR * unit)

@@ -136,7 +136,7 @@ class PatchNets:
             place = _combine(net, bernstein(p, u[rows]).T, bernstein(q, v[rows]).T)
             if nets.is_rational:
                 place = place[:3] / place[3]
-            points[:, rows] = place + self.middles[:, ids]
+            points[:, rows] = place + self.middles.take(ids, axis=1)
         return np.ascontiguousarray(points.T)
 
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:

@@ -62,10 +62,12 @@ class PieceMeasure:
             numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
             if is_high:
                 numbers = 2 * (p + 1) * (q + 1)
-                group = group[sort_by_box(pieces.patch[group], pieces.places[..., group])]
+                order = sort_by_box(pieces.patch[group], pieces.places.take(group, axis=2))
+                group = group[order]
             for chunk in row_slices(len(group), numbers, CHUNK):
                 pieces_of_chunk = group[chunk]
-                patch, places = pieces.patch[pieces_of_chunk], pieces.places[..., pieces_of_chunk]
+                patch = pieces.patch[pieces_of_chunk]
+                places = pieces.places.take(pieces_of_chunk, axis=2)
                 frames = self._build_frames(nets, pieces_of_chunk)
                 if is_high:
                     patches, which = np.unique(patch, return_inverse=True)
@@ -79,7 +81,7 @@ class PieceMeasure:
                     eye_distance[pieces_of_chunk] = frames.bound_distances_to_eye(local, eye)
                 if self.shares is not None:
                     reverse = frames.bound_reverse_distances(
-                        local, self.shares[..., pieces_of_chunk]
+                        local, self.shares.take(pieces_of_chunk, axis=2)
                     )
                     mesh[pieces_of_chunk] = frames.to_model_units(reverse)
 
@@ -98,7 +100,8 @@ class PieceMeasure:
         part, patch = self.pieces.part[rows], self.pieces.patch[rows]
         host, beyond = self.parts.host[part].T, self.parts.across[part].T
         vertices, across = (
-            np.ascontiguousarray(self.positions[ids].swapaxes(1, 2)) for ids in (host, beyond)
+            np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
+            for ids in (host, beyond)
         )
         beside, ordered = (across, beyond >= 0), self.goal.two_sided
         return build_local_frames(self.patch_nets, nets, patch, vertices, beside, ordered=ordered)

@@ -9,20 +9,23 @@ from service.bases.arrays import Bools, FloatArray, Ints
 Vectors: TypeAlias = FloatArray
 """Shape (…, 3, m)."""
 
+AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""The coordinate after each of three, and the one before it."""
+
 
 def dot(a: Vectors, b: Vectors) -> FloatArray:
     """Products a · b, shape (…, m)."""
-    product: FloatArray = a[..., 0, :] * b[..., 0, :]
-    product += a[..., 1, :] * b[..., 1, :]
-    product += a[..., 2, :] * b[..., 2, :]
-    return product
+    products = a * b
+    total: FloatArray = products[..., 0, :] + products[..., 1, :]
+    total += products[..., 2, :]
+    return total
 
 
 def cross(a: Vectors, b: Vectors) -> Vectors:
     """Products a × b, shape (…, 3, m)."""
-    product = np.empty_like(a)
-    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
-        product[..., k, :] = a[..., i, :] * b[..., j, :] - a[..., j, :] * b[..., i, :]
+    product = a.take(AFTER, axis=-2)
+    product *= b.take(BEFORE, axis=-2)
+    product -= a.take(BEFORE, axis=-2) * b.take(AFTER, axis=-2)
     return product
 
 
@@ -40,7 +43,11 @@ class Columns:
 
     def take(self, index: Ints | Bools | slice) -> Self:
         """Some of the items."""
-        return type(self)(*(getattr(self, name)[..., index] for name in self.__dataclass_fields__))
+        columns = (getattr(self, name) for name in self.__dataclass_fields__)
+        if isinstance(index, slice):
+            return type(self)(*(column[..., index] for column in columns))
+        rows = index.nonzero()[0] if index.dtype == bool else index
+        return type(self)(*(column.take(rows, axis=-1) for column in columns))
 
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:

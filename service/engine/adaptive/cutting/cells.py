@@ -91,12 +91,12 @@ def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
         The array that they are written to.
     """
     rest, both = nets.swapaxes(0, axis), halves.swapaxes(0, axis)
-    degree = len(rest) - 1
-    both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
-    for k in range(1, degree + 1):
-        rest = rest[:-1] + rest[1:]
-        np.multiply(rest[0], 0.5**k, out=both[k, ..., 0, :])
-        np.multiply(rest[-1], 0.5**k, out=both[degree - k, ..., 1, :])
+    first, second, share = both[..., 0, :], both[::-1, ..., 1, :], 1.0
+    first[0], second[0] = rest[0], rest[-1]
+    for k in range(1, len(rest)):
+        rest, share = rest[:-1] + rest[1:], share / 2
+        np.multiply(rest[0], share, out=first[k])
+        np.multiply(rest[-1], share, out=second[k])
 
 
 def elevate(nets: FloatArray) -> FloatArray:

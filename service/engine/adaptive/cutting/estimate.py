@@ -69,18 +69,15 @@ def estimate_cells(
     fails = best > BOLD * allowed
     rest = (~fails).nonzero()[0]
     if len(rest):
-        # If all cells pass so far, no copy of a part is needed.
-        passing = rest if len(rest) < len(fails) else slice(None)
-        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., passing]
-        net, bare = project_cells(nets[..., passing]), flat[passing]
-        more = measure_remainder(net, at[..., passing], normals, bare, goal.two_sided)
-        above = (best[passing] + REST * more > BOLD * allowed[passing]).nonzero()[0]
+        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(rest, axis=-1)
+        net, bare = project_cells(nets.take(rest, axis=-1)), flat[rest]
+        more = measure_remainder(net, at.take(rest, axis=-1), normals, bare, goal.two_sided)
+        above = (best[rest] + REST * more > BOLD * allowed[rest]).nonzero()[0]
         if len(above):
             chosen = rest[above]
             fails[chosen] = True
-            bends[:, chosen] = measure_sag(
-                net[..., above], normals[..., above], bare[above], goal.two_sided
-            )
+            net, normals = net.take(above, axis=-1), normals.take(above, axis=-1)
+            bends[:, chosen] = measure_sag(net, normals, bare[above], goal.two_sided)
     form = build_forms(steps, normal, -signed[4:], allowed)
     v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:

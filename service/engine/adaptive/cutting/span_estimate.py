@@ -45,7 +45,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     one_span, of = pieces.as_cells, pieces.cell
     patch = task.find_patches(one_span)
     middles = task.patch_nets.middles
-    about = middles[:, patch] - middles[:, task.faces.first[one_span.face]]
+    about = middles.take(patch, axis=1) - middles.take(task.faces.first[one_span.face], axis=1)
     points = nine_points.evaluate(one_span, patch)
     at = (points + about).reshape(9, 3, -1)
     corner = np.zeros((9, 3, len(cells)))
@@ -57,8 +57,8 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
         size = np.sqrt(np.maximum(squares[4], squares[5]))
         allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
     stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
-    box, size = cells.box[:, of], cells.box[1::2] - cells.box[::2]
-    low, high = ((one_span.box[k::2] - box[::2]) / size[:, of] for k in (0, 1))
+    box, size = cells.box.take(of, axis=1), cells.box[1::2] - cells.box[::2]
+    low, high = ((one_span.box[k::2] - box[::2]) / size.take(of, axis=1) for k in (0, 1))
     places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, stray)
@@ -112,8 +112,8 @@ class _CellTriangles:
             The cell of each column.
         """
         x, y = places
-        under = self.planes.normals[..., of]
-        a, b, c, d = self.corner[..., of]
+        under = self.planes.normals.take(of, axis=-1)
+        a, b, c, d = self.corner.take(of, axis=-1)
         heights = np.empty((2, len(of)))
         stray = self.stray[of]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
@@ -153,9 +153,12 @@ def _find_heights(
     highest = np.full((2, len(maybe)), np.inf)
     rows = maybe[of].nonzero()[0]
     if len(rows):
-        around = np.repeat(places[0][:, rows], 3, axis=0), np.tile(places[1][:, rows], (3, 1))
+        around = (
+            np.repeat(places[0].take(rows, axis=1), 3, axis=0),
+            np.tile(places[1].take(rows, axis=1), (3, 1)),
+        )
         count = (pieces.end + 1 - pieces.start)[maybe]
-        heights = triangles.measure_heights(at[..., rows], around, of[rows])
+        heights = triangles.measure_heights(at.take(rows, axis=-1), around, of[rows])
         highest[:, maybe] = np.maximum.reduceat(heights, np.cumsum(count) - count, axis=-1)
     return highest
 
@@ -229,9 +232,9 @@ def _measure_remainders(
     values = np.zeros((3, len(pieces.cell)))
     for net, rows in build_nets(task, pieces.as_cells, cells[pieces.cell].nonzero()[0]):
         cell, projected = pieces.cell[rows], project_cells(net)
-        under, no_plane = normals[..., cell], flat[cell]
+        under, no_plane = normals.take(cell, axis=-1), flat[cell]
         values[0, rows] = measure_remainder(
-            projected, points[..., rows], under, no_plane, two_sided
+            projected, points.take(rows, axis=-1), under, no_plane, two_sided
         )
         values[1:, rows] = measure_sag(projected, under, no_plane, two_sided)
     return pieces.find_largest(values)

@@ -73,7 +73,7 @@ def split_cells(cells: Cells) -> SpanPieces:
     start = end - count
     cell = np.repeat(np.arange(len(cells)), count)
     number, width = np.arange(len(cell)) - start[cell], along_v[cell]
-    box = cells.box[:, cell]
+    box = cells.box.take(cell, axis=1)
     low, high = box[::2], box[1::2]
     begin = (low // SPAN + np.array([number // width, number % width])) * SPAN
     boxes = np.empty_like(box)
@@ -118,7 +118,7 @@ class NinePoints:
         if is_span.all():
             return self.points.take(self.place[patch], axis=3)
         points = np.empty((3, 3, 3, len(patch)))
-        points[..., is_span] = self.points[..., self.place[patch[is_span]]]
+        points[..., is_span] = self.points.take(self.place[patch[is_span]], axis=3)
         for net, rows in build_nets(self.task, cells, (~is_span).nonzero()[0]):
             points[..., rows] = evaluate_nine_points(net)
         return points

@@ -133,7 +133,7 @@ def _halve_cells(
     middle = count - int(np.count_nonzero(along_v))
     for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
         if len(cut[rows]):
-            halve(net[..., cut[rows]], axis, both[..., rows])
+            halve(net.take(cut[rows], axis=-1), axis, both[..., rows])
     twice = np.concatenate([patch[cut], patch[cut]])
     return Cells.concatenate([*cells.take(cut).halve(along_v)]), twice, halves_nets
 

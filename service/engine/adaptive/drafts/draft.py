@@ -202,10 +202,12 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
 
 def find_crowded_directions(boundaries: CellBoundaries, cells: Cells, crowded: Ints) -> Bools:
     """Whether crowded leaves are to be cut across v, because more of their corners are along v."""
-    along_v = np.empty(len(crowded), dtype=bool)
-    for row, leaf in enumerate(crowded.tolist()):
-        corner = boundaries.corner[boundaries.start[leaf] : boundaries.start[leaf + 1]]
-        u, v, box = boundaries.u[corner], boundaries.v[corner], cells.box[:, leaf]
-        on_u, on_v = np.isin(u, box[:2]).sum(), np.isin(v, box[2:]).sum()
-        along_v[row] = on_u > on_v
+    begin = boundaries.start[crowded]
+    size = boundaries.start[crowded + 1] - begin
+    row = np.repeat(np.arange(len(crowded)), size)
+    corner = boundaries.corner[np.arange(len(row)) + (begin - np.cumsum(size) + size)[row]]
+    u0, u1, v0, v1 = cells.box.take(crowded[row], axis=1)
+    u, v = boundaries.u[corner], boundaries.v[corner]
+    on_u, on_v = (u == u0) | (u == u1), (v == v0) | (v == v1)
+    along_v: Bools = np.bincount(row, on_u) > np.bincount(row, on_v)
     return along_v

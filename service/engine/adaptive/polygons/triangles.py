@@ -78,9 +78,11 @@ def _triangulate_leaves(
     size = boundaries.start[rest + 1] - start
     polygon = np.repeat(np.arange(len(rest)), size)
     corners = boundaries.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
-    u0, u1, v0, v1 = leaves.box[:, rest[polygon]]
+    u0, u1, v0, v1 = leaves.box.take(rest[polygon], axis=1)
     x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
-    triangles, polygon = triangulate_polygons(size, x, y, points[corners].T, leaves.form[:, rest])
+    triangles, polygon = triangulate_polygons(
+        size, x, y, points[corners].T, leaves.form.take(rest, axis=1)
+    )
     return (
         np.concatenate([pair, corners[triangles]]),
         np.concatenate([np.repeat(plain, 2), rest[polygon]]),
