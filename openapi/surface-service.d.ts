@@ -1573,7 +1573,7 @@ export interface components {
         };
         /**
          * FaultyEdge
-         * @description A side on an edge that keeps the surface from having a volume.
+         * @description A side because of which the surface has no volume.
          */
         FaultyEdge: {
             /**
@@ -2439,8 +2439,8 @@ export interface components {
          * MultipatchDefinition
          * @description Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
          *
-         *     Each is a part, with its own degrees, knots and parameters, and its `name` is that of the part.
-         *     Two of them share the vertices of their border where their borders are equal.
+         *     Each of them is a part, with its own degrees, knots and parameters; its `name` is the name of
+         *     the part. Where their borders are equal, they share vertices.
          */
         MultipatchDefinition: {
             /**
@@ -3734,7 +3734,7 @@ export interface components {
             inconsistent_edges: number;
             /**
              * Faulty Edges
-             * @description The first 100 sides of both kinds.
+             * @description The first 100 of the open and the inconsistent sides.
              */
             faulty_edges: components["schemas"]["FaultyEdge"][];
             /**
@@ -4194,7 +4194,7 @@ export interface components {
         KeyNeeded: {
             headers: {
                 /**
-                 * @description How to come back (RFC 6750).
+                 * @description How to send a key (RFC 6750).
                  * @example Bearer realm="surface"
                  */
                 "WWW-Authenticate": string;

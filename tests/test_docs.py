@@ -1,4 +1,4 @@
-"""The pages of docs/ show what there is."""
+"""The pages of docs/ agree with the code."""
 
 from pathlib import Path
 from typing import get_args
@@ -21,7 +21,7 @@ def test_the_page_of_the_examples_lists_them_all() -> None:
     assert (DOCS / "examples.md").read_text(encoding="utf-8") == listing()
 
 
-def test_every_example_has_its_picture_and_no_picture_is_of_nothing() -> None:
+def test_there_is_one_picture_for_each_example() -> None:
     for folder, names in (("examples", EXAMPLES), ("curves", REQUESTS["createCurve"])):
         pictures = [path.read_bytes()[:4] for path in (DOCS / folder).iterdir()]
         assert pictures == [b"\x89PNG"] * len(names)

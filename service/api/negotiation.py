@@ -38,7 +38,7 @@ def format_by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     code = "unsupported_by_format" if name in BY_NAME else "unknown_format"
     message, got = "No format has this name.", "an unknown name"
     if name in BY_NAME:
-        message, got = f"The format {name} is none for this result.", "a format of surfaces"
+        message, got = f"The format {name} cannot store this result.", "a format for surfaces"
     needed = "one of " + ", ".join(fmt.name for fmt in formats)
     raise InvalidQuery(Issue(code, message, "/format", got, needed))
 

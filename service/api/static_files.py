@@ -27,7 +27,7 @@ class StaticFile:
 
 @dataclass(slots=True)
 class _Kept:
-    """A file's content, its hash, and its codings; None where compressing does not pay."""
+    """A file's content, its hash, and its encoded bodies; None if these are not much smaller."""
 
     content: bytes
     name: str
@@ -35,7 +35,7 @@ class _Kept:
 
 
 class StaticFiles:
-    """A closed list of files by name.
+    """The files that the service serves, by name.
 
     Entity tags are hashes of the bytes. With `no-cache` a client revalidates each file, and never
     mixes two releases.
@@ -85,7 +85,7 @@ class StaticFiles:
         return kept
 
     async def _coded(self, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
-        """The file in a coding if that pays, else unchanged."""
+        """The file in a coding, or unchanged if the coding hardly makes it smaller."""
         if coding == "identity":
             return coding, kept.content
         if coding not in kept.codings:

@@ -35,7 +35,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     Raises
     ------
     MalformedBody
-        This is no such text.
+        The text does not have this form.
     InvalidRequest
         A number is not finite, an index names no vertex, or there are more than `most` control
         points.
@@ -62,9 +62,9 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
     """The number of patches, and the number of vertices of each.
 
-    The number V of vertices follows the indices, and 3 V numbers follow it. The smallest square
-    that fits is right: for a smaller one, an index would be taken for V, and an index is too small
-    for the numbers that follow.
+    The number V of vertices follows the indices, and 3 V numbers follow it. Each square number of
+    vertices is tried in ascending order, and the first one that fits this count is right: with too
+    small a square an index would stand in the place of V, and 3 times an index is too small.
     """
     patches = int(numbers[0]) if len(numbers) else 0
     if patches > 0 and numbers[0] == patches:
@@ -129,7 +129,10 @@ def _refuse_lines(content: bytes) -> NoReturn:
             message = "A vertex has three coordinates"
             raise _at_line(message, line, count_nouns(count, "numbers"), "3 numbers")
         vertices += 1
-    message, needed = "The text says another number of vertices", "that number of vertices"
+    message, needed = (
+        "The number of vertices differs from the number that precedes them",
+        "equal numbers",
+    )
     raise _at_line(message, line, f"{vertices} vertices", needed)
 
 

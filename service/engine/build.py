@@ -25,7 +25,15 @@ MOST = 1 << 31
 def build(
     model: Model, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
 ) -> Mesh:
-    """The model as one mesh; `single` and `allow` as in `tessellate`."""
+    """The model as one mesh.
+
+    Parameters
+    ----------
+    single : bool
+        Whether positions are float32 about a local origin, else float64 in model coordinates.
+    allow : callable
+        Raises if a surface that is cut so that borders meet gets too many patches.
+    """
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
         result = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MOST)
@@ -39,7 +47,7 @@ def build(
 def _build_single(
     model: PatchModel | SweepModel, options: MeshOptions, single: bool, allow: Allow
 ) -> Mesh:
-    """The mesh of a model that is no group."""
+    """The mesh of a model that is not a group."""
     if isinstance(model, SweepModel):
         with Measured("sweep"):
             return sweep(model, options, single=single)

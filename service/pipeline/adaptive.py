@@ -85,8 +85,8 @@ class AdaptiveMesher:
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
         requested = work.options.accuracy or accuracy
-        asked = adaptive_triangles(requested, work.limits, work.stored.patches)
-        memory = work.cost.memory if work.cost.triangles < min(asked, most) else None
+        allowed = adaptive_triangles(requested, work.limits, work.stored.patches)
+        memory = work.cost.memory if work.cost.triangles < min(allowed, most) else None
         most = min(most, work.cost.triangles)
         goal = build_goal(accuracy, self._model)
         if tolerance is not None:
@@ -120,8 +120,8 @@ def search_budget(
 ) -> tuple[AnyMesh, Content]:
     """Searches the tolerance of the nearest mesh within a budget.
 
-    The search tries no tolerance below `finest`, in model units. It may take all of `effort`, and
-    each mesh at most a third of it: this is one more budget.
+    The search tries no tolerance below `finest`, in model units. All meshes together may take the
+    work `effort`, and each mesh 1/3 of it.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def search_budget(
 
 
 def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
-    """Refuses a mesh that came out too large for a response."""
+    """Refuses a mesh that is too large for a response."""
     where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
     vertices = sum(len(each.positions) for each in copies)

@@ -1,4 +1,4 @@
-"""One surface of several patches and splines as a document says it."""
+"""The JSON form of one surface that consists of several patches and splines."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, TypeAlias
@@ -12,7 +12,7 @@ from service.schemas.fields import NameField, StrictModel, UpField, one_of_kinds
 from service.schemas.group import check_total
 from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 
-_UNKNOWN = Issue("unknown_type", "No such surface is part of a multipatch.")
+_UNKNOWN = Issue("unknown_type", "A multipatch cannot contain a surface of this type.")
 
 PieceDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
@@ -25,8 +25,8 @@ PieceDefinition: TypeAlias = Annotated[
 class MultipatchDefinition(StrictModel):
     """Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
 
-    Each is a part, with its own degrees, knots and parameters, and its `name` is that of the part.
-    Two of them share the vertices of their border where their borders are equal.
+    Each of them is a part, with its own degrees, knots and parameters; its `name` is the name of
+    the part. Where their borders are equal, they share vertices.
     """
 
     type: Literal["multipatch"] = Field(description="The kind of surface.")

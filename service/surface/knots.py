@@ -1,4 +1,4 @@
-"""Degrees and knot vectors of a request, names or numbers: checks and the knots to compute with."""
+"""Checks the degrees and knot vectors of a request, and builds the knots of named vectors."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -24,11 +24,11 @@ NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
 """The function for each named vector, of the number of control points and the degree."""
 
 MIN_PERIODIC = 3
-"""Fewest control points of a periodic spline: fewer make no loop."""
+"""Fewest control points of a periodic spline: fewer do not form a loop."""
 
 MIN_SPAN, ROUNDED = 2.0**-40, 2.0**-49
-"""Least length of a span, in units of the domain's length and of its largest knot: knots that are
-closer differ by rounding."""
+"""Least length of a span, as a share of the domain's length, and as a share of the largest knot:
+knots that are closer differ by rounding alone, and are made equal."""
 
 SHORTEST = float(np.finfo(np.float32).tiny)
 """Least length of any span. Single precision rounds shorter spans to 0, and derivatives along them
@@ -140,7 +140,7 @@ def _complete(knots: FloatArray, length: int) -> FloatArray:
 def check_bezier_points(
     vectors: tuple[FloatArray, ...], degree: tuple[int, ...], points: str
 ) -> None:
-    """Refuse knot vectors whose Bézier patches would take too much memory, by their number."""
+    """Refuse knot vectors with too many spans, whose Bézier patches would take too much memory."""
     pieces = [len(knot.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
     lowered = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
     entries = max(n * (p + 1) ** 2 for n, p in zip(pieces, degree, strict=True))

@@ -1,7 +1,7 @@
-"""Bodies that mean no good, each with the answer that it must get.
+"""Harmful and invalid bodies, each with the error that the service must respond with.
 
-A case tells the code and the place of the first error; the code has one status. `ECHO` stands in
-many of them and must never come back.
+Each case has the code and the pointer of the first error; `STATUS` has the status of each code.
+Many bodies contain `ECHO`, which no response may repeat.
 """
 
 import json
@@ -22,17 +22,17 @@ CHUNK = 1 << 16
 """Bytes that a server hands over at a time."""
 
 STATUS = {"malformed_json": 400, "malformed_body": 400, "body_too_large": 413}
-"""The statuses of the codes that have another one than 422."""
+"""The statuses of codes; all other codes have 422."""
 
 
 def pieces(body: bytes) -> list[bytes]:
-    """A body as a server would hand it over; of no bytes, one empty piece."""
+    """A body in the pieces in which a server receives it; an empty body is one empty piece."""
     return [body[start : start + CHUNK] for start in range(0, max(len(body), 1), CHUNK)]
 
 
 @dataclass(frozen=True)
 class Hostile:
-    """One body; built on demand, for some are long."""
+    """One body, which is built when it is needed, because some are long."""
 
     name: str
     build: Callable[[], bytes]
@@ -41,11 +41,11 @@ class Hostile:
 
     @property
     def status(self) -> int:
-        """The status of the answer."""
+        """The status of the response."""
         return STATUS.get(self.code, 422)
 
     def chunks(self) -> Iterator[bytes]:
-        """The body as it would arrive."""
+        """The pieces of the body."""
         yield from pieces(self.build())
 
 
@@ -59,9 +59,10 @@ def long(name: str, build: Callable[[], str | bytes], code: str, pointer: str = 
 
 
 def wrong(name: str, body: str, at: str, texts: Mapping[str, str]) -> Iterator[Hostile]:
-    """Cases of one place in a body: what stands there instead of `?`, by the code that it gets.
+    """Cases that replace the `?` in a body by several texts.
 
-    Blanks stand between the texts, and behind `@` where the error is within the place.
+    `texts` has the texts for each code, separated by blanks. A text may end in `@` and the rest of
+    the pointer, which follows `at`.
     """
     for code, words in texts.items():
         for word in words.split():
@@ -109,7 +110,7 @@ PLACES = {
 
 
 def numbers() -> Iterator[Hostile]:
-    """Values that are no numbers, in all places of numbers."""
+    """Values that are not numbers, in all places of numbers."""
     for pointer, make in PLACES.items():
         yield from wrong(f"{pointer}:", make, f"/surface/{pointer}", NOT_NUMBERS)
 
@@ -276,7 +277,7 @@ def triangle_rows() -> Iterator[Hostile]:
 
 
 def documents() -> Iterator[Hostile]:
-    """Documents that are something else, wherever a surface is posted."""
+    """Documents of a wrong type, for all endpoints to which a surface is posted."""
     other = f'[] 1 "{ECHO}" true'
     faults = {"wrong_type": f"{other} {NET}", "null_value": "null", "missing_field": "{}@/surface"}
     yield from wrong("document", "?", "", faults)
@@ -288,8 +289,8 @@ def documents() -> Iterator[Hostile]:
     yield from wrong("surface", '{"surface":?}', "/surface", faults)
 
 
-def wholes() -> Iterator[Hostile]:
-    """Surfaces and fields that are something else."""
+def wrong_fields() -> Iterator[Hostile]:
+    """Surfaces and fields of a wrong type."""
     for field, faults in {
         "type": {
             "unknown_type": f'"{ECHO}" "Bezier" ""',
@@ -320,7 +321,7 @@ def wholes() -> Iterator[Hostile]:
 
 
 def repeated() -> Iterator[Hostile]:
-    """Keys that are said twice, at every level."""
+    """Repeated keys, at every level."""
     for name, body, pointer in (
         ("surface", f'{{"surface":{GOOD},"surface":{GOOD}}}', "/surface"),
         ("option", options('"uvs":true,"uvs":false'), "/uvs"),
@@ -334,7 +335,7 @@ def repeated() -> Iterator[Hostile]:
 
 
 def splines() -> Iterator[Hostile]:
-    """B-splines whose degrees and knots are something else."""
+    """B-splines with invalid degrees and knots."""
     faults = {
         "null_value": 'null ["clamped",null]@/1 ["clamped",[0,0,1,null]]@/1/3',
         "wrong_type": '1 {} [0,1]@/0 ["clamped",true]@/1 ["clamped",[[0,0,1,1]]]@/1/0'
@@ -371,7 +372,7 @@ def splines() -> Iterator[Hostile]:
 
 
 def groups() -> Iterator[Hostile]:
-    """Groups whose members, names, colours or places are something else."""
+    """Groups with invalid members, names, colours or placements."""
     at, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
 
     def group(members: str) -> str:
@@ -442,7 +443,7 @@ def groups() -> Iterator[Hostile]:
 
 
 def sweeps() -> Iterator[Hostile]:
-    """Tubes and ribbons whose curves, radii or directions are something else."""
+    """Tubes and ribbons with invalid curves, radii or directions."""
     path = '"curve":{"control_points":[[0,0,0],[1,2,0],[3,2,1],[4,0,1]]}'
     faults = {
         "null_value": "null",
@@ -525,7 +526,7 @@ CHOICES: dict[str, dict[str, str]] = {
 
 
 def choices() -> Iterator[Hostile]:
-    """Options that say nothing which can be done."""
+    """Choices, cameras and combinations of options that are invalid or cost too much."""
     for name, faults in CHOICES.items():
         yield from wrong(name, options(f'"{name}":?'), f"/{name}", faults)
     eye, view = '"position":[1,2,3]', '"field_of_view":0.8,"height":9'
@@ -636,7 +637,7 @@ def giants() -> Iterator[Hostile]:
 HOSTILE: tuple[Hostile, ...] = (
     *texts(),
     *documents(),
-    *wholes(),
+    *wrong_fields(),
     *splines(),
     *repeated(),
     *nets(),

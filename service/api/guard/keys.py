@@ -98,7 +98,7 @@ def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
 def owner(key: bytes, known: Sequence[KeyEntry]) -> str | None:
     """The name of a key; None if the service does not know it.
 
-    Compares the key with all known ones, in constant time, so that the time tells nothing.
+    Compares the key with all known ones, in constant time: the response time reveals nothing.
     """
     if not _KEY.fullmatch(key):
         return None

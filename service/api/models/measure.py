@@ -34,7 +34,7 @@ class EdgePlace(ResponseModel):
 
 
 class FaultyEdge(EdgePlace):
-    """A side on an edge that keeps the surface from having a volume."""
+    """A side because of which the surface has no volume."""
 
     open: bool
     """True if no other side shares the edge. False if the sides on the edge do not cancel in pairs
@@ -91,7 +91,7 @@ class SurfaceMeasures(ResponseModel):
     inconsistent_edges: Count
     """Number of sides on other edges whose directions do not cancel."""
     faulty_edges: list[FaultyEdge]
-    """The first 100 sides of both kinds."""
+    """The first 100 of the open and the inconsistent sides."""
     parts: list[PartMeasures]
     """The parts in their order, or the members of a group. Their intervals meet the same tolerance
     as those of the whole surface."""

@@ -90,8 +90,8 @@ class RequestRecord:
     """One request and its response. Unknown texts are empty.
 
     `id` is the client's, or else `trace_id`. `status` is 0 until the response has begun; `sent` are
-    the bytes of its body so far; `code` is that of a problem; `cache` is "hit" or "miss" where the
-    cache may answer; `steps` are name, start on the clock `time.perf_counter`, and seconds.
+    the bytes of its body so far; `code` is that of a problem; `cache` is "hit" or "miss" for URLs
+    that the cache may hold; `steps` are name, start by `time.perf_counter`, and seconds.
     """
 
     method: str

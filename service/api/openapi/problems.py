@@ -170,7 +170,7 @@ def _retry_after(*, always: bool = True) -> Json:
 
 
 _HEADERS: Mapping[str, Json] = {
-    "KeyNeeded": {"WWW-Authenticate": header("How to come back (RFC 6750).", REALM)},
+    "KeyNeeded": {"WWW-Authenticate": header("How to send a key (RFC 6750).", REALM)},
     "TooManyRequests": _retry_after(),
     "Busy": _retry_after(),
     "OutOfTime": _retry_after(),

@@ -39,7 +39,7 @@ by_url = APIRouter()
 
 
 class MeshTarget(NamedTuple):
-    """A URL's meaning; `query` is its canonical query."""
+    """The mesh that a URL names; `query` is its canonical query."""
 
     subject: Subject
     fmt: Format
@@ -109,25 +109,25 @@ async def get_surface_mesh(
     """
     services, job, *_ = context
     fmt = format_by_suffix(suffix)
-    asked = parse_mesh_query(request.query_params.multi_items())
-    check_engine(asked.engine)
-    pinned = asked.engine is not None
+    fields = parse_mesh_query(request.query_params.multi_items())
+    check_engine(fields.engine)
+    pinned = fields.engine is not None
     accepted, condition = codings_of(request), condition_of(request)
-    query = canonical_query(asked, fmt.ignored)
+    query = canonical_query(fields, fmt.ignored)
     content = content_id(id)
     subject = Subject(
         url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
         # All that the bytes depend on: the surface, the options, and the encoder's version.
-        content=f"{content} {fmt.suffix} {query} {written_by(asked.compression)}",
+        content=f"{content} {fmt.suffix} {query} {written_by(fields.compression)}",
         for_ever=id == content,
     )
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
-    known = held(condition, accepted.order, subject.tag)
+    unchanged = held(condition, accepted.order, subject.tag)
     async with job.until_deadline():
-        if known is not None and (entry is not None or await exists(services.store, id)):
-            return FileResponse(b"", subject.unchanged(known, pinned=pinned), 304)
+        if unchanged is not None and (entry is not None or await exists(services.store, id)):
+            return FileResponse(b"", subject.unchanged(unchanged, pinned=pinned), 304)
         if entry is not None:
             cache.counts.hits += 1
             record.cache = "hit"
@@ -166,10 +166,10 @@ def check_engine(engine: int | None) -> None:
 
 
 async def _make(
-    services: Services, counters: RequestCounters, asked: MeshTarget, job: Job
+    services: Services, counters: RequestCounters, target: MeshTarget, job: Job
 ) -> ComputedResponse:
     """Computes the response from the canonical query, and puts it into the cache if it fits."""
-    subject, fmt, query = asked
+    subject, fmt, query = target
     cache = services.cache
     generation = cache.generation
     with job.timing.step("surface"):

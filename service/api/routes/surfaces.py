@@ -261,7 +261,7 @@ def _degree(model: Model) -> list[int]:
     responses={200: success({}), **POST_ERRORS},
     openapi_extra=json_body(REQUESTS["signAddress"]),
 )
-async def sign_address(body: SignRequest, context: ContextDep) -> Response:
+async def sign_url(body: SignRequest, context: ContextDep) -> Response:
     """Makes a URL that any client may read without a key until it expires.
 
     It is for services whose surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`): for

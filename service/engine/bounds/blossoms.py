@@ -33,7 +33,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 Exponents: TypeAlias = tuple[int, ...]
 
 NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
-"""The corner, or edge, after each of a triangle, and the one before it."""
+"""For each corner or edge of a triangle the index of the next one, and of the one before."""
 
 
 @lru_cache(maxsize=256)
@@ -55,7 +55,7 @@ def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
 
 @lru_cache(maxsize=256)
 def _find_parents(arguments: int, degree: int) -> tuple[Ints, Ints]:
-    """The mixture of one argument less that each mixture is made of, and the argument added."""
+    """For each mixture the shorter mixture that it extends, and the argument that is added."""
     counts = [comb(degree - 1 + last, last) for last in range(arguments)]
     parent = np.concatenate([np.arange(count) for count in counts])
     return parent, np.repeat(np.arange(arguments), counts)
@@ -141,7 +141,7 @@ def build_triangle_nets(
 
 
 def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
-    """Shares of the blossoms of nets at arguments (k, 2, m): shape (m, D, N)."""
+    """Sums of the blossoms of nets at arguments (k, 2, m), times `shares`: shape (m, D, N)."""
     p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
     if p == q:  # both directions in one go
         along = build_blossoms(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
@@ -180,7 +180,7 @@ def list_exponents(degree: int) -> tuple[Exponents, ...]:
 
 @lru_cache(maxsize=64)
 def _build_triangle_shares(p: int, q: int) -> FloatArray:
-    """Shares of the blossoms (u, v) in the points of a triangle: shape (U V, N)."""
+    """The matrix (U V, N) from blossoms (u, v) of a surface to the points of a triangle's net."""
     along_u, along_v = list_mixtures(3, p), list_mixtures(3, q)
     place = {key: number for number, key in enumerate(list_exponents(p + q))}
     shares = np.zeros((len(along_u), len(along_v), len(place)))
@@ -196,9 +196,9 @@ def _build_triangle_shares(p: int, q: int) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def _build_half_shares(p: int, q: int) -> FloatArray:
-    """Shares of the points of a box in those of its half, ((p+1) (q+1), N).
+    """The matrix ((p+1) (q+1), N) from the net over a box to the net over half of the box.
 
-    The corners (0, 0), (1, 0), (0, 1) of the unit square make blossoms of its own points.
+    It is that of the triangle with corners (0, 0), (1, 0), (0, 1) in the unit square.
     """
     along_u, along_v = (
         build_blossoms(p, np.array([[0.0], [1], [0]])),

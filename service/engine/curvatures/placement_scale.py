@@ -24,7 +24,7 @@ AnyModel = TypeVar("AnyModel", bound=Model)
 
 
 def add_stretches(model: AnyModel) -> AnyModel:
-    """The model; for a group, with one model for every stretch of a surface.
+    """The model, where a group gets one model for each pair of a surface and a stretch.
 
     Copies that are only moved, rotated and reflected still share their model; stretched models
     share their arrays. The function is idempotent.

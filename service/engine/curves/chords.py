@@ -1,8 +1,8 @@
-"""How far a curve is from the chords between its samples: certified, by the convex hull.
+"""Proved bounds of the distance of a curve from the chords between its samples, by convex hulls.
 
 Halving a piece quarters the second differences of its (homogeneous) net, and the control points
-are no further from the chord than n²/8 of those. So halving comes to an end for every tolerance
-that rounding leaves room for; smaller ones are refused.
+are no further from the chord than n²/8 times these. So halving ends for every tolerance that is
+larger than the rounding errors; smaller ones are refused.
 """
 
 import numpy as np
@@ -16,8 +16,8 @@ from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_pieces import CurvePieces
 
 MAX_HALVINGS = 48
-"""Parameters remain exact in float64. By the bound above fewer suffice for every tolerance that
-is not refused, weights of ratio 1e8 included."""
+"""The most halvings: parameters remain exact in float64. By the bound above, every tolerance that
+is not refused needs fewer, also with weights of ratio 1e8."""
 
 CHUNK = 1 << 18
 """Coordinates of nets that are worked on at a time."""
@@ -27,7 +27,7 @@ SINGLE = np.finfo(np.float32)
 
 
 def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) -> float:
-    """The smallest tolerance that the rounding of vertices and nets leaves room for."""
+    """The smallest tolerance that the rounding of vertices and nets allows."""
     far = float(np.abs(np.stack(pieces.bounds)).max())
     near = float(np.abs(np.stack(pieces.bounds) - origin).max())
     step = EPS * far * (pieces.degree + 2)
@@ -46,20 +46,20 @@ def halve_chords(
     tolerance : float
         Model units.
     most : int
-        Samples that are allowed.
+        The most samples that are allowed.
     single, origin
         How the samples will be stored: float32 about an origin, or float64.
 
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if rounding alone is as large.
+        `tolerance_too_small` if it is below `least_tolerance`.
     TooLarge
         As soon as more than `most` samples are needed.
     """
     least = least_tolerance(pieces, single=single, origin=origin)
     _check_tolerance(tolerance, least)
-    # Half of what rounding may take is left for the chord between rounded ends.
+    # Half of the least tolerance is reserved for the rounding of the chord's ends.
     allowed = tolerance - least / 2
     net = local_nets(pieces)
     block = max(1, CHUNK // net[0].size)
@@ -73,7 +73,7 @@ def halve_chords(
         piece, t, depth, nets = waiting.pop()
         flat = bound_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension)) <= allowed
         if depth == MAX_HALVINGS:
-            flat[:] = True  # beyond the bound; what is left is certified with the rest
+            flat[:] = True  # these are not proved here: `certify_chords` bounds all chords
         begins.append(np.stack([piece[flat], t[flat]], axis=1))
         count += int(flat.sum())
         left = np.flatnonzero(~flat)
@@ -90,7 +90,7 @@ def halve_chords(
 
 
 def _check_tolerance(tolerance: float, least: float) -> None:
-    """Refuses a tolerance that rounding alone takes."""
+    """Refuses a tolerance that is not larger than the rounding errors."""
     if tolerance < least:
         raise InvalidRequest(
             Issue(
@@ -124,10 +124,10 @@ def certify_chords(
 
     Parameters
     ----------
-    at : Samples
-        In order along the curve, as of `arc_lengths`.
+    at : CurveSamples
+        In order along the curve.
     stored : ndarray, shape (N, d)
-        The samples as they are written, relative to `origin`; their rounding counts.
+        The samples as they are written, relative to `origin`; the bound includes their rounding.
     """
     net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)
@@ -151,7 +151,7 @@ def local_nets(pieces: CurvePieces) -> FloatArray:
 def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
     """Nets (M, n+1, k) of the parts [begin, end] of curves, by de Casteljau's construction twice.
 
-    Only convex combinations: what is lost is a few roundings a level.
+    All steps are convex combinations, so each level adds only a few rounding errors.
     """
     after = _cut(nets, begin, keep_end=True)
     rest = 1.0 - begin
@@ -172,8 +172,9 @@ def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
 def _slack(pieces: CurvePieces, cuts: int) -> float:
     """Bound of the rounding error of control points after `cuts` cuts.
 
-    Each of the n levels of a cut makes convex combinations, (1 − t) a + t b, right to 2 ε of the
-    largest coordinate; dividing by the weight, and going about the middle, is one more each.
+    Each of the n levels of a cut computes convex combinations (1 − t) a + t b, with errors of at
+    most 2 ε times the largest coordinate. Dividing by the weight, and subtracting the middle, add
+    one such error each.
     """
     low, high = pieces.bounds
     size = float(np.sqrt(((high - low) ** 2).sum()))

@@ -14,8 +14,8 @@ from service.bases.bernstein import bernstein, binomials
 from service.engine.evaluation.nets import DerivativeNets, evaluate_along, longest_vectors
 
 VANISHING = 2.0**-40
-"""Part of a measure below which its difference counts as zero: it is exact to some 2^-52 of the
-measure, so what is larger has a dozen binary digits."""
+"""A difference below this share of its measure counts as zero. Rounding errors are some 2^-52 of
+the measure, so larger differences have at least a dozen correct binary digits."""
 
 NEGLIGIBLE = 2.0**-36
 """Coefficients of N below this part of the largest are rounding of what should be zero."""
@@ -30,11 +30,11 @@ def limit_normals(
 
     The limit is the direction of the first coefficient of N, seen from the point inwards, that does
     not vanish: first straight away from the side on which the point lies, then along that side, at
-    corners then diagonally. Failing all, the mean normal of the patch.
+    corners then diagonally. If none is found, it is the mean normal of the patch.
 
     Parameters
     ----------
-    nets : PatchNets
+    nets : DerivativeNets
         K patches.
     which : ndarray of int, shape (m,)
         Rows of `nets`.
@@ -58,7 +58,7 @@ def limit_normals(
     orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
         (hopeful & ~on_u_edge_only, ("v", "u")),
         (hopeful & on_u_edge_only, ("u", "v")),
-        # Where both lines vanish throughout; elsewhere than at a corner that has no limit.
+        # Corners for which both lines vanish throughout.
         (hopeful & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
     )
     for group, directions in orders:
@@ -74,10 +74,10 @@ def limit_normals(
 
 
 def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
-    """The polynomials again, on the part of the domain that begins at t and goes inwards.
+    """The polynomials restricted to the longer part of the domain on either side of t.
 
-    Restriction by de Casteljau, then turned round where the larger part lies before t. After it
-    the sample is the corner with index 0 along `axis`.
+    They are reversed if this part lies before t. So in the result the sample has index 0 along
+    `axis`. The restriction is de Casteljau's algorithm.
     """
     moved = np.moveaxis(coefficients, axis, -1).copy()
     ones = (1,) * (moved.ndim - 1)
@@ -149,7 +149,7 @@ def _patch_normals(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1
         )
         chord = edges[:, np.square(edges).sum(axis=0).argmax()]
-        # The coordinate axis that leans on it least; z if several do.
+        # The coordinate axis with the largest angle to the chord; of equal ones the last.
         axis = np.zeros(3)
         axis[2 - np.abs(chord[::-1]).argmin()] = 1.0
         across = axis - chord * (chord @ axis) / max(float(chord @ chord), 1e-300)

@@ -1,25 +1,26 @@
-"""Control points that are equal up to rounding, made equal bit for bit.
+"""Makes control points that are equal up to rounding equal bit for bit.
 
-Other systems write the last row of a closed surface, or the side of a neighbour, with other
-roundings than the first. Connectivity compares points bit for bit
-(`service.engine.mesh.connectivity`), so such points are made equal before anything is meshed:
+In files of other systems, the first and the last row of a closed surface, or the sides of two
+neighbours, may differ by rounding. Connectivity compares points bit for bit
+(`service.engine.mesh.connectivity`), so such points are made equal before meshing:
 
 - near points on the borders of patches form groups (`near_points`);
-- sides whose points are of the same groups, in one direction or the other, are one edge, and get
+- sides whose points are in the same groups, in one direction or the other, are one edge, and get
   the points of that side whose net comes first in dictionary order;
-- weights of one point that are near get the least of them, or 1 beside polynomial patches, those of
-  whole surfaces up to a factor (`common_factors`);
-- sides that are one curve in several degrees get the net of the lowest, raised (`raised_edges`);
-- corners, and sides that are one group, get the first point of their group in that order;
+- near weights of equal points become 1 if one of them is 1, as those of polynomial patches are, else
+  the least of them, after division by a common factor for each surface (`common_factors`);
+- sides that are one curve in several degrees get the raised net of the lowest (`raised_edges`);
+- corners, and sides that are one group, get the first point of their group in dictionary order;
 - patches of which two opposite sides become one edge become curves (`thin_patches`).
 
 So positions depend on the nets that meet and not on their order; where all are equal already,
 nothing changes.
 
-No point of the surface moves further than its control points do, d, and than their weights make
-it: S = Σ b_i P_i with b_i = w_i B_i / Σ w_j B_j. If the changes of all ln w_i lie in an interval of
-length h, each b_i changes by a factor between e^−h and e^h, and S − M = Σ b_i (P_i − M), M the
-middle of the box about the patch, by at most (e^h − 1) D / 2 with D its diagonal.
+Bound of the movement of the surface S = Σ b_i P_i, b_i = w_i B_i / Σ w_j B_j. New control points
+move S by at most the largest distance d of an old from a new control point. New weights: if the
+changes of all ln w_i lie in an interval of length h, each b_i changes by a factor between e^−h and
+e^h. With M the middle of the box about the patch and D its diagonal, S − M = Σ b_i (P_i − M)
+changes by at most (e^h − 1) D / 2.
 """
 
 from collections.abc import Sequence
@@ -47,10 +48,10 @@ from service.engine.mesh.equal_points import find_weight_tolerance, find_weld_di
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED = 2.0**-47
-"""Up to here logarithms of weights that were divided by factors are taken for equal."""
+"""Logarithms of weights that were divided by factors count as equal up to this difference."""
 
 ROUNDED_UP = 1 + 2.0**-40
-"""Times this, what was computed is an upper bound."""
+"""Factor that makes a computed bound an upper bound in spite of rounding."""
 
 
 def snap(model: PatchModel, tolerance: float) -> PatchModel:
@@ -59,7 +60,8 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        As of `service.engine.mesh.equal_points.find_weld_distance`.
+        Points are near if their distance is at most this share of the diagonal, or a little more
+        (`service.engine.mesh.equal_points.find_weld_distance`).
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]
@@ -99,7 +101,10 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
 
 
 def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:
-    """Border points (B, 3), those of one edge, corner or pole equal; `group` (B,) tells which."""
+    """Border points (B, 3), made equal along equal edges, and at equal corners and poles.
+
+    `group` (B,) is the number of each point's group of near points.
+    """
     points = border.copy()
     least = np.lexsort((border[:, 2], border[:, 1], border[:, 0], group))
     least = least[run_starts(group[least])]
@@ -133,12 +138,12 @@ def _owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
 def _equal_weights(
     weights: FloatArray, logs: FloatArray, scale: FloatArray | None, group: Ints, tolerance: float
 ) -> FloatArray:
-    """Weights (B,), near ones at points of one group equal.
+    """Weights (B,), where near weights at points of one group are made equal.
 
     A run of weights of which each is near the next one becomes 1 if one of them is 1, as those of
-    polynomial patches are, else the least of them; but not a run wider than the tolerance. What
-    differs by a few roundings stays: seams allow for that. With a `scale` (B,), weights divided by
-    e^scale are compared.
+    polynomial patches are, else the least of them; runs wider than the tolerance stay. Differences
+    of a few roundings stay too, because `seams` ignores them. With a `scale` (B,), weights divided
+    by e^scale are compared.
     """
     size = logs if scale is None else logs - scale
     order = np.lexsort((size, group))

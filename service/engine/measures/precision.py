@@ -18,11 +18,11 @@ from service.engine.measures.values import LARGEST_TOLERANCE, MeasureQuery
 from service.errors import Issue, TooLarge
 
 USED = 0.43
-"""The part of the width of an interval that a remainder may have on either side."""
+"""Share of the width of an interval that the remainder may take on each side."""
 
 MARGIN = 4
-"""Factor of the tolerance that a refusal names, beyond the width that was reached: for another
-tolerance other cells are halved."""
+"""A refusal names this many times the tolerance that was reached, because other cells are halved
+for another tolerance."""
 
 
 @dataclass(slots=True)
@@ -34,13 +34,14 @@ class Precision:
     query : MeasureQuery
     reachable : dict of str to float
         A tolerance for each quantity for which the budget does not suffice.
-    is_answered : bool
-        Whether a quantity reaches no tolerance that a query may have.
+    is_unreachable : bool
+        Whether a quantity cannot reach any tolerance up to `LARGEST_TOLERANCE`: then the query gets
+        wider intervals, not a refusal.
     """
 
     query: MeasureQuery
     reachable: dict[str, float] = field(default_factory=dict)
-    is_answered: bool = False
+    is_unreachable: bool = False
 
     def integrate(
         self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, least: FloatArray
@@ -50,22 +51,20 @@ class Precision:
         Parameters
         ----------
         name : str
-            Of the quantity, for the refusal.
-        scales : ndarray of float64, shape (1,) or (2,)
-            The allowed errors are the tolerance times these, as far as cells are concerned,
-        least : ndarray of float64, shape (1,) or (2,)
-            but at least these: the errors by rounding.
+            Name of the quantity, for the refusal.
+        scales, least : ndarray of float64, shape (1,) or (2,)
+            The allowed errors are max(tolerance · scales, least); `least` are rounding errors.
         """
         allowed = np.maximum(self.query.tolerance * scales, least)
         refinement = refine(groups, kind, allowed, self.query.budget)
-        width = 2 * USED * refinement.excess  # in units of that for which `allowed` leaves room
-        if width > 1 and not self.is_answered:
+        width = 2 * USED * refinement.excess  # of the interval, in units of the allowed width
+        if width > 1 and not self.is_unreachable:
             with np.errstate(divide="ignore"):
                 reached = MARGIN * width * float((allowed / scales).max())
             if reached <= LARGEST_TOLERANCE:
                 self.reachable[name] = round_up(reached)
             else:
-                self.is_answered = not self.reachable
+                self.is_unreachable = not self.reachable
         return None if self.reachable else refinement.integrate()
 
     def check(self) -> None:

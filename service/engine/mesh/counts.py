@@ -1,8 +1,8 @@
-"""How many vertices and faces a mesh will have: counted, not computed.
+"""Counts the vertices and faces that a mesh will have, without computing them.
 
-What becomes of samples depends on which borders are one edge and which are one point, and not on
-where anything lies between. So it is enough to know what patterns hold, and what edges and corners
-there are.
+The counts depend on which borders are one edge and which are one point, and not on other
+coordinates. So the index patterns of patches, and the edges and corners of the model, determine
+them.
 """
 
 from collections.abc import Sequence
@@ -39,10 +39,10 @@ class Counts:
 
 
 def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
-    """Exactly what `tessellate` will report of a model at its resolution; nothing is evaluated.
+    """The counts that `tessellate` will report for a model at its resolution, exactly.
 
-    Costs hardly more than to find the shared edges, unless two sides of a patch are one edge, or a
-    side has one division: then every face at a border is looked at.
+    This takes little more time than finding the shared edges, unless two sides of a patch are one
+    edge, or a side has one division: then every face at a border is examined.
     """
     kind = options.faces
     connectivity = connect(model).connectivity
@@ -72,7 +72,7 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
 
 
 class _Tally(NamedTuple):
-    """Faces of one shape; `complete` if all its places are in faces, though not all its samples."""
+    """Numbers of faces of one shape; `complete` says whether each of its positions is in a face."""
 
     triangles: int
     quads: int
@@ -88,7 +88,7 @@ class _Group(NamedTuple):
 
 
 def _count_shape(shape: AnyShape, kind: Faces) -> _Tally:
-    """The tally of a shape; its faces at the border are looked at one by one."""
+    """The tally of a shape; its faces at the border are examined one by one."""
     if isinstance(shape, TriangleShape) and not any(shape.collapsed[:3]):
         return _Tally(shape.divisions**2, 0, complete=True)
     if isinstance(shape, Shape) and not shape.is_framed and not any(shape.collapsed):
@@ -113,9 +113,9 @@ def _count_shape(shape: AnyShape, kind: Faces) -> _Tally:
 
 
 def _build_border_faces(shape: AnyShape, kind: Faces) -> tuple[tuple[IndexArray, IndexArray], int]:
-    """Triangles and quads of a shape as local indices, and how many cells inside are left out.
+    """Triangles and quads at the border of a shape as local indices, and the number of other cells.
 
-    Of triangles all faces are there.
+    For a triangular patch these are all faces.
     """
     if isinstance(shape, TriangleShape):
         return build_faces(shape, kind), 0
@@ -129,9 +129,9 @@ def _count_cell_faces(count: int, kind: Faces) -> tuple[int, int]:
 
 
 def _count_proper(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tuple[int, int]:
-    """Triangles and quads of a group without those that have one place twice.
+    """Numbers of triangles and quads of a group, without those that have two equal vertices.
 
-    A quad of which one side is a point is a triangle.
+    A quad with two equal neighbouring vertices counts as a triangle.
     """
     (triangles, quads), inside = _build_border_faces(group.shape, kind)
     vertices = place[layout.patch_samples(group.patches, group.shape)]
@@ -147,14 +147,14 @@ def _count_proper(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tu
 
 
 def _count_distinct(vertices: Ints) -> Ints:
-    """How many different vertices faces have, shape (n, F) of (n, F, corners)."""
+    """The number of distinct vertices of each face: shape (n, F), from shape (n, F, corners)."""
     ordered = np.sort(vertices, axis=-1)
     distinct: Ints = (ordered[..., 1:] != ordered[..., :-1]).sum(axis=-1) + 1
     return distinct
 
 
 def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
-    """Places of all samples: those inside the patches, those inside the edges, the corners."""
+    """The number of distinct positions: those inside patches, those inside edges, and corners."""
     inside = sum(len(group.patches) * group.shape.inner for group in groups)
     lines = np.zeros(len(layout.divisions), dtype=bool)
     lines[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
@@ -164,7 +164,7 @@ def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
 def _count_used_positions(
     layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints
 ) -> int:
-    """Places that occur in faces; of a surface without any faces all of them."""
+    """The number of distinct positions in faces, or of all samples if there are no faces."""
     shown = np.zeros(layout.size, dtype=bool)
     for shape, patches, _ in groups:
         samples = layout.patch_samples(patches, shape)

@@ -1,4 +1,4 @@
-"""Everything that can be asked about single points of a model, in columns."""
+"""Positions, partials, normals and curvatures at single points of a model, as columns."""
 
 from collections.abc import Mapping
 from typing import TypeAlias
@@ -39,8 +39,8 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
     """The columns up to an order of derivatives, one row a place, float64.
 
     Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
-    Curvatures are NaN where their limit at a pole is infinite or does not exist. What is beyond
-    float64 is infinite, as the curvature of a patch that is 1e-200 long.
+    Curvatures are NaN where their limit at a pole is infinite or does not exist. Values that
+    float64 cannot store are infinite, for example the curvature of a patch that is 1e-200 long.
     """
     count = len(places.patch)
     columns: dict[str, Column] = {
@@ -82,8 +82,8 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
 def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> int:
     """Multiplications that a query may take if S_u × S_v vanishes at every place of it.
 
-    The normal polynomial of every patch asked for, of degree (3p, 3q) if rational, else (2p, 2q),
-    its value at every place, and at poles the series of the curvatures.
+    It is the sum for the normal polynomial of each patch with a place, of degree (3p, 3q) if
+    rational, else (2p, 2q), for its value at each place, and for the series of curvatures at poles.
     """
     if order == 0:
         return 0
@@ -111,7 +111,7 @@ def find_near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
         distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
         degree = max(batch.degree)
     else:
-        # Every triangle has one corner for its fourth side: nothing is expanded there.
+        # The fourth side of a triangle is always one corner; no series is needed there.
         distances, collapsed = np.stack([u, 1 - u - v, v], axis=1), collapsed[:, :3]
         degree = batch.degree
     near: Bools = np.any(collapsed & (distances <= NEAR / degree), axis=1)

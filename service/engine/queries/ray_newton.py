@@ -1,4 +1,4 @@
-"""Newton's method towards the points of cells on a ray: roots of settled cells, ends of strips."""
+"""Newton's method for points of cells on a ray: roots of settled cells, and ends of strips."""
 
 from dataclasses import dataclass, replace
 
@@ -21,29 +21,30 @@ STRIP_STEPS = 4
 """The most steps of Newton's method across a strip."""
 
 OBLIQUE = 1 / 2
-"""|x₁| from which on a strip may end at a side x = ±1 (Theorem 2 of `grazing`)."""
+"""The least |x₁| with which a strip may end at a side x = ±1 (Theorem 2 of `grazing`)."""
 
 EXACT = 4
-"""How far from a ray a place is that Newton's method need not move, in units of rounding."""
+"""The distance from a ray, in units of rounding errors, below which a place counts as exact."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Seen:
-    """Places of n cells, seen along a ray each: where they are in the cells, and the surface there.
+class _RayPlaces:
+    """One place in each of n cells, the surface there, and its distance from a ray.
 
     Attributes
     ----------
     at, place : ndarray of float64, shape (2, n)
-        In [−1, 1]² of the cells, and in the parameters of the nets.
+        The places in the coordinates [−1, 1]² of the cells, and in the parameters of the nets.
     half : ndarray of float64, shape (2, n)
         Half the sides of the cells.
     position, du, dv : ndarray of float64, shape (3, n)
-        With the partials in the parameters of the nets.
+        Points, and partials by the parameters of the nets.
     t : ndarray of float64, shape (n,)
+        Parameter of the nearest point of the ray.
     across : ndarray of float64, shape (3, n)
-        (S − o) × d, as long as the distance from the ray.
+        (S − o) × d; its length is the distance from the ray.
     residual, rounding : ndarray of float64, shape (n,)
-        This distance, and how wrong it is.
+        This distance, and a bound of its rounding error.
     """
 
     at: FloatArray
@@ -57,8 +58,8 @@ class _Seen:
     residual: FloatArray
     rounding: FloatArray
 
-    def move(self, at: FloatArray, d: FloatArray) -> "_Seen":
-        """These cells at places so near that the surface is its tangent plane."""
+    def move(self, at: FloatArray, d: FloatArray) -> "_RayPlaces":
+        """Other places in these cells, so near that the tangent planes replace the surface."""
         step = self.half * (at - self.at)
         way = step[0] * self.du + step[1] * self.dv
         place = np.clip(self.place + step, 0.0, 1.0)
@@ -68,7 +69,7 @@ class _Seen:
     def to_hits(
         self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], origin: Origin
     ) -> Hits:
-        """Some of them as hits of rays (n,) with nets (n,), and intervals of t of n rows each."""
+        """The places `rows` as hits of rays with nets; `ends` are the intervals of t, (n,) each."""
         t, residual = self.t[rows], self.residual[rows]
         low, high = ends
         places = self.place[:, rows], self.position[:, rows], self.du[:, rows], self.dv[:, rows]
@@ -76,37 +77,39 @@ class _Seen:
         return Hits(ray, net, *places, t, low, high, residual, kinds)
 
 
-def _look(cells: CellTree, rays: Rays, ray: Ints, cell: Ints, at: FloatArray) -> _Seen:
-    """Places `at` (2, n) of cells, from rays."""
+def _evaluate_places(
+    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, at: FloatArray
+) -> _RayPlaces:
+    """The surface at places `at` (2, n) of cells, and its distances from rays."""
     rectangle, net = cells.place[:, cell], cells.net[cell]
     low, half = rectangle[::2], (rectangle[1::2] - rectangle[::2]) / 2
     place = low + half * (at + 1)
-    at = (place - low) / half - 1  # where that is, exactly
+    at = (place - low) / half - 1  # of the rounded `place`
     position, du, dv = net_partials(cells.nets, net, place, 1)
     d = rays.direction[:, ray]
     g = position - rays.origin[:, ray]
     across = cross(g, d)
     residual = np.sqrt(dot(across, across))
     rounding = cells.errors[net] + rays.slack[ray]
-    return _Seen(at, place, half, position, du, dv, dot(g, d), across, residual, rounding)
+    return _RayPlaces(at, place, half, position, du, dv, dot(g, d), across, residual, rounding)
 
 
 @np.errstate(all="ignore")
 def find_roots(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, bounds: RootBounds
 ) -> tuple[Hits, Bools]:
-    """The hits of settled pairs, and which pairs are done; the others are to be halved.
+    """The hits of settled pairs, and which pairs are done; the others must be halved.
 
-    A place is taken for a hit when it is as near to the line as rounding allows, or when Newton's
-    method cannot come nearer within the cell and it is within the thickness. A cell has no root if
-    Theorem 2 of `ray_bounds`, from any place, puts it outside.
+    A place counts as a hit if it is as near to the ray as rounding allows, or if it is within the
+    thickness and Newton's method cannot come nearer inside the cell. A cell has no root if Theorem
+    2 of `ray_bounds`, applied at one of the places, proves that the root is outside.
     """
     done = np.zeros(len(ray), bool)
     hits_by_step: list[Hits] = []
     rows, at = np.arange(len(ray)), bounds.start
     for left in range(STEPS, 0, -1):
         which = bounds.take(rows)
-        seen = _look(cells, rays, ray[rows], cell[rows], at)
+        seen = _evaluate_places(cells, rays, ray[rows], cell[rows], at)
         size = which.determinant
         g = np.stack([dot(which.first, seen.across), dot(which.second, seen.across)]) / size
         wrong = which.lengths * seen.rounding / np.abs(size)
@@ -148,18 +151,18 @@ def find_roots(
 def find_strips(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, strips: Strips
 ) -> tuple[Hits, Bools]:
-    """Both ends of the strips of thin pairs, and which pairs are done; the others are to be halved.
+    """Both ends of the strips of thin pairs, and which pairs are done; the others must be halved.
 
-    A pair is done if both ends of the curve P = 0, at y = −1 and y = 1, or at x = ±1 where it
-    leaves the cell there, are within the cell: the nearest points in it are within the thickness.
+    The curve P = 0 crosses the cell from y = −1 to y = 1, or ends at a side x = ±1 before. A pair
+    is done if the surface is within the thickness of the ray at both ends.
     """
     x0, x1 = strips.line
     rows = np.arange(len(ray))
     ends, fine = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
         x = x0 + x1 * y
-        # The curve leaves the cell at x = ±1 where it runs as much along x as along y: at one of
-        # these at its lower end, at the other at its upper end.
+        # A slanted curve may leave the cell at x = ±1: its lower end at one of these sides, its
+        # upper end at the other.
         side = np.sign(x1) * y
         is_side = (x * side > 1) & (np.abs(x1) >= OBLIQUE)
         fixed = np.where(is_side, side, y)
@@ -167,7 +170,7 @@ def find_strips(
         is_free_a = strips.is_along_b != is_side
         for left in range(STRIP_STEPS, -1, -1):
             at = np.where(is_free_a, np.stack([free, fixed]), np.stack([fixed, free]))
-            seen = _look(cells, rays, ray, cell, at)
+            seen = _evaluate_places(cells, rays, ray, cell, at)
             if not left:
                 break
             slope = np.where(is_free_a, seen.half[0] * seen.du, seen.half[1] * seen.dv)
@@ -187,7 +190,7 @@ def find_strips(
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     """The centres of cells that are smaller than the thickness, as hits."""
-    seen = _look(cells, rays, ray, cell, np.zeros((2, len(ray))))
+    seen = _evaluate_places(cells, rays, ray, cell, np.zeros((2, len(ray))))
     wide = 2 * cells.models[columns.RADIUS, cell] + seen.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
     return seen.to_hits(rows, ray, net, (seen.t - wide, seen.t + wide), Origin.POINT)

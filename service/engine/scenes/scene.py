@@ -1,6 +1,6 @@
-"""A group of models as a scene: every different model meshed once, and where its copies stand.
+"""A group of models as a scene: the mesh of each distinct model, and the placements of its copies.
 
-Formats that know nodes write the scene as it is; the others get it flattened to one mesh.
+Formats with nodes write the scene; for other formats it is flattened to one mesh.
 """
 
 from collections.abc import Sequence
@@ -36,9 +36,9 @@ class Scene:
     meshes : tuple of Mesh
         Each in its own coordinates, before it is placed.
     report : MeshReport
-        Of all copies, each counted; its bounds are those of the placed vertices.
+        The sums over all copies; its bounds are those of the placed vertices.
     joined : tuple of tuples of int
-        Nodes whose meshes have the same positions where they meet: there these are one.
+        Nodes whose meshes meet: vertices of these at equal positions count as one.
     """
 
     name: str
@@ -70,7 +70,7 @@ def flatten(scene: Scene) -> Mesh:
 def _joined_welds(
     mesh: Mesh, copies: Sequence[Mesh], joined: tuple[tuple[int, ...], ...]
 ) -> IndexArray:
-    """The first vertex at each position, of nodes that are joined in any of them."""
+    """For each vertex the first one at its position; nodes are welded only if they are joined."""
     count = len(mesh.positions)
     welds = np.arange(count, dtype=np.uint32) if mesh.welds is None else mesh.welds.copy()
     first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
@@ -92,7 +92,10 @@ def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
 
 
 def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
-    """A mesh of float64 about zero in float32, about an origin, of its own if none is given."""
+    """Converts a mesh from float64 in model coordinates to float32 about an origin.
+
+    Without `origin`, the mesh gets one near its middle.
+    """
     if origin is None:
         bounds = mesh.report.bounds_min, mesh.report.bounds_max
         origin = choose_origin(*(np.array(bound) for bound in bounds))
@@ -118,7 +121,7 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
 
 
 def move_to_zero(mesh: Mesh) -> Mesh:
-    """A mesh of float32 about an origin in float32 about zero, for formats that tell no origin."""
+    """Converts float32 positions about an origin to model coordinates, for formats without one."""
     return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
 
 
@@ -193,18 +196,18 @@ def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
 
 
 def _find_spread(mesh: Mesh, matrix: FloatArray | None) -> tuple[float, float]:
-    """How much larger distances may be in the copy, and what its rounding adds to them."""
+    """The largest factor by which placing multiplies distances, and the rounding error it adds."""
     bounds = mesh.report.bounds_min, mesh.report.bounds_max
     return scalings(matrix)[1], placing_error(matrix, *(np.array(bound) for bound in bounds))
 
 
 def _spread_part(part: MeshPart, stretch: float, error: float) -> MeshPart:
-    """A part after distances grew by these."""
+    """A part whose bound is multiplied by `stretch`, plus `error`."""
     return replace(part, deviation_bound=_grow(part.deviation_bound, stretch, error))
 
 
 def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshReport:
-    """A report after distances grew by these."""
+    """A report whose bounds are multiplied by `stretch`, plus `error`."""
     return replace(
         report,
         deviation_bound=_grow(report.deviation_bound, stretch, error),
@@ -218,7 +221,7 @@ def _grow(bound: float | None, stretch: float, error: float) -> float | None:
 
 
 def shown_points(mesh: Mesh) -> RealArray:
-    """Points that the bounds of a mesh are those of: its vertices; without any, its lines."""
+    """The points that determine the bounds of a mesh: its vertices, or its lines if it has none."""
     if len(mesh.positions):
         return mesh.positions
     lines = [overlay.positions for overlay in mesh.overlays if len(overlay.positions)]

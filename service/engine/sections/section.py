@@ -29,14 +29,14 @@ from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
 PAIRS = 1 << 16
-"""Coefficients of f over whole patches that are examined at a time."""
+"""Coefficients of f over patches, before any halving, that are examined at a time."""
 
 LEAST = 2.0**-38
 """The least tolerance in the coordinates of the nets, for a surface that is one point."""
 
 NEAR = 2.0**-14
-"""Distance, in the coordinates of the nets, within which places where a surface touches a plane are
-one: cells that may touch the plane lie about it."""
+"""Points nearer than this, in the coordinates of the nets, count as one touching point: several
+cells around it may touch the plane."""
 
 NODES = 1 << 14
 """Points that are computed at a time."""
@@ -96,16 +96,16 @@ class _Search:
     deviation: float = 0.0
     count: int = 0
     _before: int = 0
-    """Pieces of the pairs of a plane and a net before those that are cut now."""
+    """Pieces that were found before the last call of `begin`."""
     _pairs: tuple[int, int] = 0, 0
-    """How many these are, and how many of them were begun."""
+    """Pairs of a plane and a net that `begin` announced, and how many of them `cut` has begun."""
 
     def begin(self, pairs: int) -> None:
         """Prepare to cut a number of pairs of a plane and a net, in several calls."""
         self._before, self._pairs = self.count, (pairs, 0)
 
     def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
-        """The sections by some planes, of pairs of these and of nets."""
+        """The sections by planes `numbers`, from all pairs (plane, net) whose boxes meet."""
         pairs, begun = self._pairs
         self._pairs = pairs, begun + len(plane)
         parts: list[Cells] = []
@@ -136,7 +136,7 @@ class _Search:
         ]
 
     def _allow(self, count: int, expected: float) -> None:
-        """Ask with a lower bound, and with the least number that is expected of all pairs."""
+        """Calls `allow` with a lower bound of the pieces, and with an expectation for all pairs."""
         self.allow(self.count + count)
         pairs, begun = self._pairs
         pieces = self.count - self._before + expected
@@ -196,11 +196,11 @@ class _Search:
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
     def _note_crossings(self, cells: CellTable, rows: Ints, away: FloatArray) -> None:
-        """Count how far a section may be from the arcs at a crossing.
+        """Include the distance of the section from the arcs at crossings in the deviation.
 
-        A piece of the section in a singular cell is within r = away + size of the mean of the
-        middles of its group of cells, and so are the ends of arcs on the border of these: as two
-        points of a ball they are at most 2 max r apart.
+        A crossing lies at the mean of the middles of a group of singular cells. The section in
+        these cells, and the ends of arcs on their borders, are within r = away + size of it. So
+        their distances are at most 2 max r.
         """
         low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
         size = np.zeros(len(rows))
@@ -213,7 +213,7 @@ class _Search:
 
 
 def _apart(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
-    """The rows of points that are no crossings of the section, and no repetitions."""
+    """Those of `nodes` that are not near a crossing, and not near an earlier one of them."""
     kept: list[int] = []
     others = points[crossings]
     for k in nodes.tolist():

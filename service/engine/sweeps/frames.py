@@ -1,8 +1,8 @@
 """Rotation-minimising frames along curves: normals that do not turn about the curve.
 
-Every step from one sample to the next is two reflections, in the plane between the two points and
-in the one that then takes the tangent where it belongs; together they are a rotation. The error of
-the whole is of fourth order in the step.
+Every step from one sample to the next is a rotation, composed of two reflections: the first maps
+one point to the next, the second then maps the reflected tangent to the next tangent. The error of
+a curve is of fourth order in the step.
 
 Wang, Jüttler, Zheng and Liu, Computation of rotation minimizing frames, ACM TOG 27(1), 2008.
 """
@@ -13,23 +13,24 @@ from service.bases.arrays import Bools, FloatArray
 from service.engine.vectors import cross
 
 NO_PLANE = 1e-18
-"""Squared length, in units of what it is measured against, of a vector that no plane belongs to."""
+"""Vectors of smaller squared lengths count as zero: they have no plane of reflection. The unit is
+the longest step, or a unit tangent."""
 
 
 def compute_frames(
     points: FloatArray, tangents: FloatArray, fractions: FloatArray, *, closed: bool
 ) -> FloatArray:
-    """A unit normal at every sample of K curves, as nearly without rotation as can be.
+    """A unit normal at every sample of K curves, with the least rotation about the curve.
 
-    The frame of a closed curve comes back turned by some angle; that turn is spread evenly over
-    the length, so that there is no jump.
+    After one turn around a closed curve, the frame would be rotated by some angle. The opposite
+    rotation is spread evenly over the length, so that the frame closes.
 
     Parameters
     ----------
     points, tangents : ndarray of float64, shape (K, m, 3)
         Points may repeat, tangents have unit length. A closed curve ends where it begins.
     fractions : ndarray of float64, shape (K, m)
-        Length up to each sample as a part of the whole, 0 to 1.
+        Length up to each sample as a share of the length of the curve, 0 to 1.
 
     Returns
     -------
@@ -39,7 +40,7 @@ def compute_frames(
     first = find_perpendicular(tangents[:, 0])
     if not closed:
         return _transport(points, tangents, first)
-    # Once more round, so that a corner between end and beginning counts like any other.
+    # The first sample again at the end, so that the last step counts like any other.
     points = np.concatenate([points, points[:, :1]], axis=1)
     tangents = np.concatenate([tangents, tangents[:, :1]], axis=1)
     normals = _transport(points, tangents, first)
@@ -53,13 +54,13 @@ def compute_frames(
 
 
 def find_perpendicular(vectors: FloatArray) -> FloatArray:
-    """A unit vector at right angles to each, (…, 3): what is left of the axis furthest from it."""
+    """A unit vector perpendicular to each vector (…, 3), in the plane with a coordinate axis."""
     axis = np.eye(3)[np.abs(vectors).argmin(axis=-1)]
-    return _project_upright(axis, vectors)
+    return _find_normal_parts(axis, vectors)
 
 
 def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> FloatArray:
-    """The first normals (K, 3) carried along to all samples."""
+    """The normals at all samples, from the first normals (K, 3): shape (K, m, 3)."""
     turns = np.zeros((*points.shape[:2], 4))
     turns[:, 0, 0] = 1.0
     turns[:, 1:] = _steps(points, tangents)
@@ -69,14 +70,14 @@ def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> F
         turns[:, span:] = _multiply(turns[:, span:], turns[:, :-span])
         span *= 2
     turns /= np.sqrt(_dot(turns, turns))[..., None]
-    return _project_upright(_rotate(turns, first[:, None]), tangents)
+    return _find_normal_parts(_rotate(turns, first[:, None]), tangents)
 
 
 def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     """The rotation of every step as a unit quaternion: (K, m−1, 4)."""
     before, after = tangents[:, :-1], tangents[:, 1:]
     chord = np.diff(points, axis=1)
-    # Lengths to the scale of the longest step, lest squares of small ones vanish.
+    # Relative to the longest step, because squares of small lengths may underflow.
     size = np.abs(chord).max(axis=(1, 2), keepdims=True)
     chord = chord / np.where(size > 0, size, 1.0)
     moved = _dot(chord, chord)
@@ -117,15 +118,15 @@ def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
     return turned
 
 
-def _project_upright(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
-    """The parts of the vectors at right angles to the tangents, at unit length."""
+def _find_normal_parts(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
+    """The parts of vectors that are perpendicular to the tangents, with unit length."""
     rest = vectors - _dot(vectors, tangents)[..., None] * tangents
     unit: FloatArray = rest / np.sqrt(_dot(rest, rest))[..., None]
     return unit
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Products summed term by term: the same bits whatever is computed beside it."""
+    """Inner products, summed term by term, so that bits do not depend on other rows."""
     total: FloatArray = a[..., 0] * b[..., 0]
     for i in range(1, a.shape[-1]):
         total += a[..., i] * b[..., i]

@@ -1,4 +1,4 @@
-"""Isoparametric curves as something to look at, beside the faces of a mesh or instead of them."""
+"""Adds isoparametric curves to a mesh, as lines, tubes or ribbons, with or without its faces."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,15 +28,15 @@ SHARE = 1 / 300
 """Default width of a wire, in units of the diagonal of the control points' bounds."""
 
 LIFT = 1 / 20
-"""How far above the faces ribbons lie, in units of their width: in one place with them, now these
-and now those would be seen."""
+"""Distance of ribbons from the faces, in units of their width: at equal depth, a renderer would
+show parts of both."""
 
 COLOR: Color = (0.93, 0.54, 0.25, 1.0)
 """The colour of tubes and ribbons; lines have the same."""
 
 
 def draw_without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
-    """The mesh of a model without its faces: its overlays."""
+    """A mesh that has the overlays of a model, and no faces."""
     origin = choose_origin(*model.bounds) if single else np.zeros(3)
     dtype: Real = np.float32 if single else np.float64
     overlays = tuple(
@@ -53,7 +53,7 @@ def build_line_mesh(
     origin: FloatArray,
     dtype: Real,
 ) -> Mesh:
-    """A mesh without faces, of overlays as they are stored."""
+    """A mesh without faces, from overlays whose positions are as the file will store them."""
     nothing = np.empty((0, 3), dtype)
     low, high = _find_bounds(overlays, origin, model.bounds)
     return Mesh(
@@ -88,7 +88,7 @@ def build_line_mesh(
 def add_wires(
     mesh: Mesh, model: PatchModel, options: MeshOptions, curves: Sequence[IsoCurves]
 ) -> Mesh:
-    """The mesh with isoparametric curves of the model, in the form that the options ask for."""
+    """The mesh with isoparametric curves of the model, in the form that the options name."""
     if options.has_solid_wires:
         return _add_solids(mesh, model, options, curves)
     lines = line_overlay(curves)
@@ -101,7 +101,7 @@ def add_wires(
 
 
 def _convert_positions(positions: RealArray, mesh: Mesh) -> RealArray:
-    """Positions in model coordinates as those of a mesh are stored."""
+    """Converts positions in model coordinates to the origin, grid and precision of a mesh."""
     if mesh.step:
         positions = round_to_grid(positions.astype(np.float64), mesh.step)
     written: RealArray = (positions - mesh.origin).astype(mesh.positions.dtype)
@@ -113,8 +113,8 @@ def _add_solids(
 ) -> Mesh:
     """The mesh with tubes or ribbons along the isoparametric curves as one more part.
 
-    Their width is the option's. Ribbons lie on the surface: they face along its normals, those of
-    one of the patches where two meet; a little above it where its faces are drawn, too.
+    Ribbons face along the normals of the surface; along an edge, along those of one of its patches.
+    They lie on the surface, or a little above it if its faces are drawn too.
     """
     width = find_width(model, options)
     swept = [
@@ -144,24 +144,23 @@ def _add_solids(
              for name, rows in mesh.attributes)  # fmt: skip
     wires = replace(wires, parts=(replace(part, color=COLOR),), attributes=tuple(zeros))
     if mesh.colors is not None:
-        # A base colour would multiply white.
+        # If the mesh has colours, vertices of wires need them too, in place of a base colour.
         color = np.array(COLOR[: mesh.colors.shape[1]], mesh.colors.dtype)
         wires = replace(wires, parts=(part,), colors=np.tile(color, (len(wires.positions), 1)))
     if not options.has_faces:
         report = replace(wires.report, patches=model.patch_count)
         return replace(wires, name=mesh.name, overlays=mesh.overlays, report=report)
     together = merge_meshes([mesh, wires], mesh.name)
-    known = mesh.report
+    # Bounds are those of the surface; the wires have no exact shape from which they could deviate.
     report = replace(
         together.report,
-        closure=known.closure,
-        # Those of the surface: wires are what they are.
-        deviation_bound=known.deviation_bound,
-        mesh_deviation_bound=known.mesh_deviation_bound,
-        normal_angle=known.normal_angle,
-        curvature=known.curvature,
-        merged_knots=known.merged_knots,
-        moved=known.moved,
+        closure=mesh.report.closure,
+        deviation_bound=mesh.report.deviation_bound,
+        mesh_deviation_bound=mesh.report.mesh_deviation_bound,
+        normal_angle=mesh.report.normal_angle,
+        curvature=mesh.report.curvature,
+        merged_knots=mesh.report.merged_knots,
+        moved=mesh.report.moved,
     )
     return replace(together, report=report)
 
@@ -176,7 +175,7 @@ def find_width(model: PatchModel, options: MeshOptions) -> float:
 
 def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
     """Most vertices, triangles and quads of `curves` curves with `samples` samples in all."""
-    # At the joint of two curves stand as many stations as before: the last one and the first one.
+    # Where two curves are joined, both the last and the first station stay.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples
     around = options.wire_sides + 1
@@ -188,7 +187,7 @@ def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[
 
 
 def _join_sweeps(swept: Sequence[SweptGrids]) -> SweptGrids:
-    """Everything that was swept, one after another."""
+    """Joins the arrays of several sweeps."""
     first = np.cumsum([0, *(len(one.positions) for one in swept)])[:-1]
     return SweptGrids(
         positions=np.concatenate([one.positions for one in swept]),
@@ -224,7 +223,7 @@ def line_overlay(curves: Sequence[IsoCurves]) -> Overlay:
 def _find_bounds(
     overlays: Sequence[Overlay], origin: FloatArray, otherwise: tuple[FloatArray, FloatArray]
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Bounds of the lines, or of what they belong to where there are none."""
+    """Bounds of the lines, or `otherwise` if there are no lines."""
     extents = [find_extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
     low, high = otherwise
     if extents:

@@ -1,4 +1,4 @@
-"""Estimates of cells of several knot spans, by the pieces that they have of each span."""
+"""Estimates for cells of several knot spans, from their pieces: one piece in each span."""
 
 from dataclasses import dataclass
 
@@ -40,9 +40,9 @@ FEW = [0, 4]
 
 
 def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
-    """Which of the cells, of several spans each, are to be cut; and all of them as leaves."""
+    """Which of the cells, of several spans each, must be cut, and the leaves for all cells."""
     pieces, goal = split_cells(cells), task.goal
-    one_span, of = pieces.as_cells, pieces.cell
+    one_span, cell = pieces.as_cells, pieces.cell
     patch = task.find_patches(one_span)
     middles = task.patch_nets.middles
     about = middles.take(patch, axis=1) - middles.take(task.faces.first[one_span.face], axis=1)
@@ -57,8 +57,8 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
         size = np.sqrt(np.maximum(squares[4], squares[5]))
         allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
     stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
-    box, size = cells.box.take(of, axis=1), cells.box[1::2] - cells.box[::2]
-    low, high = ((one_span.box[k::2] - box[::2]) / size.take(of, axis=1) for k in (0, 1))
+    box, size = cells.box.take(cell, axis=1), cells.box[1::2] - cells.box[::2]
+    low, high = ((one_span.box[k::2] - box[::2]) / size.take(cell, axis=1) for k in (0, 1))
     places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, stray)
@@ -91,8 +91,8 @@ class _CellTriangles:
         a, b, c, d.
     planes : Planes
     stray : ndarray of float64, shape (m,)
-        Share of a distance at equal parameters that counts beside heights: 1 for cells without
-        planes, ½ if the goal has two sides, otherwise 0.
+        Factor of the distance between points of equal parameters: the largest of a height and
+        this product counts. 1 for cells without planes, ½ if the goal has two sides, otherwise 0.
     """
 
     corner: FloatArray
@@ -100,7 +100,7 @@ class _CellTriangles:
     stray: FloatArray
 
     def measure_heights(
-        self, points: FloatArray, places: tuple[FloatArray, FloatArray], of: Ints
+        self, points: FloatArray, places: tuple[FloatArray, FloatArray], cell: Ints
     ) -> FloatArray:
         """The largest heights (2, N) of points (k, 3, N) over both pairs of triangles.
 
@@ -108,14 +108,14 @@ class _CellTriangles:
         ----------
         places : (x, y)
             Places (k, N) of the points in their cells, from 0 to 1.
-        of : ndarray of int, shape (N,)
+        cell : ndarray of int, shape (N,)
             The cell of each column.
         """
         x, y = places
-        under = self.planes.normals.take(of, axis=-1)
-        a, b, c, d = self.corner.take(of, axis=-1)
-        heights = np.empty((2, len(of)))
-        stray = self.stray[of]
+        under = self.planes.normals.take(cell, axis=-1)
+        a, b, c, d = self.corner.take(cell, axis=-1)
+        heights = np.empty((2, len(cell)))
+        stray = self.stray[cell]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
             away = points - from_
             one, two = dot(away, under[2 * way]), dot(away, under[2 * way + 1])
@@ -144,22 +144,22 @@ def _find_heights(
 ) -> FloatArray:
     """The largest heights (2, m) of nine points (9, 3, N) over both pairs of triangles.
 
-    They are infinite for cells of which two points are too high already.
+    If the two points `FEW` of a piece are already too high, the heights of the cell are infinite.
     """
-    of, maybe = pieces.cell, np.ones(len(allowed), dtype=bool)
-    if len(of) > AHEAD:
-        few = triangles.measure_heights(at[FEW], (places[0, :2], places[1, :2]), of)
-        maybe = np.any(pieces.find_largest(few) <= allowed, axis=0)
-    highest = np.full((2, len(maybe)), np.inf)
-    rows = maybe[of].nonzero()[0]
+    cell, is_open = pieces.cell, np.ones(len(allowed), dtype=bool)
+    if len(cell) > AHEAD:
+        few = triangles.measure_heights(at[FEW], (places[0, :2], places[1, :2]), cell)
+        is_open = np.any(pieces.find_largest(few) <= allowed, axis=0)
+    highest = np.full((2, len(is_open)), np.inf)
+    rows = is_open[cell].nonzero()[0]
     if len(rows):
         around = (
             np.repeat(places[0].take(rows, axis=1), 3, axis=0),
             np.tile(places[1].take(rows, axis=1), (3, 1)),
         )
-        count = (pieces.end + 1 - pieces.start)[maybe]
-        heights = triangles.measure_heights(at.take(rows, axis=-1), around, of[rows])
-        highest[:, maybe] = np.maximum.reduceat(heights, np.cumsum(count) - count, axis=-1)
+        count = (pieces.end + 1 - pieces.start)[is_open]
+        heights = triangles.measure_heights(at.take(rows, axis=-1), around, cell[rows])
+        highest[:, is_open] = np.maximum.reduceat(heights, np.cumsum(count) - count, axis=-1)
     return highest
 
 
