@@ -7,8 +7,8 @@ neighbours, may differ by rounding. Connectivity compares points bit for bit
 - near points on the borders of patches form groups (`near_points`);
 - sides whose points are in the same groups, in one direction or the other, are one edge, and get
   the points of that side whose net comes first in dictionary order;
-- near weights of equal points become 1 if one of them is 1, as those of polynomial patches are, else
-  the least of them, after division by a common factor for each surface (`common_factors`);
+- near weights of equal points become 1 if one of them is 1, as those of polynomial patches are,
+  else the least of them, after division by a common factor for each surface (`common_factors`);
 - sides that are one curve in several degrees get the raised net of the lowest (`raised_edges`);
 - corners, and sides that are one group, get the first point of their group in dictionary order;
 - patches of which two opposite sides become one edge become curves (`thin_patches`).
