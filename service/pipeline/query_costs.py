@@ -89,11 +89,13 @@ def measure_effort(degree: tuple[int, int]) -> int:
 
 
 def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
-    """The cost of measures whose cells have `budget` control points more than the patches."""
+    """The cost of measures whose cells have `budget` control points, or 3 times the patches'."""
     (p, q), nets = size.degree, size.grids + 3 * size.triangles
     points = nets * (p + 1) * (q + 1)
     memory = (
-        2 * lowering_memory(size) + MEASURE_POINT_BYTES * (points + budget) + MEASURE_BATCH_BYTES
+        2 * lowering_memory(size)
+        + MEASURE_POINT_BYTES * max(3 * points, budget + points)
+        + MEASURE_BATCH_BYTES
     )
     work = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
     return Cost(0, 0, file, memory + 2 * file, work)

@@ -135,14 +135,14 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
     allowed : ndarray of float64, shape (1,) or (2,)
         The errors that the whole may have.
     budget : int
-        Control points that all cells may have.
+        Control points that all cells may have; but at least three times those of the patches.
     """
     has_closed_form = kind == "flux"
     exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
     rest = [_bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational]
     kept: list[BoundedCells] = []
-    room, share = budget - sum(cells_bound.cells.size for cells_bound in rest), 1.0
-    excess = 0.0
+    size = sum(cells_bound.cells.size for cells_bound in rest)
+    room, share, excess = max(budget - size, 2 * size), 1.0, 0.0
     for _ in range(ROUNDS):
         checkpoint()
         errors = np.concatenate(

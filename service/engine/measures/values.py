@@ -36,7 +36,8 @@ class MeasureQuery:
     weld_tolerance : float
         Borders are joined if they are nearer than this share of the diagonal.
     budget : int
-        The most control points of the cells of one integral, in addition to those of the patches.
+        The most control points of the cells of one integral; but at least three times those of the
+        patches.
     """
 
     tolerance: float = TOLERANCE

@@ -119,6 +119,16 @@ def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
         assert found.area.high - found.area.low < (1e-6 if name in SMOOTH else 20) * truth
 
 
+def test_the_cells_of_many_patches_may_be_halved() -> None:
+    """The patches have more control points than the budget: they may have three times as many."""
+    x, y = np.meshgrid(np.arange(12.0), np.arange(12.0), indexing="ij")
+    net = np.stack([x, y, np.sin(x / 4) * np.cos(y / 4)], axis=-1)
+    surface = BsplineSurface(net, (3, 3))
+    found = measure(surface.lower(), MeasureQuery(1e-4, budget=100))
+    assert found.reached
+    assert holds(found.area, of(surface, 1e-9).area.value)
+
+
 @pytest.mark.parametrize("degree", [(1, 1), (3, 3), (2, 5)])
 def test_the_flux_of_polynomials_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
     nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
