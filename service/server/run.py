@@ -24,6 +24,7 @@ from typing import Any, NoReturn
 import uvicorn
 from starlette.types import ASGIApp
 
+from service.api.observing.metrics import RequestCounters
 from service.server.protocol import BoundedProtocol, with_failure_response
 from service.settings.values import Settings
 
@@ -85,7 +86,8 @@ def notify(state: str) -> None:
 def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
     """The server of an application with this state; `other` are settings of uvicorn."""
     state = SimpleNamespace(ready=True) if state is None else state
-    state.refused = state.observed.refused if hasattr(state, "observed") else lambda _: None
+    observed: RequestCounters | None = getattr(state, "observed", None)
+    state.count_refusal = observed.count_refusal if observed else lambda _: None
     options: dict[str, Any] = {
         "host": settings.host,
         "port": settings.port,

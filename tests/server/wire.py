@@ -72,7 +72,7 @@ class Server:
     def __init__(self, app: ASGIApp, **settings: Any) -> None:
         self.clock = Clock()
         self.refused: list[str] = []
-        observed = SimpleNamespace(refused=self.refused.append)
+        observed = SimpleNamespace(count_refusal=self.refused.append)
         self.app_state = SimpleNamespace(ready=True, observed=observed)
         self._config = make_server(app, Settings(**settings), self.app_state).config
         self._config.load()
