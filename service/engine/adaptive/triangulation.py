@@ -70,8 +70,8 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
         stays.
     """
     corners = triangulation.vertex[triangulation.triangles]
-    at = stored[corners]
-    equal = np.stack([(at[:, i] == at[:, j]).all(axis=1) for i, j in NEXT], axis=1)
+    following = corners[:, [1, 2, 0]]
+    equal = np.logical_and.reduce([x.take(corners) == x.take(following) for x in stored.T])
     if not equal.any():
         return triangulation
     pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(NEXT)])

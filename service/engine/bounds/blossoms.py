@@ -79,7 +79,8 @@ def build_blossoms(degree: int, arguments: FloatArray) -> FloatArray:
         Row r times the control points of a curve is its blossom at mixture r.
     """
     rest = 1.0 - arguments
-    blossoms = np.stack([rest, arguments], axis=1)
+    blossoms = np.empty((len(rest), 2, rest.shape[1]))
+    blossoms[:, 0], blossoms[:, 1] = rest, arguments
     for d in range(2, degree + 1):
         parent, last = _find_parents(len(arguments), d)
         before = blossoms.take(parent, axis=0)

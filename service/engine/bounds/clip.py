@@ -86,15 +86,16 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
         Places of the faces.
     """
     part, pieces = np.arange(len(face)), corners
-    spans = np.zeros((2, len(face)), dtype=np.intp)
     counts = faces.spans[face].T
-    if int(counts.max(initial=1)) > 1:
-        for axis in range(2):
-            source, pieces, span = _cut_at_knots(pieces, counts[axis, part], axis)
-            part, spans = part[source], spans.take(source, axis=1)
-            spans[axis] = span
-        order = np.argsort(part, kind="stable")
-        part, pieces, spans = part[order], pieces.take(order, axis=2), spans.take(order, axis=1)
+    if int(counts.max(initial=1)) == 1:
+        return PatchPieces(part, faces.first[face], np.divide(pieces, SPAN, order="C"), pieces)
+    spans = np.zeros((2, len(face)), dtype=np.intp)
+    for axis in range(2):
+        source, pieces, span = _cut_at_knots(pieces, counts[axis, part], axis)
+        part, spans = part[source], spans.take(source, axis=1)
+        spans[axis] = span
+    order = np.argsort(part, kind="stable")
+    part, pieces, spans = part[order], pieces.take(order, axis=2), spans.take(order, axis=1)
     owner = face[part]
     patch = faces.first[owner] + spans[0] * faces.stride[owner] + spans[1]
     return PatchPieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)

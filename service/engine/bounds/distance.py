@@ -110,10 +110,9 @@ def _measure_outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles
     begin = corners[:, 0] * tangents[:, 1] - corners[:, 1] * tangents[:, 0]
     out = np.empty((3, *x.shape))
     np.negative(y, out=out[0])
-    for edge in (1, 2):
-        np.multiply(x, tangents[edge, 1, :, np.newaxis], out=out[edge])
-        out[edge] -= y * tangents[edge, 0, :, np.newaxis]
-        out[edge] -= begin[edge, :, np.newaxis]
+    np.multiply(x, tangents[1:, 1, :, np.newaxis], out=out[1:])
+    out[1:] -= y * tangents[1:, 0, :, np.newaxis]
+    out[1:] -= begin[1:, :, np.newaxis]
     return out
 
 
@@ -166,11 +165,20 @@ def bound_heights(h: FloatArray, degree: int) -> FloatArray:
     halfway, elevated = _build_quadratic_tables(degree)
     values = h @ halfway
     rest = h - values @ elevated
-    middles = values.transpose(2, 0, 1)
-    both = maximize_quadratics(np.stack([middles, -middles], axis=1))
-    up = both[0] + np.maximum(rest.max(axis=-1), 0.0)
-    bound: FloatArray = np.maximum(up, both[1] - np.minimum(rest.min(axis=-1), 0.0))
+    up, down = maximize_both_ways(values.transpose(2, 0, 1))
+    up += np.maximum(rest.max(axis=-1), 0.0)
+    down -= np.minimum(rest.min(axis=-1), 0.0)
+    bound: FloatArray = np.maximum(up, down)
     return bound
+
+
+def maximize_both_ways(m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`maximize_quadratics` of m and of −m."""
+    both = np.empty((3, 2, *m.shape[1:]))
+    both[:, 0] = m
+    np.negative(m, out=both[:, 1])
+    up, down = maximize_quadratics(both)
+    return up, down
 
 
 def maximize_quadratics(m: FloatArray) -> FloatArray:

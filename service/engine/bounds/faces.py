@@ -38,9 +38,9 @@ class Faces:
         """First patch, step from patch to patch, and number of patches along each side: (F, 4)."""
         rows, columns = self.spans[:, 0], self.spans[:, 1]
         near, far = self.first, self.first + (rows - 1) * self.stride
-        begin = np.stack([near, far, near, near + columns - 1], axis=1)
-        step = np.stack(along_sides(self.stride, np.ones_like(rows)), axis=1)
-        return begin, step, np.stack(along_sides(rows, columns), axis=1)
+        begin = np.array([near, far, near, near + columns - 1]).T
+        step = np.array(along_sides(self.stride, np.ones_like(rows))).T
+        return begin, step, np.array(along_sides(rows, columns)).T
 
 
 def find_faces(model: PatchModel, seams: Seams) -> Faces:

@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import build_quadratic_matrix
-from service.engine.bounds.distance import maximize_quadratics
+from service.engine.bounds.distance import maximize_both_ways
 from service.engine.bounds.vectors import Vectors, dot
 
 THIN = 1e-9
@@ -137,10 +137,7 @@ def measure_heights(
 
 def maximize_heights(m: FloatArray) -> FloatArray:
     """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m has shape (3, …)."""
-    both = np.empty((3, 2, *m.shape[1:]))
-    both[:, 0], both[:, 1] = m, -m
-    up, down = maximize_quadratics(both)
-    highs: FloatArray = np.maximum(up, down)
+    highs: FloatArray = np.maximum(*maximize_both_ways(m))
     return highs
 
 
