@@ -7,7 +7,6 @@ from typing import TypeVar
 import hypothesis
 import pytest
 
-from tests.live import running_service
 from tests.scheduling import Scheduling, scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
@@ -25,6 +24,9 @@ hypothesis.settings.load_profile("surface")
 @pytest.fixture(scope="session")
 def server() -> Iterator[str]:
     """URL of the running service, for the length of the test run."""
+    # The process that hands out the tests needs no service: to import it takes a second.
+    from tests.live import running_service  # noqa: PLC0415
+
     with running_service() as url:
         yield url
 

@@ -280,11 +280,13 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
     counts = []
     async with lent() as workers:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
-            for size in sizes:
-                job = Job(workers)
+            jobs = [Job(workers) for _ in sizes]
+            for job, size in zip(jobs, sizes, strict=True):
                 await job.run(Work(size, long=False), "x")
+            for job in jobs:  # both end before the event loop goes on
                 job.close()
-            await asyncio.sleep(0.1)
+            if trimming := workers._trimming:
+                await trimming
             counts.append(len(calls))
     assert counts == [0, 1, 2]
     trim_heap()

@@ -25,7 +25,7 @@ def load(path: Path) -> Any:
 def run(*command: str | Path, stdin: str = "") -> str:
     """The output of a command; its failure fails the test, with its error output."""
     done = subprocess.run(
-        command, input=stdin, capture_output=True, text=True, timeout=60, check=False
+        command, input=stdin, capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -25,35 +25,43 @@ FLAT = 1e-10
 
 def to_triangles(points: Array, corners: Array) -> Array:
     """Distance (m,) of each point (m, 3) to its own triangle (m, 3, 3)."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    square = np.minimum(
-        _to_segments(points, a, b),
-        np.minimum(_to_segments(points, b, c), _to_segments(points, c, a)),
+    point = np.ascontiguousarray(points.T)
+    a, b, c = np.ascontiguousarray(corners.transpose(1, 2, 0))
+    sides = [(end - start, point - start, point - end) for start, end in ((a, b), (b, c), (c, a))]
+    squares = [_dot(along, along) for along, _, _ in sides]
+    square = np.minimum.reduce(
+        [_to_segments(*side, length) for side, length in zip(sides, squares, strict=True)]
     )
-    normal = np.cross(b - a, c - a)
+    normal = _cross(sides[0][0], -sides[2][0])
     area = _dot(normal, normal)
-    longest = np.max([_dot(q - p, q - p) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    over = area > (FLAT * longest) ** 2
-    for p, q in ((a, b), (b, c), (c, a)):
-        over &= _dot(np.cross(normal, q - p), points - p) >= 0
-    height = _dot(points - a, normal) ** 2 / np.where(area > 0, area, 1.0)
+    over = area > (FLAT * np.maximum.reduce(squares)) ** 2
+    for along, start, _ in sides:
+        over &= _dot(_cross(normal, along), start) >= 0
+    height = _dot(sides[0][1], normal) ** 2 / np.where(area > 0, area, 1.0)
     return np.sqrt(np.where(over, np.minimum(height, square), square))
 
 
-def _to_segments(points: Array, a: Array, b: Array) -> Array:
-    """Square of the distance to the segment from a to b."""
-    along = b - a
-    square = _dot(along, along)
-    t = np.clip(_dot(points - a, along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+def _to_segments(along: Array, start: Array, end: Array, square: Array) -> Array:
+    """Square of the distance to a segment: its vector, the point seen from its ends, (3, m), and
+    the square of its length.
+    """
+    t = np.clip(_dot(start, along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
     # Measured from the nearer end, so that no digits are lost beside it.
-    near = np.where((t < 0.5)[:, np.newaxis], points - a, points - b)
-    rest = near - np.where(t < 0.5, t, t - 1.0)[:, np.newaxis] * along
+    first = t < 0.5
+    rest = np.where(first, start, end) - np.where(first, t, t - 1.0) * along
     return _dot(rest, rest)
 
 
 def _dot(a: Array, b: Array) -> Array:
-    product: Array = np.einsum("mi,mi->m", a, b)
+    """Of vectors that are columns, (3, m)."""
+    product: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 @dataclass(eq=False)
@@ -114,7 +122,7 @@ class Soup:
 def _balls(corners: Array) -> list[tuple[cKDTree, Index, float]]:
     """Middles of the triangles' boxes, by size: a tree, the triangles in it, the largest radius."""
     low, high = corners.min(axis=1), corners.max(axis=1)
-    middles, radii = (low + high) / 2, np.sqrt(_dot(high - low, high - low)) / 2
+    middles, radii = (low + high) / 2, np.sqrt(_dot((high - low).T, (high - low).T)) / 2
     size = np.frexp(radii)[1]
     groups = [np.flatnonzero(size == k) for k in np.unique(size)]
     return [(cKDTree(middles[g]), g, float(radii[g].max()) * (1 + 1e-9)) for g in groups]
@@ -123,8 +131,8 @@ def _balls(corners: Array) -> list[tuple[cKDTree, Index, float]]:
 def _spread(corners: Array) -> tuple[Array, Index]:
     """Points inside the triangles, more of them the longer a triangle is, and their owners."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    longest = np.max([_dot(q - p, q - p) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    normal = np.cross(b - a, c - a)
+    longest = np.max([_dot((q - p).T, (q - p).T) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    normal = _cross((b - a).T, (c - a).T)
     area = np.sqrt(_dot(normal, normal))
     shape = longest / np.maximum(area, longest / 64 + (longest == 0))
     places: list[Array] = []

@@ -93,18 +93,22 @@ def site(pages: Mapping[str, str]) -> Iterator[str]:
         yield origin
 
 
-def open_client(
-    browser: Browser, url: str, pixels: bool = False, width: int = 240, height: int = 160
-) -> Stage:
-    """A new page at `url`, opened; `held` can be asked about it, and about its picture `pixels`."""
+def new_visitor(browser: Browser, pixels: bool = False) -> Stage:
+    """A blank page; `held` can be asked about all that it opens, and about pictures if `pixels`."""
     stage = open_page(browser)
-    stage.page.set_viewport_size({"width": width, "height": height})
     stage.page.add_init_script(path=HELD)
     stage.page.add_init_script(SLOW_FRAMES)
     if not pixels:
         stage.page.add_init_script(WITHOUT_PIXELS)
-    stage.page.goto(url)
     return stage
+
+
+def visit(stage: Stage, url: str, width: int = 240, height: int = 160) -> None:
+    """Opens another address in the page, whose console has complained of nothing so far."""
+    stage.page.goto("about:blank")
+    stage.complaints.clear()
+    stage.page.set_viewport_size({"width": width, "height": height})
+    stage.page.goto(url)
 
 
 def held(stage: Stage) -> list[dict[str, Any]]:

@@ -29,7 +29,8 @@ def project_of(folder: Path, *sources: Path) -> Path:
 
 def complaints(project: Path) -> str:
     """The compiler's errors in the project of a `tsconfig.json`; empty if there are none."""
-    compiler = node_package("typescript") / "bin" / "tsc"
+    # Version 7 takes a sixth of the time; openapi-typescript needs the library of version 5.
+    compiler = node_package("typescript-7") / "bin" / "tsc"
     command = [program("node"), str(compiler), "--project", str(project)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     told = done.stdout + done.stderr

@@ -8,6 +8,7 @@ from playwright.sync_api import Browser
 
 from tests.programs import chromium, node_package
 from tests.web.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
+from tests.web.clients import new_visitor
 from tests.web.editor import SADDLE, open_editor
 
 
@@ -26,6 +27,12 @@ def viewer(browser: Browser) -> Iterator[Stage]:
         stage = open_page(browser)
         open_viewer(stage, pages, "?plain")
         yield stage
+
+
+@pytest.fixture(scope="package")
+def visitor(browser: Browser) -> Stage:
+    """A page for all tests that open other pages: a new one takes half a second of a processor."""
+    return new_visitor(browser)
 
 
 @pytest.fixture(scope="package")

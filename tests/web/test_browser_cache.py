@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 
 import httpx
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from tests.live import running_service
-from tests.web.clients import site
+from tests.web.browser import Stage
+from tests.web.clients import site, visit
 
 SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
@@ -55,8 +56,8 @@ def links(watched: Watched) -> dict[str, str]:
 
 EMPTY = "<!doctype html><title>A page</title><link rel=icon href='data:,'>"
 LOADS = {
-    "fetch": "url => fetch(url).then((a) => a.arrayBuffer()).then((b) => b.byteLength)",
-    "XMLHttpRequest": """url => new Promise((resolve) => {
+    "glb": "url => fetch(url).then((a) => a.arrayBuffer()).then((b) => b.byteLength)",
+    "ply": """url => new Promise((resolve) => {
         const asked = new XMLHttpRequest();
         asked.open('GET', url);
         asked.responseType = 'arraybuffer';
@@ -64,79 +65,74 @@ LOADS = {
         asked.send();
     })""",
 }
-"""Scripts that load a file and return its length: as three.js and model-viewer load files, and as
-Babylon.js does."""
+"""Scripts that load a file and return its length, by the suffix of the file: as three.js and
+model-viewer load files, and as Babylon.js does."""
 
 
 @pytest.fixture(scope="module", params=LOADS)
 def loaded(
-    request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], browser: Browser
-) -> Iterator[tuple[Page, str]]:
-    """A page of another origin that has loaded the mesh once in a fresh profile, and its script."""
-    load = LOADS[request.param]
+    request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], visitor: Stage
+) -> Iterator[tuple[Page, str, str]]:
+    """A page of another origin that has loaded the mesh once, its script, and the URL."""
+    load, link = LOADS[request.param], links[request.param]
     with site({"/": EMPTY}) as origin:
-        page = browser.new_page()
-        page.goto(f"{origin}/")
+        visit(visitor, f"{origin}/")
         watched.seen.clear()
-        page.evaluate(load, links["glb"])
+        visitor.page.evaluate(load, link)
         assert watched.seen == [(False, 200)]
-        yield page, load
-        page.close()
+        yield visitor.page, load, link
 
 
-def test_a_second_load_sends_no_request(
-    watched: Watched, links: dict[str, str], loaded: tuple[Page, str]
-) -> None:
-    page, load = loaded
+def test_a_second_load_sends_no_request(watched: Watched, loaded: tuple[Page, str, str]) -> None:
+    page, load, link = loaded
     page.goto(page.url)
-    content = httpx.get(links["glb"]).content
+    content = httpx.get(link).content
     watched.seen.clear()
-    assert page.evaluate(load, links["glb"]) == len(content)
+    assert page.evaluate(load, link) == len(content)
     assert watched.seen == []
     sizes = page.evaluate(
         "url => performance.getEntriesByName(url).map((e) => [e.transferSize, e.decodedBodySize])",
-        links["glb"],
+        link,
     )
     assert sizes == [[0, len(content)]]
 
 
 def test_a_load_that_asks_the_server_gets_304(
-    watched: Watched, links: dict[str, str], loaded: tuple[Page, str]
+    watched: Watched, loaded: tuple[Page, str, str]
 ) -> None:
     """The browser itself adds the condition, and hands its own copy to the page."""
     watched.seen.clear()
-    status, size = loaded[0].evaluate(
+    page, _, link = loaded
+    status, size = page.evaluate(
         """async (url) => {
             const response = await fetch(url, { cache: 'no-cache' });
             return [response.status, (await response.arrayBuffer()).byteLength];
         }""",
-        links["glb"],
+        link,
     )
     assert watched.seen == [(True, 304)]
-    assert (status, size) == (200, len(httpx.get(links["glb"]).content))
+    assert (status, size) == (200, len(httpx.get(link).content))
 
 
-def test_a_reload_gets_304(watched: Watched, links: dict[str, str], browser: Browser) -> None:
+def test_a_reload_gets_304(watched: Watched, links: dict[str, str], visitor: Stage) -> None:
     """Reloads a mesh that is open in the browser, as the browser's button does."""
-    page = browser.new_page()
+    page = visitor.page
     watched.seen.clear()
     page.goto(links["json"])
     page.reload()
     assert watched.seen == [(False, 200), (True, 304)]
     assert page.locator("body").inner_text().startswith('{"vertices":')
-    page.close()
 
 
 def test_a_page_of_another_origin_can_fetch_a_visited_file(
-    watched: Watched, links: dict[str, str], browser: Browser
+    watched: Watched, links: dict[str, str], visitor: Stage
 ) -> None:
     """A script may read a file that is cached because it was visited: its headers allow it."""
     with site({"/": EMPTY}) as origin:
-        page = browser.new_page()
+        page = visitor.page
         watched.seen.clear()
         page.goto(links["json"])
         page.goto(f"{origin}/")
         text = page.evaluate("url => fetch(url).then((response) => response.text())", links["json"])
         assert text.startswith('{"vertices":')
         assert {status for _, status in watched.seen} <= {200, 304}
-        page.close()

@@ -3,14 +3,12 @@ headers. Its blocks run as they stand there, but for the port of the service."""
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import httpx
 import numpy as np
 import pytest
-from playwright.sync_api import Browser
 
 from service.api.cors import EXPOSED
 from service.api.openapi.document import everything
@@ -20,12 +18,13 @@ from tests.live import running_service
 from tests.programs import node_package, program
 from tests.test_readme import run_shell
 from tests.web.browser import FOLDER, Stage
-from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
+from tests.web.clients import PAGE, SERVED_AT, blocks, held, page_of, site, visit
 from tests.web.compiler import complaints, project_of
 
 TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 TEXT = PAGE.read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))
+Open = Callable[[str], Stage]
 EMPTY = "<!doctype html><html lang=en><title>Nothing yet</title><link rel=icon href='data:,'>"
 IMPORTS = re.search(r"<script type=\"importmap\">.*?</script>", page_of("three"), re.DOTALL)
 
@@ -37,23 +36,20 @@ def rows(section: str) -> list[list[str]]:
 
 
 @pytest.fixture
-def opened(server: str, browser: Browser) -> Iterator[Any]:
+def opened(server: str, visitor: Stage) -> Iterator[Open]:
     """Opens a page of another origin, with the service where it is."""
     pages: dict[str, str] = {}
-    stages: list[Stage] = []
 
     def open_it(page: str) -> Stage:
         pages["/"] = page.replace(SERVED_AT, server)
-        stages.append(open_client(browser, f"{origin}/"))
-        return stages[-1]
+        visit(visitor, f"{origin}/")
+        return visitor
 
     with site(pages) as origin:
         yield open_it
-        for stage in stages:
-            stage.page.close()
 
 
-def test_a_net_becomes_a_geometry(opened: Any, server: str) -> None:
+def test_a_net_becomes_a_geometry(opened: Open, server: str) -> None:
     (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
     stage = opened(page)
     (mesh,) = held(stage)
@@ -67,7 +63,7 @@ def test_a_net_becomes_a_geometry(opened: Any, server: str) -> None:
     assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
-def test_creases_have_the_normals_of_their_corners(opened: Any, server: str) -> None:
+def test_creases_have_the_normals_of_their_corners(opened: Open, server: str) -> None:
     """The page's own function, of meshes whose positions have several normals."""
     (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
     (function,) = re.findall(r"function geometryOf.*?\n  }\n", page, re.DOTALL)
@@ -97,7 +93,7 @@ def test_creases_have_the_normals_of_their_corners(opened: Any, server: str) -> 
     assert stage.complaints == []
 
 
-def test_a_refusal_is_read_from_the_error_of_three(opened: Any) -> None:
+def test_a_refusal_is_read_from_the_error_of_three(opened: Open) -> None:
     (code,) = blocks("js")
     assert IMPORTS is not None
     stage = opened(f'{EMPTY}{IMPORTS[0]}<script type="module">{code}</script>')
@@ -107,7 +103,7 @@ def test_a_refusal_is_read_from_the_error_of_three(opened: Any) -> None:
     assert [re.findall(r"status of (\d+)", text) for text in stage.complaints] == [["422"]]
 
 
-def test_the_client_in_typescript_compiles_and_runs(opened: Any, tmp_path: Path) -> None:
+def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path) -> None:
     """Beside it right and wrong uses of the types, of which the compiler takes the right ones."""
     node_package("openapi-fetch")
     (source,) = blocks("ts")

@@ -23,10 +23,11 @@ from tests.web.clients import (
     blocks,
     held,
     linear,
-    open_client,
+    new_visitor,
     page_of,
     site,
     upright,
+    visit,
 )
 
 RESOLUTION = 32
@@ -75,7 +76,8 @@ def drawn(
     page = page_of(request.param).replace(SERVED_AT, server)
     assert stored["id"] in page
     with site({"/": page}) as origin:
-        stage = open_client(browser, f"{origin}/", pixels=True)
+        stage = new_visitor(browser, pixels=True)
+        visit(stage, f"{origin}/")
         (mesh,) = held(stage)
         picture = drawn_picture(stage)
         stage.page.close()

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser
 from scipy.spatial import cKDTree
 
 from service.engine.grid import CORNER
 from tests.web.browser import FILL_PIXELS, Stage
-from tests.web.clients import TRIED, client, open_client, site
+from tests.web.clients import TRIED, client, site, visit
 from tests.web.pictures import difference
 
 pytest.importorskip("meshopt")
@@ -50,22 +49,24 @@ Shown = dict[str, tuple[Any, bytes]]
 
 
 @pytest.fixture(scope="module", params=[each for each in TRIED if each != "model-viewer"])
-def shown(request: pytest.FixtureRequest, server: str, browser: Browser) -> Shown:
+def shown(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Shown:
     """The surface in every form as a library read it, and pictures: all on one page."""
     pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
     frames = "".join(f'<iframe name="{name}" src="{name}"></iframe>' for name in FORMS)
     found: Shown = {}
     with site({"/": FRAMES + frames, **pages}) as origin:
-        stage = open_client(browser, f"{origin}/", width=480, height=320)
-        for frame in stage.page.frames[1:]:
+        visit(visitor, f"{origin}/", width=480, height=320)
+        page = visitor.page
+        for frame in page.frames[1:]:
             frame.wait_for_function("window.held().length > 0")
             (mesh,) = frame.evaluate("window.held()")
             frame.evaluate(FILL_PIXELS)
             canvas = base64.b64decode(frame.evaluate(PICTURE))
             found[frame.name] = mesh, canvas or frame.frame_element().screenshot()
-            stage.page.evaluate("name => document.getElementsByName(name)[0].remove()", frame.name)
-        assert stage.complaints == []
-        stage.page.close()
+            visitor.page.evaluate(
+                "name => document.getElementsByName(name)[0].remove()", frame.name
+            )
+        assert visitor.complaints == []
     return found
 
 

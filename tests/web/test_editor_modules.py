@@ -1,26 +1,25 @@
 """Modules of the editor one by one, in the browser that they are written for."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 
 from service.encoders.text import json_text
 from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.schemas.surfaces import definition
 from service.surface.examples import EXAMPLES, find
+from tests.web.browser import Stage
+from tests.web.clients import visit
 
 
 @pytest.fixture(scope="module")
-def page(server: str, browser: Browser) -> Iterator[Page]:
+def page(server: str, visitor: Stage) -> Page:
     """An empty page of the service, which may import what the service serves."""
-    page = browser.new_page()
-    page.goto(f"{server}/health")
-    yield page
-    page.close()
+    visit(visitor, f"{server}/health")
+    return visitor.page
 
 
 def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:

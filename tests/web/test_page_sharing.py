@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.test_readme import run_shell
 from tests.web.browser import FILL_PIXELS, Stage
-from tests.web.clients import held, open_client, site
+from tests.web.clients import held, site, visit
 from tests.web.editor import READY, choose, drag, open_editor, point, start_anew, value
 
 VIEWER = """<!doctype html><html lang="en"><title>A shop</title><link rel="icon" href="data:,">
@@ -73,14 +73,13 @@ def test_the_link_opens_the_same_surface_in_a_fresh_profile(
     fresh.page.context.close()
 
 
-def test_the_snippet_draws_it_on_a_page_of_another_origin(edited: Page, browser: Browser) -> None:
+def test_the_snippet_draws_it_on_a_page_of_another_origin(edited: Page, visitor: Stage) -> None:
     with site({"/": VIEWER + copied(edited, "copy-snippet")}) as origin:
-        stage = open_client(browser, f"{origin}/")
-        (mesh,) = held(stage)
+        visit(visitor, f"{origin}/")
+        (mesh,) = held(visitor)
         assert len(mesh["triangles"]) == 3 * value(edited, "triangles")
         assert len(mesh["positions"]) == value(edited, "vertices")
-        assert stage.complaints == []
-        stage.page.close()
+        assert visitor.complaints == []
 
 
 def test_the_command_writes_the_file(edited: Page, tmp_path: Path) -> None:
