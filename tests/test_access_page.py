@@ -43,7 +43,7 @@ def server() -> Iterator[str]:
         yield url
 
 
-def test_the_commands_do_what_they_are_said_to(server: str, tmp_path: Path) -> None:
+def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
     program("curl")
     environment = os.environ | {
         "PYTHONPATH": str(ROOT),

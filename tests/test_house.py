@@ -25,7 +25,7 @@ def relative(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
-def test_modules_are_short_and_say_what_they_are_for() -> None:
+def test_modules_are_short_and_have_a_docstring() -> None:
     for module in MODULES:
         text = module.read_text(encoding="utf-8")
         assert len(text.splitlines()) <= MAX_LINES, f"{relative(module)} is too long"

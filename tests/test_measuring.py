@@ -29,12 +29,12 @@ def other() -> None:
         time.sleep(0)
 
 
-def test_what_is_measured_counts_once() -> None:
+def test_each_measurement_counts_once() -> None:
     calls: list[tuple[str, float]] = []
     contextvars.copy_context().run(within, lambda name, seconds: calls.append((name, seconds)))
     assert [name for name, _ in calls] == ["outer", "failed", "thread"]
     assert all(seconds > 0 for _, seconds in calls)
 
 
-def test_without_a_caller_that_measures_nothing_is_counted() -> None:
+def test_without_a_measuring_caller_nothing_is_recorded() -> None:
     contextvars.copy_context().run(within, None)

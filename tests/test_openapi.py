@@ -212,7 +212,7 @@ def test_every_operation_names_the_responses_of_the_guard() -> None:
     assert DOCUMENT["components"]["securitySchemes"]["key"]["scheme"] == "bearer"
 
 
-def test_an_open_service_asks_for_nothing() -> None:
+def test_a_service_without_keys_asks_for_none() -> None:
     document = document_of(SETTINGS["defaults"])
     components = document["components"]
     assert "securitySchemes" not in components
@@ -313,7 +313,7 @@ def test_files_are_taken_with_their_examples(client: Client) -> None:
                 assert client.request("POST", path, body, headers).status_code == 200
 
 
-def test_what_stands_beside_a_file_is_listed_with_examples_that_are_taken() -> None:
+def test_query_parameters_beside_a_file_have_valid_examples() -> None:
     parameters = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
     beside = {parameter["name"]: parameter for parameter in parameters}
     assert beside.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
@@ -417,7 +417,7 @@ def test_field_examples_are_taken() -> None:
         ("/v1/surfaces/none", "Problem"),
     ],
 )
-def test_answers_are_as_described(client: Client, url: str, name: str) -> None:
+def test_responses_are_as_described(client: Client, url: str, name: str) -> None:
     answer = client.get(url).json()
     assert errors(name, answer) == []
     assert set(answer) <= set(SCHEMAS[name]["properties"])

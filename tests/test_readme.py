@@ -90,7 +90,7 @@ def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: 
         assert file.read_bytes()[:4] == b"glTF"
 
 
-def test_programs_print_what_is_shown() -> None:
+def test_programs_print_the_output_that_the_page_shows() -> None:
     programs = [pair for pair in SHOWN if pair[0].language == "python"]
     assert len(programs) == 2
     for source, shown in programs:
@@ -113,7 +113,7 @@ def test_commands_without_a_server_work(
     assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
 
 
-def test_what_tables_name_is_there() -> None:
+def test_names_in_tables_exist() -> None:
     """The reference, which is generated, has every name; the tables have those that matter most."""
     surfaces = re.findall(r"^\| `(\w+)`(?: \(.*?\))? \| (.*) \|$", section("What goes in"), re.M)
     kinds = [row for row in surfaces if row[0] in MODELS]
@@ -128,7 +128,7 @@ def test_what_tables_name_is_there() -> None:
         assert options <= {*MeshRequest.model_fields}
 
 
-def test_what_surfaces_carry_is_said_of_those_that_do() -> None:
+def test_channels_are_listed_for_the_kinds_that_have_them() -> None:
     carry = {kind for kind, model in MODELS.items() if set(model.model_fields) >= CARRIED}
     paragraph = (
         section("Kinds of surfaces").partition("Surfaces of patches")[2].partition("\n\n")[0]

@@ -55,7 +55,7 @@ def test_an_empty_environment_gives_the_defaults() -> None:
     assert settings.workers >= 1
 
 
-def test_the_environment_is_read_where_it_is_asked_for_only(
+def test_settings_read_the_environment_only_on_demand(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("SURFACE_PORT", "81")

@@ -61,7 +61,7 @@ def test_the_teapot_is_as_the_table_has_it(tolerance: str) -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=[f"{n}" for n in range(len(COMMANDS))])
-def test_requests_are_answered_within_what_they_ask_for(
+def test_responses_are_within_the_requested_tolerance(
     command: str, server: str, tmp_path: Path
 ) -> None:
     program("curl")

@@ -46,6 +46,7 @@ PHRASES: Mapping[str, str] = {
     "name of the whole": "name of the group, of the surface",
     "(was|were|is|are) born": "was built",
     "Instead: ": "in place of …",
+    "test what(ever)?": "name the value: test_invalid_requests_are_refused",
 }
 """What to look for, in any case of letters, and what to write instead."""
 

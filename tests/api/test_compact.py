@@ -41,7 +41,9 @@ def test_other_formats_refuse_it_by_url_too(client: Client, option: str) -> None
     assert error["parameter"] == option.partition("=")[0]
 
 
-def test_formats_tell(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_formats_list_their_compact_options(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def told() -> dict[str, tuple[bool, list[str]]]:
         formats = client.get("/v1/formats").json()["formats"]
         return {each["name"]: (each["quantize"], each["compression"]) for each in formats}

@@ -50,7 +50,9 @@ WORK: dict[str, list[tuple[str, Any]]] = {
     ("kind", "op", "fields"),
     [(kind, op, fields) for kind, works in WORK.items() for op, fields in works],
 )
-def test_what_comes_out_can_go_in(client: Client, kind: str, op: str, fields: Any) -> None:
+def test_converted_surfaces_are_valid_bodies(
+    client: Client, kind: str, op: str, fields: Any
+) -> None:
     """Converted, posted to be meshed, and converted again by nothing: the same digits."""
     document = {"surface": SURFACES[f"{kind} with channels"], "operations": [{"op": op, **fields}]}
     response = client.post("/v1/convert", document)

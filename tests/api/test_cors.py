@@ -78,7 +78,7 @@ def test_no_origin_may_read() -> None:
         assert asked.status_code == 405
 
 
-def test_a_fault_of_ours_may_be_read_and_tells_nothing(
+def test_an_internal_error_is_readable_and_reveals_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def fail(_example: object) -> None:
@@ -95,7 +95,7 @@ def test_a_fault_of_ours_may_be_read_and_tells_nothing(
 
 
 @pytest.mark.parametrize("url", ["/v1/mesh", MESH, "/nothing"])
-def test_what_browsers_ask_beforehand(client: Client, url: str) -> None:
+def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
     response = client.request("OPTIONS", url, headers={**of(OURS), **ASKED})
     assert (response.status_code, response.content) == (204, b"")
     assert response.headers["access-control-allow-origin"] == "*"
@@ -116,7 +116,7 @@ def test_other_origins_are_not_granted_beforehand() -> None:
     assert "Origin" in other.headers["vary"]
 
 
-def test_an_ordinary_options_request_goes_its_way(client: Client) -> None:
+def test_an_ordinary_options_request_reaches_the_router(client: Client) -> None:
     response = client.request("OPTIONS", "/v1/mesh", headers=of(OURS))
     assert response.status_code == 405
     assert response.headers["access-control-allow-origin"] == "*"

@@ -57,7 +57,7 @@ def test_columns_can_be_left_out(client: Client) -> None:
     assert set(client.post("/v1/curve", document).json()) == {"points", "parameters", "report"}
 
 
-def test_a_tolerance_is_kept(client: Client) -> None:
+def test_the_tolerance_holds(client: Client) -> None:
     response = client.post("/v1/curve", {"curve": LOOP, "tolerance": 1e-4}).json()
     assert response["report"]["deviation_bound"] <= 1e-4
     assert response["report"]["closed"]
@@ -84,7 +84,7 @@ def test_the_gltf_is_valid(client: Client, tmp_path: Path, suffix: str, curve: A
     assert issues(content, tmp_path / f"curve.{suffix}") == []
 
 
-def test_the_gltf_is_one_strip_with_all_that_was_asked_for(client: Client) -> None:
+def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> None:
     content = body("glb", client, {"curve": LOOP, "resolution": 5})
     glb = read_glb(content)
     (node,) = glb.document["nodes"]
@@ -99,7 +99,7 @@ def test_the_gltf_is_one_strip_with_all_that_was_asked_for(client: Client) -> No
     assert glb.document["asset"]["extras"]["report"]["closed"] is True
 
 
-def test_a_far_curve_stands_where_it_should(client: Client) -> None:
+def test_a_curve_far_from_zero_has_the_right_position(client: Client) -> None:
     """In three coordinates from a local origin, turned upright with everything else."""
     points = [[1e6, 2e6, 3e6], [1e6 + 1, 2e6, 3e6], [1e6 + 1, 2e6 + 1, 3e6 + 2]]
     glb = read_glb(body("glb", client, {"curve": {"control_points": points, "up": "z"}}))

@@ -6,7 +6,7 @@ from tests.api.client import Client
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 
 
-def test_it_tells_what_the_mesh_is_and_how_long(client: Client) -> None:
+def test_estimates_have_the_counts_and_bytes_of_the_mesh(client: Client) -> None:
     body = client.get("/v1/surfaces/utah-teapot").json() | {"resolution": [3, 5]}
     told = client.post("/v1/estimate", body).json()
     report = client.post("/v1/mesh", body).json()["report"]

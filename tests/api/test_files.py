@@ -139,7 +139,7 @@ def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -
     assert mesh.content == posted(client, saved(array), NPY, f"{query}&format=glb").content
 
 
-def test_what_is_stored_has_no_options(client: Client) -> None:
+def test_files_to_store_have_no_options(client: Client) -> None:
     for name in ("resolution", "format"):
         response = client.request(
             "POST", f"/v1/surfaces?{name}=2", saved(net()), {"Content-Type": NPY}
@@ -202,7 +202,7 @@ def test_the_limits_of_the_service_hold_for_files() -> None:
 
 
 @pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])
-def test_other_calls_take_json_alone_and_say_so(client: Client, path: str) -> None:
+def test_other_calls_accept_json_only(client: Client, path: str) -> None:
     response = client.request("POST", path, saved(net()), {"Content-Type": NPY})
     assert response.status_code == 415
     assert response.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"

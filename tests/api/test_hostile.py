@@ -40,9 +40,7 @@ def test_hostile_bodies_are_refused(client: Client, path: str) -> None:
 
 
 @pytest.mark.parametrize("call", ["estimate", "points", "convert", "surfaces"])
-def test_what_is_no_surface_is_refused_by_other_calls_in_the_same_words(
-    client: Client, call: str
-) -> None:
+def test_all_calls_refuse_invalid_surfaces_with_equal_errors(client: Client, call: str) -> None:
     more = {
         "points": ',"uv":[[0,0]],"patch":0',
         "convert": ',"operations":[{"op":"transpose"}]',
@@ -58,7 +56,7 @@ def test_what_is_no_surface_is_refused_by_other_calls_in_the_same_words(
     assert checked > 10
 
 
-def test_every_call_refuses_what_no_field_can_be() -> None:
+def test_every_call_refuses_invalid_fields() -> None:
     """The calls and their fields are those of the document: new ones are tested at once."""
     key = "sfk_" + "a1" * 32
     limits = Settings(

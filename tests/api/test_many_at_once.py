@@ -97,7 +97,7 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
     assert watch.most == 1
 
 
-def test_what_was_deleted_is_not_shared(client: Client, app: FastAPI) -> None:
+def test_deleted_surfaces_are_not_shared(client: Client, app: FastAPI) -> None:
     services: Services = app.state.services
     url = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
     id = url.rpartition("/")[2]

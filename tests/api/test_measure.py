@@ -91,7 +91,7 @@ def test_every_example(client: Client, name: str) -> None:
         ({"surface": {"control_net": NET}, "points": []}, "unknown_field", "/points"),
     ],
 )
-def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
+def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
     response = client.post("/v1/measure", fields)
     assert response.status_code == 422, response.text
     issue = response.json()["errors"][0]
@@ -119,7 +119,7 @@ def test_narrow_intervals_are_refused_with_those_that_can_be_reached(client: Cli
     assert response["errors"][0]["code"] == "too_costly"
 
 
-def test_what_no_tolerance_would_reach_is_answered_with_wide_intervals() -> None:
+def test_measures_that_reach_no_tolerance_have_wide_intervals() -> None:
     surface = BsplineSurface(np.random.default_rng(1).uniform(0, 1, (40, 40, 3)))
     query = MeasureQuery(1e-12)
     with pytest.raises(TooLarge) as refused:

@@ -111,7 +111,7 @@ def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
 
 
 @pytest.mark.anyio
-async def test_health_check_does_not_wait_for_meshes_that_were_asked_for_before() -> None:
+async def test_health_check_does_not_wait_for_earlier_meshes() -> None:
     # Different ones: equal requests would be computed once.
     mesh = "/v1/surfaces/saddle/mesh.glb?resolution=8"
     meshes = [f"{mesh}&crease_angle=0.{number}" for number in range(1, 61)]

@@ -146,7 +146,7 @@ def test_small_bodies_are_sent_as_they_are_unless_that_is_refused(fresh: Client)
     assert "content-encoding" not in again.headers
 
 
-def test_what_would_wait_for_memory_is_sent_as_it_is(
+def test_responses_are_not_compressed_if_that_waits_for_memory(
     fresh: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url, coded = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
@@ -167,7 +167,7 @@ def test_excluded_codings_are_a_problem(client: Client) -> None:
 
 @pytest.mark.parametrize("coding", ["identity", "gzip", "zstd"])
 @pytest.mark.parametrize("known", [False, True])
-def test_what_the_client_has_is_not_sent_again(coding: str, known: bool) -> None:
+def test_an_unchanged_mesh_is_not_sent_again(coding: str, known: bool) -> None:
     url = f"/v1/surfaces/sphere/mesh.json?resolution=6&engine={ENGINE}"
     headers = {"Accept-Encoding": coding}
     with client_of(create_app(Settings())) as client:
@@ -201,7 +201,7 @@ def test_a_tag_of_a_coding_that_is_not_accepted_does_not_count(client: Client) -
         assert response.status_code == 200
 
 
-def test_conditions_do_not_hide_what_is_wrong(fresh: Client) -> None:
+def test_conditions_do_not_hide_errors(fresh: Client) -> None:
     condition = {"If-None-Match": "*"}
     assert fresh.get("/v1/surfaces/none/mesh.glb", condition).status_code == 404
     assert fresh.get(f"{SADDLE}?resolution=0", condition).status_code == 422
@@ -229,7 +229,7 @@ def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
     assert app.state.services.cache.counts.misses == 2
 
 
-def test_long_answers_are_sent_whole_from_the_cache(client: Client) -> None:
+def test_long_responses_are_sent_completely_from_the_cache(client: Client) -> None:
     url = "/v1/surfaces/saddle/mesh.glb?resolution=300"
     wanted = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
     assert len(wanted) > 2 << 20

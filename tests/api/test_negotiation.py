@@ -53,7 +53,7 @@ def test_best_format(header: str | None, name: str) -> None:
         "image/png," * 200 + "model/stl",
     ],
 )
-def test_nothing_is_acceptable(header: str) -> None:
+def test_no_acceptable_coding(header: str) -> None:
     with pytest.raises(NotAcceptable) as refusal:
         format_by_accept(header, FORMATS)
     assert "model/gltf-binary" in refusal.value.issues[0].needed

@@ -35,7 +35,7 @@ def audited(folder: Path) -> Mapping[str, Any]:
     return found
 
 
-def test_what_should_not_happen_would_be_seen(audited: Mapping[str, Any]) -> None:
+def test_the_audit_sees_forbidden_events(audited: Mapping[str, Any]) -> None:
     assert {"open", "socket.connect", "os.listdir"} <= set(audited["would"])
 
 
@@ -60,7 +60,7 @@ def test_no_file_is_opened_but_our_own_and_those_of_the_store(
             assert mode in ("r", "rb"), (path, mode)
 
 
-def test_what_is_stored_is_named_by_hashes_and_lies_in_the_store(
+def test_stored_files_have_hashes_as_names_and_lie_in_the_store(
     audited: Mapping[str, Any], folder: Path
 ) -> None:
     assert audited["statuses"].count(201) > 1

@@ -54,7 +54,7 @@ def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
 
 
 @needs_three
-def test_the_page_says_what_there_is(client: Client) -> None:
+def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
     """All modules are announced, so that the browser fetches them at once; all files are taken."""
     text = client.get("/").text
     announced = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
@@ -74,7 +74,7 @@ def test_every_example_has_a_small_picture(client: Client) -> None:
     assert sum(len(picture.content) for picture in pictures) < 100_000
 
 
-def test_modules_are_short_and_say_what_they_are_for() -> None:
+def test_modules_are_short_and_have_a_docstring() -> None:
     for path in pages.PAGE.glob("*.js"):
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= 250, f"{path.name}: something wants to move out"
@@ -105,7 +105,7 @@ def test_everything_on_the_page_of_the_calls_comes_from_here(client: Client) -> 
     assert "script-src 'self';" in page.headers["content-security-policy"]
 
 
-def test_pages_without_their_scripts_say_what_to_run(
+def test_pages_without_their_scripts_name_the_command_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(pages, "STATIC", tmp_path)

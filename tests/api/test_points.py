@@ -56,7 +56,7 @@ def test_zero_has_no_sign(client: Client) -> None:
     assert "-0.0," not in response.text
 
 
-def test_many_points_are_answered_in_their_order(client: Client) -> None:
+def test_results_of_many_points_are_in_order(client: Client) -> None:
     """Beyond what is done on the event loop."""
     uv = np.random.default_rng(2).random((3000, 2))
     found = ask(client, uv=uv.tolist(), derivatives=2)

@@ -64,7 +64,7 @@ def test_other_methods(client: Client, method: str, url: str, allowed: set[str])
     assert set(response.headers["allow"].split(", ")) == allowed
 
 
-def test_not_acceptable_lists_what_is(client: Client) -> None:
+def test_not_acceptable_lists_the_acceptable_types(client: Client) -> None:
     response = client.post("/v1/mesh", {"surface": {"control_net": NET}}, {"Accept": "image/png"})
     assert response.status_code == 406
     assert response.json()["errors"][0]["header"] == "Accept"

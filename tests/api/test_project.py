@@ -92,7 +92,7 @@ def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -
          "too_few_points", "/surface/control_net"),
     ],
 )  # fmt: skip
-def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
+def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
     response = client.post("/v1/project", fields)
     assert response.status_code == 422, response.text
     issue = response.json()["errors"][0]

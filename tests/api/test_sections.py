@@ -65,7 +65,7 @@ def test_rays_are_json(client: Client) -> None:
     assert client.post("/v1/intersect", body, headers=either).json()["counts"] == [1]
 
 
-def test_a_tolerance_is_kept(client: Client) -> None:
+def test_the_tolerance_holds(client: Client) -> None:
     arc = {"control_net": [[[1, 0, 0], [1, 0, 2]], [[1, 1, 0], [1, 1, 2]], [[0, 1, 0], [0, 1, 2]]],
            "weights": [[1, 1], [0.5**0.5] * 2, [1, 1]]}  # fmt: skip
     for tolerance in (1e-2, 1e-6):

@@ -15,7 +15,7 @@ NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]
     ("origins", "policy"),
     [(("*",), "cross-origin"), (("https://example.com",), "same-origin"), ((), "same-origin")],
 )
-def test_every_answer_says_that_it_is_what_it_says_and_who_may_embed_it(
+def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
     origins: tuple[str, ...], policy: str
 ) -> None:
     """New, kept, unchanged, stored, a page, a file of one, a problem of each kind."""
@@ -37,7 +37,7 @@ def test_every_answer_says_that_it_is_what_it_says_and_who_may_embed_it(
 
 
 @pytest.mark.parametrize("path", PAGES)
-def test_pages_are_not_framed_held_on_to_or_given_devices(client: Client, path: str) -> None:
+def test_pages_forbid_frames_openers_and_devices(client: Client, path: str) -> None:
     headers = client.get(path).headers
     assert headers["x-frame-options"] == "DENY"
     assert "frame-ancestors 'none'" in headers["content-security-policy"]

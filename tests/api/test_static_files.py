@@ -82,7 +82,7 @@ def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Fold
     assert folder.reads == 1
 
 
-def test_what_the_client_has_is_not_sent_again(client: Client) -> None:
+def test_an_unchanged_file_is_not_sent_again(client: Client) -> None:
     headers = {"Accept-Encoding": "zstd"}
     tag = client.raw("/files/app.js", headers).headers["etag"]
     for condition in (tag, f'"x", W/{tag}', "*"):
@@ -109,7 +109,7 @@ def test_small_files_are_sent_as_they_are_and_missing_ones_may_come(
     assert "content-encoding" not in response.headers
 
 
-def test_nothing_else_is_there(client: Client) -> None:
+def test_other_files_do_not_exist(client: Client) -> None:
     response = client.get("/files/other.js")
     assert response.status_code == 404
     assert response.headers["cache-control"] == "no-store"

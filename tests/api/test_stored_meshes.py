@@ -99,7 +99,7 @@ def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
     assert client.get(url).content == first.content
 
 
-def test_what_is_deleted_while_it_is_computed_is_not_kept(
+def test_a_surface_deleted_during_the_computation_is_not_cached(
     client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, gate, response = threading.Event(), threading.Event(), MeshWork.run
@@ -123,9 +123,7 @@ def test_what_is_deleted_while_it_is_computed_is_not_kept(
     assert client.get(url).status_code == 404
 
 
-def test_what_is_kept_is_answered_without_the_store(
-    client: Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cached_responses_need_no_store(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     url = stored(client)["glb"]
     first = client.get(url)
 

@@ -74,7 +74,7 @@ def test_examples_are_surfaces_too(client: Client) -> None:
 
 
 @pytest.mark.parametrize("listed", ['"{tag}"', 'W/"{tag}"', '"other", "{tag}"', "*"])
-def test_what_the_client_has_is_not_sent_again(client: Client, listed: str) -> None:
+def test_an_unchanged_surface_is_not_sent_again(client: Client, listed: str) -> None:
     url = stored(client, PATCH)
     for where in (url, "/v1/surfaces/saddle"):
         tag = client.get(where).headers["etag"].strip('"')
@@ -85,7 +85,7 @@ def test_what_the_client_has_is_not_sent_again(client: Client, listed: str) -> N
         assert client.get(where, {"If-None-Match": '"other"'}).status_code == 200
 
 
-def test_what_is_not_there_is_not_unchanged(client: Client) -> None:
+def test_a_missing_surface_never_gets_304(client: Client) -> None:
     for condition in (f'"{NO_ID}"', "*"):
         response = client.get(f"/v1/surfaces/{NO_ID}", {"If-None-Match": condition})
         assert response.status_code == 404

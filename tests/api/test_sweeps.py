@@ -24,7 +24,7 @@ def test_all_options_apply(client: Client) -> None:
     assert (min(uvs), max(uvs)) == (0, 1)
 
 
-def test_what_would_take_minutes_is_refused(client: Client) -> None:
+def test_work_of_minutes_is_refused(client: Client) -> None:
     points = [[k % 7, k % 5, k % 3] for k in range(400)]
     curve = {"type": "bspline", "control_points": points, "degree": 64}
     tube = {"type": "tube", "curve": curve, "radius": 0.1, "sides": 3}

@@ -22,7 +22,7 @@ def asked(client: Client, fmt: str = "json", surface: Any = WAVE, **options: Any
     return client.post(f"/v1/mesh?format={fmt}", {"surface": surface, **options})
 
 
-def test_the_tolerance_is_kept_and_the_bound_told_in_a_header(client: Client) -> None:
+def test_the_tolerance_holds_and_a_header_has_the_bound(client: Client) -> None:
     posted = asked(client, "stl", tolerance=0.01)
     fetched = client.get("/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.05")
     for response, tolerance in ((posted, 0.01), (fetched, 0.05)):

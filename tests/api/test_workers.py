@@ -164,7 +164,7 @@ async def test_a_thread_that_begins_computes_alone_for_a_while() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
-def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]]) -> None:
+def test_cancelled_requests_release_threads_and_memory(asks: list[tuple[int, int]]) -> None:
     """A request that is cancelled before, while or after it gets a thread leaves nothing behind."""
 
     async def scenario() -> None:
@@ -218,7 +218,7 @@ def entry(name: str, size: int) -> CachedResponse:
     return CachedResponse(Subject(name, name, name, for_ever=True), bytes(size), ())
 
 
-async def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
+async def test_cached_responses_are_dropped_unless_they_are_being_sent() -> None:
     async with lent(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
         cache: ResponseCache = workers._cache
         read, *unread = (entry(name, CAPACITY // 8) for name in "abc")

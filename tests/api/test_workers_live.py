@@ -139,7 +139,7 @@ def until(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
-def test_who_goes_away_leaves_the_queue(looping: Looping) -> None:
+def test_a_client_that_leaves_leaves_the_queue(looping: Looping) -> None:
     with serving() as service:
         computed = service.posted(LONG)
         until(lambda: looping.calls == 1)
@@ -153,7 +153,7 @@ def test_who_goes_away_leaves_the_queue(looping: Looping) -> None:
         assert (looping.calls, looping.stopped) == (2, 0)
 
 
-def test_the_last_who_waits_for_a_mesh_takes_the_work_along(looping: Looping) -> None:
+def test_the_last_waiting_client_that_leaves_cancels_the_work(looping: Looping) -> None:
     with serving() as service:
         first, second = service.got(SADDLE), service.got(SADDLE)
         other = service.got(SADDLE.replace("glb", "stl"))
@@ -170,7 +170,7 @@ def test_the_last_who_waits_for_a_mesh_takes_the_work_along(looping: Looping) ->
         assert (looping.calls, looping.stopped) == (3, 1)
 
 
-def test_time_is_over_for_who_computes_and_who_waits(looping: Looping) -> None:
+def test_the_deadline_holds_for_computing_and_waiting_requests(looping: Looping) -> None:
     with serving(request_timeout=0.5) as service:
         clients = [service.posted(LONG), service.got(SADDLE), service.posted(LONG)]
         refusals = [client.refusal() for client in clients]
@@ -195,7 +195,7 @@ def test_small_requests_pass_by_large_ones(looping: Looping) -> None:
         until(service.given_back)
 
 
-def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
+def test_slow_readers_hold_the_memory_of_their_response_only() -> None:
     long = LONG | {"resolution": 400}
     with serving() as service:
         for leaves in (False, True):
@@ -210,7 +210,7 @@ def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
 
 
 @pytest.mark.parametrize("error", [RuntimeError(), InvalidRequest(Issue("code", "No."))])
-def test_what_fails_gives_back_what_it_had(
+def test_failed_requests_release_threads_and_memory(
     error: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(_: MeshWork) -> MeshFile:

@@ -8,7 +8,7 @@ from service.cli.main import main
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 
 
-def test_here_and_there_it_says_the_same(server: str, tmp_path: Path) -> None:
+def test_local_and_remote_output_are_equal(server: str, tmp_path: Path) -> None:
     ours, theirs, file = (tmp_path / name for name in ("ours.json", "theirs.json", "request.json"))
     file.write_text(json.dumps({"surface": SURFACE, "resolution": 7}), "utf-8")
     for source in ("tea-service", str(file)):

@@ -59,7 +59,7 @@ def test_one_that_is_not(response: bytes, told: str, capsys: pytest.CaptureFixtu
     assert shown.out == ""
 
 
-def test_where_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_address_of_the_health_check(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the service listens, as it reads it itself; and at an address that can be asked."""
     assert listening_at(None, None) == (Settings().host, Settings().port)
     assert listening_at("10.1.2.3", "81") == ("10.1.2.3", 81)

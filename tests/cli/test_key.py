@@ -30,7 +30,7 @@ def test_the_key_of_the_environment_is_sent(
 
 
 @pytest.mark.parametrize(("key", "code"), [("", 1), ("sfk_0", 1), ("sfk_0\n", 2), ("schlüssel", 2)])
-def test_without_it_the_line_says_where_it_belongs(
+def test_without_a_key_the_error_names_its_variable(
     server: str,
     key: str,
     code: int,

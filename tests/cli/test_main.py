@@ -58,7 +58,7 @@ def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Pa
     assert "normals" not in mesh
 
 
-def test_a_file_of_ones_own_may_be_as_loose_as_one_likes(tmp_path: Path) -> None:
+def test_a_local_file_may_contain_many_blanks(tmp_path: Path) -> None:
     """The budget of a body guards a server; the command line serves who runs it."""
     file, output = tmp_path / "net.json", tmp_path / "net.off"
     file.write_text(json.dumps(SURFACE) + " " * (3 << 20), encoding="utf-8")
@@ -131,7 +131,7 @@ COMMAND = f"{sys.executable} -m service"
     ("command", "unbuffered"),
     [("mesh utah-teapot -o - --format json | head -c 10", ""), ("examples | true", "1")],
 )
-def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
+def test_a_closed_pipe_has_an_exit_code_and_no_message(
     monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str
 ) -> None:
     monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
@@ -191,7 +191,7 @@ def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["mesh", "--help"], ["convert", "--help"]])
-def test_help_tells_the_exit_codes_and_imports_nothing_heavy(arguments: list[str]) -> None:
+def test_help_lists_the_exit_codes_and_imports_no_slow_modules(arguments: list[str]) -> None:
     program = (
         "import sys; from service.cli.main import main\n"
         "try: main(sys.argv[1:])\n"
@@ -280,14 +280,14 @@ def stranger() -> Iterator[str]:
         ("/broken", "The fault is ours."),
     ],
 )
-def test_service_that_fails_or_is_none(
+def test_a_service_that_fails_or_does_not_exist(
     stranger: str, capsys: pytest.CaptureFixture[str], path: str, text: str
 ) -> None:
     assert main(["mesh", "saddle", "-o", "x.glb", "--url", stranger + path]) == 3
     assert text in capsys.readouterr().err
 
 
-def test_serve_answers_until_a_signal(tmp_path: Path) -> None:
+def test_serve_responds_until_a_signal(tmp_path: Path) -> None:
     with service_server(tmp_path, {}, probe="/health") as server:
         assert httpx.get(f"{server.url}/health").json()["status"] == "ready"
     assert server.process.returncode == 0
@@ -305,7 +305,7 @@ def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> Non
     assert main(["serve"]) == 130
 
 
-def test_a_port_that_is_taken_is_no_service_that_is_away() -> None:
+def test_a_used_port_is_not_reported_as_a_missing_service() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()

@@ -50,7 +50,7 @@ CASES: dict[str, list[str]] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_here_and_there_the_mesh_is_the_same(server: str, files: Path, name: str) -> None:
+def test_local_and_remote_meshes_are_equal(server: str, files: Path, name: str) -> None:
     ours, theirs = files / "ours.json", files / "theirs.json"
     command = ["mesh", str(files / name), *CASES[name]]
     assert main([*command, "-o", str(ours)]) == 0
@@ -58,7 +58,7 @@ def test_here_and_there_the_mesh_is_the_same(server: str, files: Path, name: str
     assert ours.read_bytes() == theirs.read_bytes()
 
 
-def test_an_array_with_flags_is_what_json_says(files: Path) -> None:
+def test_an_array_with_flags_equals_the_json_document(files: Path) -> None:
     by_flags, by_json = files / "flags.glb", files / "json.glb"
     assert main(["mesh", str(files / "net.npy"), *SPLINE, "-o", str(by_flags)]) == 0
     assert main(["mesh", str(files / "net.json"), "-o", str(by_json)]) == 0

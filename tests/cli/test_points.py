@@ -32,7 +32,7 @@ def test_an_example_at_places_of_the_command_line(
     assert found == json.loads(plan_points(find("saddle").surface(), query).run())
 
 
-def test_flags_take_the_place_of_what_the_file_says(
+def test_flags_replace_fields_of_the_file(
     tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     file = tmp_path / "request.json"

@@ -12,7 +12,7 @@ SECRET = "0123456789abcdef" * 2
 MESH = "/v1/surfaces/saddle/mesh.json?resolution=1"
 
 
-def test_the_address_answers(
+def test_the_url_responds(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SURFACE_SIGNING_KEYS", SECRET)
@@ -36,7 +36,7 @@ def test_the_address_answers(
         (SECRET, ["/etc/passwd", "--seconds", "1"], (1, "/url")),
     ],
 )
-def test_what_is_not_signed(
+def test_urls_that_are_not_signed(
     secret: str,
     arguments: list[str],
     found: tuple[int, str],

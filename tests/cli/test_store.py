@@ -27,7 +27,7 @@ def printed(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
     return dict(line.split() for line in capsys.readouterr().out.splitlines())
 
 
-def test_addresses_are_printed_and_answer(
+def test_urls_are_printed_and_respond(
     server: str, net: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     files = tmp_path / "net.npy"
@@ -52,7 +52,7 @@ def test_addresses_are_printed_and_answer(
         (["store", "saddle", "--name", "x", "--url", "{server}"], 2, "--name"),
     ],
 )
-def test_what_does_not_work(
+def test_commands_that_fail(
     server: str, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, text: str
 ) -> None:
     assert main([part.format(server=server) for part in arguments]) == status

@@ -117,7 +117,7 @@ def damaged(draw: st.DrawFn) -> bytes:
 
 
 @given(damaged())
-def test_damaged_files_are_refused_or_what_numpy_reads_and_cost_nothing(content: bytes) -> None:
+def test_damaged_files_are_refused_or_read_as_numpy_does_with_little_memory(content: bytes) -> None:
     found = None
     tracemalloc.start()
     try:
@@ -171,7 +171,7 @@ MALFORMED = {
 
 
 @pytest.mark.parametrize("content", MALFORMED.values(), ids=list(MALFORMED))
-def test_what_is_no_such_file_is_refused(content: bytes) -> None:
+def test_files_that_are_not_npy_are_refused(content: bytes) -> None:
     with pytest.raises(MalformedBody) as caught:
         decode(content, None, MOST)
     assert [issue.code for issue in caught.value.issues] == ["malformed_body"]

@@ -57,7 +57,7 @@ def lowered(name: str) -> PatchModel:
 
 
 @pytest.mark.parametrize("name", ["utah-teapot", "bourke-1111", "saddle", "tveit"])
-def test_what_we_write_comes_back_with_equal_control_points(name: str) -> None:
+def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
     points, weights = batch(written(find(name).surface()))
     (expected,) = lowered(name).batches
     assert expected.weights is None
@@ -253,7 +253,7 @@ def test_objects_without_patches_are_counted_too(nothing: bytes) -> None:
     assert caught.value.issues[0].code == "too_many_control_points"
 
 
-def test_long_texts_are_refused_before_much_is_made_of_them() -> None:
+def test_long_texts_are_refused_before_much_memory_is_used() -> None:
     """From 8 MiB of text, only the allowed number of values is read into memory."""
     for piece in (b"1 ", b"#\n", b"1e1 ", b"{BEZ113 " + FLAT + b"}", b"\n"):
         text = b"LIST {BBP " + piece * ((8 << 20) // len(piece))

@@ -73,7 +73,7 @@ def test_no_secret_has_a_default(name: str) -> None:
 
 
 @instances
-def test_limits_hold_what_the_settings_allow(name: str) -> None:
+def test_limits_leave_room_for_the_settings(name: str) -> None:
     assert SERVICES[name]["mem_limit"] == "1g"
     patience = int(SERVICES[name]["stop_grace_period"].removesuffix("s"))
     check_limits(settings_in(name), 1 << 30, patience)
@@ -103,5 +103,5 @@ def test_both_instances_use_the_store_of_the_file() -> None:
 
 
 @pytest.mark.parametrize("name", ["store", "prometheus", "grafana"])
-def test_health_is_asked_for(name: str) -> None:
+def test_health_requests_the_service(name: str) -> None:
     assert SERVICES[name]["healthcheck"]["test"][0] == "CMD"

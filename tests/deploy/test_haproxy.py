@@ -22,7 +22,7 @@ def number(name: str) -> int:
     return int(re.findall(rf"\b{name} (\d+)\b", TEXT)[0])
 
 
-def test_the_service_says_no_before_the_proxy_does() -> None:
+def test_the_service_refuses_before_the_proxy_does() -> None:
     assert seconds("timeout server") > DEFAULTS.request_timeout
     assert seconds("timeout client") > DEFAULTS.body_timeout
     assert seconds("timeout http-request") >= DEFAULTS.head_timeout
@@ -62,7 +62,7 @@ def test_addresses_are_those_of_compose() -> None:
         assert int(port) == DEFAULTS.port
 
 
-def test_what_it_says_itself_is_a_problem() -> None:
+def test_responses_of_the_proxy_itself_are_problems() -> None:
     texts = re.findall(
         r"status (\d+) content-type application/problem\+json string '([^']*)'", TEXT
     )

@@ -67,7 +67,7 @@ def settings_in(overlay: str) -> Settings:
 
 
 @overlays
-def test_all_lies_in_one_namespace_of_restricted_pods(overlay: str) -> None:
+def test_all_objects_are_in_one_namespace_of_restricted_pods(overlay: str) -> None:
     namespace = the(overlay, "Namespace")
     assert namespace["metadata"]["labels"]["pod-security.kubernetes.io/enforce"] == "restricted"
     for (kind, _), each in built(overlay).items():
@@ -98,7 +98,7 @@ def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
 
 
 @overlays
-def test_limits_hold_what_the_settings_allow(overlay: str) -> None:
+def test_limits_leave_room_for_the_settings(overlay: str) -> None:
     settings = settings_in(overlay)
     limit = container_of(overlay)["resources"]["limits"]["memory"]
     assert limit == "1Gi"
@@ -156,7 +156,7 @@ def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
     assert out == ({53, 443} if in_bucket else set())
 
 
-def test_on_a_volume_there_is_one_replica() -> None:
+def test_a_volume_has_one_replica() -> None:
     """Two would not see each other's surfaces, or could not both mount the volume."""
     claim = the("local", "PersistentVolumeClaim")
     assert claim["spec"]["accessModes"] == ["ReadWriteOnce"]

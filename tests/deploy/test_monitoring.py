@@ -129,7 +129,7 @@ def test_panels_differ_in_place_and_title() -> None:
         assert len(different) == len(PANELS)
 
 
-def test_whatever_is_named_is_there(scraped: set[str]) -> None:
+def test_every_named_metric_exists(scraped: set[str]) -> None:
     for expression in (*EXPRESSIONS, *(rule["expr"] for rule in RULES)):
         named = {name for name in NAME.findall(expression) if name != "surface-service"}
         assert named <= scraped, expression
@@ -151,12 +151,12 @@ def test_every_alert_is_explained() -> None:
         assert rule["annotations"]["runbook_url"] == f"docs/alerts.md#{rule['alert'].lower()}"
 
 
-def test_prometheus_takes_them(promtool: str) -> None:
+def test_prometheus_accepts_the_rules(promtool: str) -> None:
     run(promtool, "check", "config", str(CONFIG))
     run(promtool, "check", "rules", "--lint-fatal", str(ALERTS))
 
 
-def test_prometheus_takes_the_numbers(promtool: str) -> None:
+def test_prometheus_parses_the_numbers(promtool: str) -> None:
     with client_of(create_app(Settings())) as client:
         for url in ("/v1/surfaces/saddle/mesh.glb", "/v1/surfaces/saddle/mesh.glb", "/nowhere"):
             client.get(url)

@@ -30,7 +30,7 @@ def unit(tmp_path: Path) -> Path:
     return copy
 
 
-def test_systemd_understands_it(unit: Path) -> None:
+def test_systemd_accepts_the_unit(unit: Path) -> None:
     run(program("systemd-analyze"), "verify", unit)
 
 
@@ -41,7 +41,7 @@ def test_it_is_confined(unit: Path) -> None:
     assert float(mark) <= 1.5
 
 
-def test_limits_hold_what_the_settings_allow() -> None:
+def test_limits_leave_room_for_the_settings() -> None:
     assert the("MemoryMax") == "1G"
     check_limits(SETTINGS, 1 << 30, int(the("TimeoutStopSec")))
     assert SETTINGS.max_connections < int(the("LimitNOFILE"))

@@ -51,7 +51,7 @@ def rows_of(mesh: Mesh) -> list[int]:
     return [rows.setdefault(weld, len(rows)) for weld in welds]
 
 
-def test_what_is_not_there_has_no_key() -> None:
+def test_missing_channels_have_no_key() -> None:
     mesh = replace(sheet(1), normals=None, uvs=None)
     assert list(decode(mesh)) == ["vertices", "faces", "parts", "report"]
     bare = replace(silo(), normals=None, uvs=None)

@@ -48,7 +48,7 @@ def test_a_position_of_two_colors_has_two_lines() -> None:
     ("uvs", "normals", "corner"),
     [(True, True, "1/1/1"), (False, True, "1//1"), (True, False, "1/1"), (False, False, "1")],
 )
-def test_corners_name_only_what_is_there(uvs: bool, normals: bool, corner: str) -> None:
+def test_corners_name_existing_elements_only(uvs: bool, normals: bool, corner: str) -> None:
     mesh = silo()
     mesh = mesh if uvs else replace(mesh, uvs=None)
     mesh = mesh if normals else replace(mesh, normals=None)

@@ -7,7 +7,7 @@ from service.encoders.format import EncodeOptions
 from tests.meshes import silo
 
 
-def test_what_is_not_there_has_no_column() -> None:
+def test_missing_channels_have_no_column() -> None:
     content = ply.encode(replace(silo(), normals=None, uvs=None), EncodeOptions())
     head, _, _ = content.partition(b"end_header")
     names = [line.split()[-1] for line in head.splitlines() if line.startswith(b"property")]

@@ -71,7 +71,7 @@ def test_channels_are_written_where_they_are_said_to_be(known: Format, kind: Cha
 
 
 @each_format
-def test_strided_arrays_will_do(known: Format) -> None:
+def test_strided_arrays_are_accepted(known: Format) -> None:
     mesh = silo()
     assert mesh.normals is not None
     assert mesh.uvs is not None

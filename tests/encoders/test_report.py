@@ -48,7 +48,7 @@ def test_reports_have_bounds_of_the_whole_and_of_each_part_with_one() -> None:
         assert "deviation_bound" not in last
 
 
-def test_what_is_not_known_is_left_out() -> None:
+def test_unknown_values_are_left_out() -> None:
     names = {"deviation_bound", "mesh_deviation_bound", "normal_angle", "parts"}
     for report in reports(silo()):
         assert not names & report.keys()
@@ -58,7 +58,7 @@ def test_what_is_not_known_is_left_out() -> None:
     ("name", "line"),
     [("obj", f"# deviation_bound {BOUND!r}"), ("ply", f"comment deviation_bound {BOUND!r}")],
 )
-def test_comments_tell_the_bound_and_trouble_no_reader(name: str, line: str) -> None:
+def test_comments_have_the_bound_and_readers_ignore_them(name: str, line: str) -> None:
     fmt, mesh = BY_NAME[name], silo()
     content = bytes(fmt.encode(certified(mesh), PLAIN))
     assert line.encode() in content.splitlines()[:3]

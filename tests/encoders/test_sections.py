@@ -103,7 +103,7 @@ def test_obj_lines_return_to_their_beginning(teapot: Sections) -> None:
 
 
 @pytest.mark.parametrize("name", ["glb", "gltf"])
-def test_the_validator_finds_nothing(teapot: Sections, name: str, tmp_path: Path) -> None:
+def test_the_validator_reports_nothing(teapot: Sections, name: str, tmp_path: Path) -> None:
     assert issues(encoded(teapot, name), tmp_path / f"a.{name}") == []
     empty = cut(patches(find("sphere").surface()), (0, 0, 1), 5)
     assert issues(encoded(empty, name), tmp_path / f"b.{name}") == []

@@ -17,7 +17,7 @@ def places_of(names: list[int]) -> np.ndarray:
 
 
 @given(rows, st.sampled_from([0.0, 1.0, 2.5, 100.0]))
-def test_groups_are_what_they_are_said_to_be(
+def test_groups_have_the_documented_members(
     found: list[tuple[int, int, int]], reach: float
 ) -> None:
     """Followers are near their leader, leaders of one place are not near each other."""

@@ -46,7 +46,7 @@ def test_is_frozen() -> None:
         ({"has_faces": False}, "/faces"),
     ],
 )
-def test_what_cannot_be_meshed_is_refused(options: dict[str, Any], pointer: str) -> None:
+def test_invalid_options_are_refused(options: dict[str, Any], pointer: str) -> None:
     with pytest.raises(InvalidRequest) as caught:
         MeshOptions(**options)
     (issue,) = caught.value.issues

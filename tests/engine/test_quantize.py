@@ -84,7 +84,7 @@ def test_vertices_move_by_half_a_diagonal_at_most_and_bounds_grow_by_as_much() -
 
 
 @pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (4.6e6, -3e5, 1e-3), (1e9, 0.0, 0.0)])
-def test_an_origin_is_put_on_the_grid_and_nothing_shifts(
+def test_an_origin_is_rounded_to_the_grid_without_moving_positions(
     origin: tuple[float, float, float],
 ) -> None:
     mesh = single(with_overlays(silo(7, 2)), origin)
@@ -99,7 +99,7 @@ def test_an_origin_is_put_on_the_grid_and_nothing_shifts(
         assert np.abs(apart).max() <= on.step / 2 + 2.0**-52 * max(map(abs, origin))
 
 
-def test_what_meets_in_one_place_has_one_step() -> None:
+def test_models_that_meet_have_one_grid_step() -> None:
     small, large, far = square(), square(1.0, 40.0), square(100.0)
     alone = [find_grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
     assert alone[0] == alone[2] < alone[1]

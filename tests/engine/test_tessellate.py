@@ -159,7 +159,7 @@ def test_degenerate_nets_make_usable_meshes(
 
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
 @pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
-def test_large_coordinates_stand_about_a_local_origin(example: str, offset: float) -> None:
+def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> None:
     """Extent 1 at a million: single precision keeps its digits of the shape, not of the place."""
     model = patches_of(example)
     (batch,) = model.batches

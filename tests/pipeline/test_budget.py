@@ -99,7 +99,7 @@ def test_the_same_budget_gives_the_same_bytes() -> None:
     assert answered("torus", accuracy).content == answered("torus", accuracy).content
 
 
-def test_what_is_swept_along_a_curve_has_no_budget() -> None:
+def test_sweeps_have_no_budget() -> None:
     with pytest.raises(InvalidRequest) as refused:
         answered("trefoil-tube", Accuracy(max_triangles=1000))
     assert refused.value.issues[0].code == "not_parametric"
@@ -115,7 +115,7 @@ def test_a_budget_may_be_bounded_from_both_sides(budget: Accuracy) -> None:
     assert report.mesh_deviation_bound < 0.1
 
 
-def test_a_search_takes_no_more_than_a_request_may() -> None:
+def test_a_search_takes_at_most_the_work_of_a_request() -> None:
     """A budget beyond what can be computed: the nearest mesh that can be."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
     effort = Effort(limit=1e8)

@@ -64,7 +64,7 @@ def arrived(content: bytes, name: str) -> Array:
 
 
 @pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in TUBES])
-def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
+def test_every_example_is_within_its_tolerance(example: str) -> None:
     surface = find(example).surface()
     response = plan_mesh(surface, by(relative_tolerance=0.02), BY_NAME["json"]).run()
     document = json.loads(bytes(response.content))
@@ -105,7 +105,7 @@ def true_deviation(surface: Surface, corners: Array) -> float:
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "json"])
 @pytest.mark.parametrize("far", [0.0, 3e4])
-def test_what_is_written_is_what_is_certified(name: str, far: float) -> None:
+def test_the_written_positions_are_certified(name: str, far: float) -> None:
     """Far from zero as well, where float32 is coarse: in STL, which has no place for an origin."""
     surface = BezierSurface(WAVES + far)
     tolerance = 0.02
@@ -174,7 +174,7 @@ def seen(position: tuple[float, float, float], pixels: float = 1.0, **more: Any)
     return by(camera=camera, pixel_tolerance=pixels, **more)
 
 
-def test_what_is_far_away_is_divided_less() -> None:
+def test_parts_far_from_the_camera_are_divided_less() -> None:
     near, far = np.eye(4), np.eye(4)
     far[:3, 3] = 0, 0, -200
     group = copies(
@@ -197,7 +197,7 @@ def test_a_tolerance_holds_beside_a_camera() -> None:
     assert made.report.deviation_bound <= 0.01
 
 
-def test_both_sides_are_bounded_where_that_was_asked_for() -> None:
+def test_both_distances_are_bounded_if_requested() -> None:
     made = built(plan_mesh(STRETCHED, by(tolerance=0.05, two_sided=True), BY_NAME["stl"]))
     both = made.report.mesh_deviation_bound
     assert both is not None
@@ -206,7 +206,7 @@ def test_both_sides_are_bounded_where_that_was_asked_for() -> None:
     assert made.report.deviation_bound <= 0.05
 
 
-def test_angles_are_measured_where_they_were_asked_for() -> None:
+def test_angles_are_measured_if_requested() -> None:
     sphere = find("sphere").surface()
     coarse, fine = (
         built(plan_mesh(sphere, by(angle_tolerance=angle), BY_NAME["json"])).report
@@ -234,7 +234,7 @@ def test_lines_alone_are_those_of_the_faces() -> None:
 
 @pytest.mark.parametrize("example", sorted(TUBES))
 @pytest.mark.parametrize("how", ["tolerance", "relative_tolerance", "angle_tolerance", "max_bytes"])
-def test_what_has_no_patches_is_refused(example: str, how: str) -> None:
+def test_sweeps_are_refused(example: str, how: str) -> None:
     found = refusal(find(example).surface(), by(**{how: 1}))
     assert found == [("not_parametric", f"/{how}")]
 
@@ -249,7 +249,7 @@ def test_what_has_no_patches_is_refused(example: str, how: str) -> None:
         ({}, "mesh", "/oogl"),
     ],
 )
-def test_what_a_tolerance_excludes_is_refused(
+def test_options_that_a_tolerance_excludes_are_refused(
     more: dict[str, Any], oogl: OoglForm | None, where: str
 ) -> None:
     options = replace(by(relative_tolerance=0.1), **more)
@@ -264,7 +264,7 @@ def test_formats_do_not_mind_the_form_of_another() -> None:
 
 
 @pytest.mark.parametrize("example", ["utah-teapot", "tea-service"])
-def test_too_many_triangles_are_refused_where_they_were_asked_for(example: str) -> None:
+def test_too_many_triangles_are_refused_with_the_pointer_of_the_option(example: str) -> None:
     surface, limits = find(example).surface(), Limits(max_vertices=500)
     options = by(relative_tolerance=1e-5)
     with pytest.raises(TooLarge) as refused:
@@ -276,7 +276,7 @@ def test_too_many_triangles_are_refused_where_they_were_asked_for(example: str) 
     assert refusal(surface, budget) == [("too_many_triangles", "/max_triangles")]
 
 
-def test_too_many_bytes_are_refused_where_they_were_asked_for() -> None:
+def test_too_many_bytes_are_refused_with_the_pointer_of_the_option() -> None:
     surface, options = find("sphere").surface(), by(tolerance=0.01)
     found = refusal(surface, options, limits=Limits(max_bytes=20_000))
     assert found == [("too_many_bytes", "/tolerance")]
@@ -322,7 +322,7 @@ def test_without_welding_every_patch_has_its_own_vertices() -> None:
     assert apart.boundary_edges > joined.boundary_edges
 
 
-def test_a_camera_far_away_asks_for_no_more_than_it_sees() -> None:
+def test_a_camera_far_away_needs_few_triangles() -> None:
     """Although so near to it as no part of the surface is nothing would be precise enough."""
     camera = Camera((1e5, 0.0, 0.0), 0.8, 1080)
     made = built(

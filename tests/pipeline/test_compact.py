@@ -79,7 +79,7 @@ def test_a_tolerance_holds_for_the_written_file(encode: EncodeOptions, tolerance
     assert response.report.deviation_bound <= tolerance
 
 
-def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refused() -> None:
+def test_tolerances_near_the_grid_step_hold_or_are_refused() -> None:
     surface = find("heated-panel").surface()
     moved = find_grid_error(surface.lower(), MeshOptions())
     options = by(tolerance=2.2 * moved)
@@ -126,7 +126,7 @@ def test_files_are_as_long_as_predicted_at_most(
 
 
 @pytest.mark.parametrize("example", ["sphere", "torus"])
-def test_what_is_closed_stays_closed(example: str) -> None:
+def test_closed_surfaces_stay_closed(example: str) -> None:
     surface = find(example).surface()
     for options in (MeshOptions((12, 12)), by(relative_tolerance=2e-3)):
         content = render(surface, options, GLB, QUANTIZED)

@@ -212,7 +212,7 @@ def sized(found: Estimate) -> list[tuple[str, int]]:
     return [(name, size) for name, size, _ in found.sizes]
 
 
-def test_what_no_mesh_by_tolerance_can_have_is_refused_here_too() -> None:
+def test_options_that_a_mesh_by_tolerance_excludes_are_refused() -> None:
     options = MeshOptions(accuracy=Accuracy(tolerance=0.1), faces="quads")
     found = check(find("saddle").surface(), options)
     assert not found.accepted
@@ -243,7 +243,7 @@ def test_limits_are_those_of_the_mesh() -> None:
         check(surface, MeshOptions(), limits=limits)
 
 
-def test_what_is_refused_for_its_size_is_still_counted() -> None:
+def test_a_mesh_that_is_too_large_is_still_counted() -> None:
     found = plan_estimate(find("saddle").surface(), MeshOptions((60_000, 60_000))).run()
     assert not found.accepted
     assert not found.exact

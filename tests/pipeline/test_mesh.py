@@ -60,7 +60,9 @@ def test_predictions_are_upper_bounds(
 
 @each_format
 @pytest.mark.parametrize("option", [{"faces": "quads"}, {"overlays": ("control_net",)}], ids=str)
-def test_what_a_format_cannot_hold_is_refused(fmt: Format, option: dict[str, object]) -> None:
+def test_meshes_that_a_format_cannot_store_are_refused(
+    fmt: Format, option: dict[str, object]
+) -> None:
     """With the option's pointer; and it is written where the format can hold it."""
     surface = find("tveit").surface()
     options = MeshOptions(**option)  # type: ignore[arg-type]
@@ -159,7 +161,7 @@ KINDS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
 
 @each_format
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_a_format_has_no_place_for_is_left_out(fmt: Format, kind: ChannelKind) -> None:
+def test_channels_without_a_place_in_a_format_are_left_out(fmt: Format, kind: ChannelKind) -> None:
     """Bytes and prediction are then those of a surface that never had it."""
     full = find("heated-panel").surface()
     assert isinstance(full, BezierSurface)

@@ -74,7 +74,7 @@ def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
         ),
     ],
 )
-def test_what_a_body_states_is_what_the_engine_reads(
+def test_the_engine_reads_the_accuracy_of_a_body(
     options: dict[str, Any], wanted: Accuracy | None
 ) -> None:
     assert stated(**options) == wanted
@@ -106,7 +106,7 @@ def test_null_is_refused_and_a_resolution_beside_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", accuracy.SEEN)
-def test_queries_have_no_camera_and_say_who_has(name: str) -> None:
+def test_queries_have_no_camera_and_name_the_body(name: str) -> None:
     with pytest.raises(InvalidRequest) as refusal:
         options_from_text([(name, "1"), ("tolerance", "0.1")])
     (issue,) = refusal.value.issues

@@ -47,7 +47,7 @@ def valid(value: Any, grid: NumberGrid) -> bool:
 
 @pytest.mark.parametrize("grid", [CONTROL_NET, NET_WEIGHTS, PATCHES, VERTICES])
 @given(data=st.data())
-def test_taken_exactly_if_right(grid: NumberGrid, data: st.DataObject) -> None:
+def test_arrays_are_accepted_exactly_if_valid(grid: NumberGrid, data: st.DataObject) -> None:
     value = data.draw(nested(len(grid.levels)))
     if valid(value, grid):
         array = grid.array(value, LIMITS)

@@ -38,7 +38,9 @@ def surface_of(document: dict[str, Any]) -> Surface:
 
 
 @pytest.mark.parametrize(("surface", "carried"), CARRIED)
-def test_what_is_read_is_written_back(surface: dict[str, Any], carried: dict[str, Any]) -> None:
+def test_channels_that_are_read_are_written_back(
+    surface: dict[str, Any], carried: dict[str, Any]
+) -> None:
     found = surface_of(surface | carried)
     again = orjson.loads(orjson.dumps(definition(found), option=orjson.OPT_SERIALIZE_NUMPY))
     assert {key: again[key] for key in carried} == carried
@@ -47,7 +49,7 @@ def test_what_is_read_is_written_back(surface: dict[str, Any], carried: dict[str
     )
 
 
-def test_nothing_carried_is_nothing_written() -> None:
+def test_no_channels_means_no_columns() -> None:
     assert set(definition(surface_of(NET))) == {"type", "control_net", "up", "name"}
     assert "attributes" not in definition(surface_of(NET | {"attributes": {}}))
 

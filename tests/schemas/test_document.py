@@ -24,7 +24,7 @@ VALUES = st.recursive(
 
 
 @given(VALUES, st.sampled_from([None, 2]))
-def test_documents_mean_what_they_say(value: Any, indent: int | None) -> None:
+def test_documents_are_parsed_as_json_says(value: Any, indent: int | None) -> None:
     assert parse_document(json.dumps(value, indent=indent).encode()) == value
 
 
@@ -60,7 +60,7 @@ def paths(value: Any, pointer: str = "") -> dict[str, Any]:
 
 
 @given(VALUES)
-def test_pointers_lead_to_where_they_were_taken(value: Any) -> None:
+def test_pointers_lead_back_to_their_field(value: Any) -> None:
     """Each value in turn is replaced by NaN, which is then looked for in the text."""
     for pointer, child in paths(value).items():
         marked = json.dumps(_with_mark(value, child, pointer, "")).encode()
@@ -156,7 +156,7 @@ def test_depth_is_counted_outside_of_strings(value: object, within: int, is_long
 
 @pytest.mark.parametrize(("opened", "closed"), [("[", "]"), ('{"a":', "}"), ('[{"[":', "}]")])
 @pytest.mark.parametrize("levels", [17, 2000])
-def test_what_is_nested_too_deeply_is_refused(opened: str, closed: str, levels: int) -> None:
+def test_documents_nested_too_deeply_are_refused(opened: str, closed: str, levels: int) -> None:
     per_level = len(closed)
     text = (opened * levels + "0" + closed * levels).encode()
     with pytest.raises(InvalidRequest) as refusal:
@@ -191,7 +191,7 @@ def test_numbers_within_double_precision_are_taken(number: str) -> None:
         (b"{}" * 50_001, "too_many_strings"),
     ],
 )
-def test_budget_is_kept_whatever_the_pieces(text: bytes, code: str) -> None:
+def test_the_budget_holds_for_any_division_into_pieces(text: bytes, code: str) -> None:
     for size in (1, 7, 4096, len(text)):
         if len(text) // size > 5000:
             continue
@@ -228,7 +228,7 @@ def test_the_parser_still_needs_a_second_try() -> None:
         orjson.loads(b"[  " + b"0," * 5000 + b"0]")
 
 
-def test_a_budget_knows_the_memory_of_what_a_text_becomes() -> None:
+def test_a_budget_counts_the_memory_of_parsed_values() -> None:
     """The document and the surface made of it, and the text itself; not ten times as much."""
     net = np.random.default_rng(1).normal(size=(100, 100, 3))
     for decimals in (17, 3):

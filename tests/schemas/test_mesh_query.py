@@ -164,6 +164,6 @@ def test_the_very_letters(query: str, canonical: str) -> None:
     assert canonical_query(asked) == f"{canonical}engine={ENGINE}"
 
 
-def test_what_a_format_does_not_read_is_left_out() -> None:
+def test_options_that_a_format_ignores_are_left_out() -> None:
     asked = parse_mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
     assert canonical_query(asked, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"

@@ -133,7 +133,7 @@ def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
     ],
     ids=lambda values: str(values.dtype.kind),
 )
-def test_what_is_no_number_is_refused(values: NDArray[Any]) -> None:
+def test_values_that_are_not_numbers_are_refused(values: NDArray[Any]) -> None:
     fault = outcome(arrays.CONTROL_NET, values)
     assert fault == ("wrong_type", "/0/0/0", "This must be a number.")
 

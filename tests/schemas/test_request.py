@@ -40,7 +40,7 @@ def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
     assert request.oogl is None
 
 
-def test_every_option_can_be_said_and_is_read() -> None:
+def test_every_option_can_be_written_and_is_read() -> None:
     said = MeshOptionFields.model_fields.keys()
     engine = {field.name for field in fields(MeshOptions) if field.init}
     read = engine | {field.name for field in fields(formats.EncodeOptions)} | ACCURACY
@@ -90,7 +90,7 @@ def same(one: Any, other: Any) -> bool:
     return bool(np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other)
 
 
-def test_options_know_the_defaults_and_the_forms_of_those_who_use_them() -> None:
+def test_options_have_the_defaults_of_the_engine() -> None:
     assert MeshOptionFields().mesh_options() == MeshOptions()
     assert get_args(options.OoglForm) == get_args(formats.OoglForm)
 
@@ -104,7 +104,7 @@ def test_values_of_a_surface_are_located_in_the_request() -> None:
     assert refusal.value.issues[0].pointer == "/surface/weights/1/1"
 
 
-def test_a_field_called_surface_is_no_level_of_its_own() -> None:
+def test_a_field_called_surface_is_not_a_nested_surface() -> None:
     with pytest.raises(InvalidRequest) as refusal:
         validate_document(MeshRequest, {"surface": {"control_net": NET, "surface": 1}}, LIMITS)
     assert refusal.value.issues[0].pointer == "/surface/surface"

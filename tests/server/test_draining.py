@@ -69,7 +69,7 @@ def is_refused(url: str) -> bool:
     return False
 
 
-def test_until_its_delay_is_over_all_is_answered_and_every_answer_is_the_last() -> None:
+def test_requests_during_the_delay_get_the_last_response_of_their_connection() -> None:
     slow, state = Slow(), SimpleNamespace(ready=True)
     with (
         answering(slow, Settings(drain_delay=LONG), state) as (server, url),
@@ -159,7 +159,7 @@ def process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
             started.kill()
 
 
-def test_what_is_never_done_is_cut_off_and_the_exit_code_is_0() -> None:
+def test_endless_work_is_cut_off_and_the_exit_code_is_0() -> None:
     with process(0) as (started, port), socket.create_connection(("127.0.0.1", port)) as asking:
         asking.sendall(b"GET /stuck HTTP/1.1\r\nHost: x\r\n\r\n")
         assert started.stdout is not None

@@ -84,7 +84,7 @@ warnings.warn("a warning", stacklevel=1)
 """
 
 
-def test_everything_goes_one_way() -> None:
+def test_all_messages_go_to_one_stream() -> None:
     done = run_python("-c", PROGRAM, "json")
     assert done.stdout == "a request\n"
     told = [json.loads(line)["message"] for line in done.stderr.splitlines()]
@@ -93,7 +93,7 @@ def test_everything_goes_one_way() -> None:
     assert len(told) == 3
 
 
-def test_what_is_logged_before_the_log_is_there_has_its_form() -> None:
+def test_messages_before_the_log_is_set_up_have_its_form() -> None:
     settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1", "SURFACE_STORE": "no://where"}
     done = run_python("-m", "service", "serve", env=os.environ | settings, check=False)
     (line,) = (line for line in done.stderr.splitlines() if line.startswith("{"))
@@ -128,7 +128,7 @@ def is_written(log: Lines, seconds: float = 10) -> bool:
     return written.wait(seconds)
 
 
-def test_lines_come_whole_and_in_order() -> None:
+def test_lines_are_complete_and_in_order() -> None:
     with pipe() as (read, write):
         log = Lines(write)
         for number in range(1000):

@@ -143,7 +143,7 @@ AMBIGUOUS = {
 
 @pytest.mark.parametrize("at_once", [True, False])
 @pytest.mark.parametrize("data", AMBIGUOUS.values(), ids=AMBIGUOUS)
-async def test_what_is_no_request_or_could_be_two_is_refused(data: bytes, at_once: bool) -> None:
+async def test_invalid_and_ambiguous_requests_are_refused(data: bytes, at_once: bool) -> None:
     echo = Echo()
     server = Server(echo)
     client = server.connect()
@@ -190,7 +190,9 @@ ACCEPTED = {
 
 @pytest.mark.parametrize("at_once", [True, False])
 @pytest.mark.parametrize(("data", "body"), ACCEPTED.values(), ids=ACCEPTED)
-async def test_what_is_said_in_another_way_is_read(data: bytes, body: bytes, at_once: bool) -> None:
+async def test_other_valid_spellings_of_a_request_are_read(
+    data: bytes, body: bytes, at_once: bool
+) -> None:
     echo = Echo()
     client = Server(echo).connect()
     for piece in [data] if at_once else [bytes([byte]) for byte in data]:
@@ -224,7 +226,7 @@ async def test_requests_that_come_together_are_answered_in_their_order_up_to_a_n
     assert client.wire.ended
 
 
-async def test_a_request_that_cannot_be_read_waits_for_the_answers_to_those_before() -> None:
+async def test_the_error_of_an_invalid_request_comes_after_earlier_responses() -> None:
     later = Later()
     client = Server(later).connect()
     await client.send(GET % 1 + GET % 2 + b"BREW / HTTP/1.1\r\n")
@@ -269,7 +271,7 @@ async def test_all_requests_of_a_client_see_that_it_has_gone() -> None:
 
 @pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
 @pytest.mark.parametrize("length", [b"Content-Length: 5", b"Transfer-Encoding: chunked"])
-async def test_an_answer_that_comes_before_the_body(length: bytes, last: bytes) -> None:
+async def test_a_response_that_is_sent_before_the_body(length: bytes, last: bytes) -> None:
     """The rest is read and forgotten, so that the client is not cut off while it sends."""
 
     server = Server(deaf)
@@ -283,7 +285,7 @@ async def test_an_answer_that_comes_before_the_body(length: bytes, last: bytes) 
     assert client.wire.aborted is bool(last)
 
 
-async def test_a_body_that_breaks_off_behind_its_answer_gets_no_second_one() -> None:
+async def test_a_body_that_breaks_off_after_its_response_gets_no_second_one() -> None:
     client = Server(deaf).connect()
     await client.send(CHUNKED + b"\r\n1\r\na\r\nx\r\n")
     assert client.statuses == [400]
@@ -300,7 +302,7 @@ async def test_trailers_are_no_headers() -> None:
     assert [name for name, _ in echo.scopes[0]["headers"]] == [b"host", b"transfer-encoding"]
 
 
-async def test_what_fails_after_its_client_has_gone_leaves_nothing() -> None:
+async def test_a_failure_after_the_client_has_gone_leaves_nothing() -> None:
     async def left(_scope: Scope, receive: Receive, _send: Send) -> None:
         while (await receive())["type"] != "http.disconnect":
             pass
@@ -344,7 +346,7 @@ async def cancelled(_scope: Scope, _receive: Receive, _send: Send) -> None:
 @pytest.mark.parametrize(
     ("app", "status", "code"), [(failing, 500, "internal_error"), (cancelled, 503, "draining")]
 )
-async def test_an_application_that_gives_no_answer(app: Any, status: int, code: str) -> None:
+async def test_an_application_without_a_response(app: Any, status: int, code: str) -> None:
     server = Server(app)
     client = server.connect()
     await client.send(GET % 1)

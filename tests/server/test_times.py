@@ -28,7 +28,7 @@ async def waiting(_scope: Scope, receive: Receive, send: Send) -> None:
     await quick(_scope, receive, send)
 
 
-async def test_a_connection_on_which_nothing_arrives_is_closed_without_a_word() -> None:
+async def test_a_connection_without_input_is_closed_without_a_response() -> None:
     server = Server(quick, head_timeout=10)
     client = server.connect()
     server.wait(9)
@@ -91,14 +91,14 @@ async def test_one_connection_too_many_is_refused() -> None:
         assert client.statuses == [204]
 
 
-def test_an_idle_connection_is_closed_without_a_word() -> None:
+def test_an_idle_connection_is_closed_without_a_response() -> None:
     with running_service(Settings(keep_alive=0.2)) as url, connected(url) as client:
         client.sendall(GET)
         assert b"HTTP/1.1 200 OK" in read(client)
 
 
 @pytest.mark.parametrize(("unsent", "seconds"), [(70_000, 30), (3 * MIB - 1, 90), (3 * MIB, 120)])
-async def test_an_answer_must_be_taken_in_its_time(unsent: int, seconds: int) -> None:
+async def test_a_client_must_read_a_response_before_its_deadline(unsent: int, seconds: int) -> None:
     server = Server(waiting, send_timeout=30)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
@@ -134,7 +134,7 @@ def send_for_ever(client: socket.socket) -> None:
 
 
 @pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
-def test_a_refused_body_does_not_lose_its_answer(last: bytes) -> None:
+def test_a_refused_body_gets_its_response(last: bytes) -> None:
     settings = Settings(max_body_bytes=1024, keep_alive=1)
     with running_service(settings) as url, connected(url) as client:
         # A client that closes with this set forgets at once what it has not read.

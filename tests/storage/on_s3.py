@@ -58,7 +58,7 @@ async def put(store: SurfaceStore, content: bytes) -> bool:
 
 
 @pytest.mark.parametrize("size", [0, 10, 6 << 20], ids=["empty", "short", "6 MiB"])
-async def test_what_was_stored_comes_back(size: int, address: str) -> None:
+async def test_stored_surfaces_are_read_back(size: int, address: str) -> None:
     content = b"x" * size
     id = id_of(content)
     store = open_store(address, 0)

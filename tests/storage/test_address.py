@@ -97,7 +97,7 @@ async def test_a_full_disk_stops_the_start_only_if_there_is_nothing_yet(
         open_store(str(tmp_path / "new"), 0)
 
 
-def test_an_address_that_is_none_stops_the_start(
+def test_an_invalid_address_stops_the_start(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(InvalidSettings, match="SURFACE_STORE: got 'ftp://x'"):

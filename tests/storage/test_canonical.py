@@ -202,7 +202,7 @@ def test_the_next_number_is_another_surface(name: str, towards: float, data: st.
         ({"control_net": [[[1, 2, 3]] * 2] * 3}, {"control_net": [[[1, 2, 3]] * 3] * 2}),
     ],
 )  # fmt: skip
-def test_what_differs_has_another_id(one: Json, other: Json) -> None:
+def test_different_surfaces_have_different_ids(one: Json, other: Json) -> None:
     assert id_of(one) != id_of(other)
 
 
@@ -221,7 +221,7 @@ def test_weights_beyond_double_precision_count_by_their_quotients() -> None:
     assert ids != {id_of(PATCH | {"weights": weights})}
 
 
-def test_the_content_is_what_is_documented() -> None:
+def test_the_content_is_as_documented() -> None:
     """Its very bytes, by another way."""
     net = [[[0, 0, 0], [0, 1.5, 0]], [[1, 0, -0.0], [1, 1, 1]]]
     numbers = np.array(net).astype("<f8") + 0.0
@@ -274,7 +274,7 @@ def ids() -> dict[str, str]:
     ],
     ids=len,
 )
-def test_what_is_no_content_is_damaged(content: bytes) -> None:
+def test_invalid_content_is_damaged(content: bytes) -> None:
     with pytest.raises(DamagedObject):
         restore_surface(content, LIMITS)
 

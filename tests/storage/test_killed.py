@@ -38,7 +38,7 @@ def stored(folder: Path) -> set[str]:
     return {path.name for path in visible}
 
 
-def test_kill_leaves_whole_objects_and_all_that_were_acknowledged(tmp_path: Path) -> None:
+def test_kill_leaves_complete_objects_and_all_acknowledged_ones(tmp_path: Path) -> None:
     """One folder, one process after the other, each killed later than the one before."""
     for moment in (1, 40, 222):
         with storing(tmp_path) as process:
@@ -64,7 +64,7 @@ def test_two_processes_may_store_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["0123456789abcdef", "0123456789abcdef#1"])
-async def test_what_a_killed_process_left_is_no_object_and_goes_after_an_hour(
+async def test_files_of_killed_processes_are_not_objects_and_are_removed_after_an_hour(
     name: str, tmp_path: Path
 ) -> None:
     store = store_of("folder", tmp_path)

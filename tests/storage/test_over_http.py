@@ -38,7 +38,7 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
         assert client.get(mesh).status_code == 200
 
 
-def test_a_quota_says_what_is_left(tmp_path: Path) -> None:
+def test_a_quota_names_the_bytes_left(tmp_path: Path) -> None:
     with client_of(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
         (kept,) = files(tmp_path)

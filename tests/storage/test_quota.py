@@ -20,7 +20,9 @@ async def put(store: SurfaceStore, content: bytes) -> bool:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-async def test_what_has_no_room_is_refused_and_not_written(kind: str, tmp_path: Path) -> None:
+async def test_surfaces_beyond_the_quota_are_refused_and_not_written(
+    kind: str, tmp_path: Path
+) -> None:
     store = store_of(kind, tmp_path, 39)
     for content in TEN[:3]:
         assert await put(store, content)
@@ -43,7 +45,7 @@ async def test_many_at_once_stay_below(kind: str, tmp_path: Path) -> None:
     assert sum(isinstance(each, StoreFull) for each in stored) == 6
 
 
-async def test_what_is_there_at_the_start_counts(tmp_path: Path) -> None:
+async def test_surfaces_stored_before_the_start_count(tmp_path: Path) -> None:
     await put(store_of("folder", tmp_path), TEN[0])
     (tmp_path / "staging" / "abc").write_bytes(b"being written")
     store = store_of("folder", tmp_path, 20)
@@ -127,7 +129,7 @@ async def test_counts_are_made_once_then_before_refusing_then_now_and_then() -> 
     assert place.counts == 3
 
 
-async def test_an_old_count_serves_while_a_new_one_fails() -> None:
+async def test_an_old_count_is_used_while_a_new_one_fails() -> None:
     place = Elsewhere()
     usage = place.usage(100)
     await take(usage, 10)
@@ -140,7 +142,7 @@ async def test_an_old_count_serves_while_a_new_one_fails() -> None:
         await take(usage, 90)
 
 
-async def test_what_is_stored_during_a_count_counts() -> None:
+async def test_surfaces_stored_during_a_count_are_counted() -> None:
     place = Elsewhere()
     usage = place.usage(100)
     await take(usage, 10)
@@ -155,7 +157,7 @@ async def test_what_is_stored_during_a_count_counts() -> None:
     await take(usage, 30)
 
 
-async def test_what_is_not_stored_gives_its_room_back() -> None:
+async def test_a_failed_write_releases_its_bytes() -> None:
     usage = Elsewhere().usage(100)
     for _ in range(3):
         with pytest.raises(ZeroDivisionError):

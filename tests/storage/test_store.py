@@ -32,7 +32,7 @@ NAMES = [
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("size", [0, 1, INLINE + 1])
-async def test_what_was_stored_comes_back(kind: str, size: int, tmp_path: Path) -> None:
+async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Path) -> None:
     content = bytes(index % 251 for index in range(size))
     id = id_of(content)
     store = store_of(kind, tmp_path)
@@ -102,7 +102,7 @@ async def test_content_goes_under_its_own_hash_only(kind: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("kind", KINDS)
-async def test_of_many_who_store_the_same_one_is_the_first(kind: str, tmp_path: Path) -> None:
+async def test_one_of_many_clients_stores_a_surface_first(kind: str, tmp_path: Path) -> None:
     content = b"the same" * 1000
     store = store_of(kind, tmp_path)
     stored = await asyncio.gather(*(store.put(id_of(content), content) for _ in range(50)))

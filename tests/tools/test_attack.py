@@ -34,12 +34,12 @@ def test_answers_in_short(response: bytes, said: str) -> None:
     assert in_short(response, len(response)) == said
 
 
-def test_an_answer_to_head_has_no_body() -> None:
+def test_a_response_to_head_has_no_body() -> None:
     response = b"HTTP/1.1 404 x\r\nContent-Length: 3\r\n\r\n"
     assert in_short(response, len(response), has_body=False) == "404"
 
 
-def test_no_attack_allows_what_is_never_documented() -> None:
+def test_attacks_expect_documented_codes_only() -> None:
     for attack in (
         *BODIES,
         *HEADS,
@@ -64,7 +64,7 @@ def test_no_attack_allows_what_is_never_documented() -> None:
         ([SLOWEST / 2], []),
     ],
 )
-def test_a_client_that_saw_nothing_was_not_served(seen: list[float], wrong: list[str]) -> None:
+def test_a_client_without_a_response_was_not_served(seen: list[float], wrong: list[str]) -> None:
     attack = CONNECTIONS[0]
     of_client = [Seen(0.5, "hit", seconds, "ok") for seconds in seen]
     assert Row(attack, Counter({"gone": 1}), 0, 1, 0, of_client).wrong() == wrong

@@ -20,7 +20,7 @@ def test_deviations_are_within_bounds_and_bounds_within_tolerances(
 
 
 @pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "triangles", "cusped"])
-def test_meshes_are_near_their_surfaces_too_where_that_was_asked_for(family: str) -> None:
+def test_the_distance_from_the_mesh_is_bounded_if_requested(family: str) -> None:
     verdict = judge(Case(family, 1003, 3e-2, two_sided=True), SAMPLES)
     assert verdict.wrong == []
     assert verdict.mesh_bound > 0

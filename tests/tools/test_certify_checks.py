@@ -56,7 +56,7 @@ def test_edges_are_counted() -> None:
 
 
 @pytest.mark.parametrize("kind", BODIES)
-def test_models_whose_edges_are_stated_alike_are_joined(kind: str) -> None:
+def test_models_with_equal_edges_are_joined(kind: str) -> None:
     joint = Joint(kind=kind, seed=1)
     whole = complex_of(kind, 1)
     assert whole.alike == set(whole.edges())
@@ -66,7 +66,7 @@ def test_models_whose_edges_are_stated_alike_are_joined(kind: str) -> None:
     assert joint.seams + joint.boundary // 3 == len(whole.edges())
 
 
-def test_a_crack_is_seen() -> None:
+def test_a_crack_is_detected() -> None:
     """A corner of one triangle moved by the least amount there is, as a vertex of its own."""
     mesh = divided("prisms", 1)
     torn = mesh.faces.copy()
@@ -81,7 +81,7 @@ def test_a_crack_is_seen() -> None:
     assert joint.wrong[-1] == "patch 0 depends on the order of the patches"
 
 
-def test_a_vertex_between_two_of_the_neighbour_is_seen() -> None:
+def test_a_vertex_between_two_of_the_neighbour_is_detected() -> None:
     """One triangle beside a seam is cut in two, its neighbour on the other side is not."""
     mesh = divided("tori", 1)
     whole = complex_of("tori", 1)

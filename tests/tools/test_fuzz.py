@@ -11,7 +11,7 @@ from tools.fuzz.targets import TARGETS
 
 
 @pytest.mark.parametrize("name", TARGETS)
-def test_nothing_is_found_where_the_fuzzer_begins(name: str) -> None:
+def test_the_first_inputs_of_the_fuzzer_have_no_faults(name: str) -> None:
     """A part of the seeds; all of them, and what comes of them, are the fuzzer's."""
     seeds = [content for content in SEEDS[name]() if len(content) <= LARGEST]
     assert seeds

@@ -26,6 +26,6 @@ def test_a_planted_phrase_is_found(tmp_path: Path, name: str, text: str, line: i
     assert check(tmp_path, (Exemption(name, "*", "planted"),)) == []
 
 
-def test_an_exemption_that_nothing_needs_is_found(tmp_path: Path) -> None:
+def test_an_unused_exemption_is_reported(tmp_path: Path) -> None:
     (found,) = check(tmp_path, (Exemption("service/", "so many|so much", "none"),))
     assert "nothing needs the exemption of 'service/'" in found

@@ -30,7 +30,7 @@ def stated(name: str, **fields: str) -> str:
     return licence(cast(Any, SimpleNamespace(name=name, metadata=metadata)))
 
 
-def test_page_of_licences_tells_what_is_installed() -> None:
+def test_the_page_of_licences_lists_the_installed_packages() -> None:
     try:
         found = page()
     except PackageNotFoundError as error:
@@ -38,7 +38,7 @@ def test_page_of_licences_tells_what_is_installed() -> None:
     assert PAGE.read_text(encoding="utf-8") == found
 
 
-def test_what_is_needed_is_what_needs_it_and_no_tool_of_ours() -> None:
+def test_needed_packages_exclude_development_tools() -> None:
     found = needed()
     assert {"fastapi", "starlette", "numpy", "meshopt"} <= found.keys()
     assert not found.keys() & {"pytest", "ruff", "scipy", "playwright"}
@@ -51,7 +51,7 @@ def test_an_unclear_licence_must_be_read_first() -> None:
         stated("x")
 
 
-def test_what_was_read_is_read_again_when_it_says_something_else() -> None:
+def test_a_changed_licence_text_must_be_read_again() -> None:
     name, (said, meant) = next(iter(READ.items()))
     assert statement(distribution(name)) == said
     assert stated(name, License="GPL-3.0-only") == "GPL-3.0-only"

@@ -173,7 +173,7 @@ def test_the_page_shows_how_to_name_origins() -> None:
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
-def test_smaller_files_say_the_extension_that_the_page_names(option: str, server: str) -> None:
+def test_smaller_files_name_the_extension_of_the_page(option: str, server: str) -> None:
     content = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?{option}").content
     length = int.from_bytes(content[12:16], "little")
     extensions = json.loads(content[20 : 20 + length])["extensionsRequired"]

@@ -88,7 +88,7 @@ def test_the_surface_is_stored_as_the_page_shows(stored: dict[str, Any]) -> None
     assert stored == json.loads(blocks("json")[0])
 
 
-def test_the_pages_load_what_was_stored(stored: dict[str, Any]) -> None:
+def test_the_pages_load_stored_meshes(stored: dict[str, Any]) -> None:
     link = SERVED_AT + stored["links"]["mesh"]["glb"]
     wanted = link.replace("?", f"?resolution={RESOLUTION}&")
     assert [MODEL.findall(page_of(library)) for library in LIBRARIES] == [[wanted]] * 3
@@ -113,7 +113,7 @@ def test_colours_are_those_of_the_service_and_linear(
     np.testing.assert_allclose(colors, linear(np.array(computed["colors"])), atol=1e-6)
 
 
-def test_it_is_drawn_in_its_colours_and_nothing_is_complained_of(drawn: Drawn) -> None:
+def test_it_is_drawn_in_its_colours_without_warnings(drawn: Drawn) -> None:
     """On a white page: some of the picture is rather red, some rather blue."""
     rgb = drawn.picture
     covered = np.ptp(rgb, axis=1) > 40

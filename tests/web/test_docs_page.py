@@ -9,7 +9,9 @@ from service.api.routes.pages import STATIC, SWAGGER
 from tests.web.browser import open_page
 
 
-def test_a_request_can_be_tried_and_no_other_host_is_asked(server: str, browser: Browser) -> None:
+def test_a_request_can_be_tried_without_connections_to_other_hosts(
+    server: str, browser: Browser
+) -> None:
     if not (STATIC / SWAGGER[0]).is_file():
         pytest.skip("the scripts of /docs are not built ('make web')")
     asked: list[str] = []

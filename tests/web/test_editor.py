@@ -122,7 +122,7 @@ def test_area_and_volume_are_measured_when_asked_for(page: Page) -> None:
     assert value(page, "volume") == pytest.approx(4 / 3 * 3.14159265358979, rel=1e-5)
 
 
-def test_a_drag_keeps_to_its_axis(page: Page) -> None:
+def test_a_drag_moves_along_its_axis_only(page: Page) -> None:
     start, was = choose(page, 4), point(page)
     page.check('input[name="axis"][value="x"]', force=True)
     drag(page, start, (50, -40))
@@ -166,7 +166,7 @@ def test_numbers_and_weights_are_typed(page: Page) -> None:
     assert float(page.input_value("#weight-slider")) == 2  # 2² = 4
 
 
-def test_sliders_change_what_is_asked_for(page: Page) -> None:
+def test_sliders_change_the_request(page: Page) -> None:
     assert settled(page, lambda: page.fill("#resolution", "9"))["resolution"] == 9
     assert value(page, "triangles") == 162
     asked = settled(
@@ -206,7 +206,7 @@ def test_examples_are_listed_and_opened(page: Page) -> None:
     assert page.inner_text("#point-count") == "of 28"
 
 
-def test_a_refusal_says_what_and_where(editor: Stage) -> None:
+def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
     """The browser's own console says that a request failed: nothing that we could prevent."""
     page = editor.page
     start_anew(page)
@@ -228,7 +228,7 @@ def test_a_refusal_says_what_and_where(editor: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_a_surface_that_is_refused_leaves_nothing_of_the_one_before(editor: Stage) -> None:
+def test_a_refused_surface_removes_the_one_before_from_the_page(editor: Stage) -> None:
     page = editor.page
     start_anew(page)
     page.click("#open")
@@ -239,7 +239,7 @@ def test_a_surface_that_is_refused_leaves_nothing_of_the_one_before(editor: Stag
     assert page.inner_text("#triangles") == page.inner_text("#deviation") == "–"
 
 
-def test_a_link_to_nothing_says_so(editor: Stage, server: str) -> None:
+def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) -> None:
     page = editor.page
     page.goto(f"{server}/?surface={'0' * 64}")
     page.wait_for_selector('html[data-state="refused"]')

@@ -53,7 +53,7 @@ def violations(page: Page) -> list[tuple[str, str, list[Any]]]:
 
 
 @pytest.mark.parametrize(("scheme", "size"), [("light", WIDE), ("dark", NARROW)])
-def test_axe_finds_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> None:
+def test_axe_reports_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> None:
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": size[0], "height": size[1]})
     assert violations(page) == []
@@ -68,7 +68,7 @@ def test_axe_finds_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> No
     assert page.evaluate("document.documentElement.scrollWidth") == size[0]
 
 
-def test_axe_finds_nothing_in_a_refusal(editor: Stage) -> None:
+def test_axe_reports_nothing_for_a_refusal(editor: Stage) -> None:
     page = editor.page
     start_anew(page)
     choose(page, 2)

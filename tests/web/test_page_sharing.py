@@ -57,7 +57,7 @@ def copied(page: Page, button: str) -> str:
     return page.inner_text("#copied").removeprefix("Copied: ")
 
 
-def test_the_link_opens_the_same_surface_in_a_fresh_profile(
+def test_the_link_opens_an_equal_surface_in_a_fresh_profile(
     edited: Page, server: str, browser: Browser
 ) -> None:
     address = copied(edited, "copy-link")

@@ -22,7 +22,7 @@ def entry(
     return CachedResponse(subject, content, ((b"content-type", b"model/gltf-binary"),))
 
 
-def test_what_was_put_is_found_and_counted() -> None:
+def test_entries_are_found_and_counted() -> None:
     cache = ResponseCache(ROOM)
     made = entry("a")
     assert cache.get(made.subject.url) is None
@@ -50,7 +50,7 @@ def test_the_least_recently_used_goes_first() -> None:
     assert cache.counts.evictions == 1
 
 
-def test_what_takes_too_large_a_part_is_not_kept() -> None:
+def test_entries_that_are_too_large_are_not_kept() -> None:
     cache = ResponseCache(ROOM)
     small = entry("a", 30)
     assert cache.put(small, cache.generation)
@@ -85,7 +85,7 @@ def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
     assert cache.bytes == made.size
 
 
-def test_a_few_spellings_of_an_address_are_known() -> None:
+def test_the_number_of_cached_spellings_is_limited() -> None:
     cache = ResponseCache(ROOM)
     made = entry("a")
     cache.put(made, cache.generation)
@@ -101,7 +101,7 @@ def test_a_few_spellings_of_an_address_are_known() -> None:
     assert cache.bytes == made.size
 
 
-def test_a_surface_is_forgotten_with_all_that_was_made_of_it() -> None:
+def test_a_deleted_surface_leaves_the_cache_with_its_meshes() -> None:
     cache = ResponseCache(ROOM)
     made = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
     generation = cache.generation
@@ -117,7 +117,7 @@ def test_a_surface_is_forgotten_with_all_that_was_made_of_it() -> None:
     assert cache.bytes == made[0].size + made[2].size
 
 
-def test_for_how_long_an_answer_may_be_kept() -> None:
+def test_how_long_a_response_may_be_cached() -> None:
     for for_ever in (False, True):
         variant = entry("a", for_ever=for_ever).variants["identity"]
         for pinned in (False, True):
@@ -128,7 +128,7 @@ def test_for_how_long_an_answer_may_be_kept() -> None:
 
 
 @pytest.mark.parametrize("size", [10, 5000])
-def test_what_is_counted_is_at_least_what_it_takes(size: int) -> None:
+def test_counted_bytes_are_at_least_the_memory_taken(size: int) -> None:
     cache = ResponseCache(1 << 30)
     tracemalloc.start()
     try:

@@ -40,7 +40,7 @@ TEXT = b"v 0.25 0.5 1\n" * 1000
         (b"br," * 300 + b"gzip", ["identity"]),
     ],
 )
-def test_what_a_client_wants(header: bytes | None, order: list[Coding]) -> None:
+def test_preferred_codings(header: bytes | None, order: list[Coding]) -> None:
     for _ in range(2):
         wanted = accepted_codings(header)
         assert list(wanted.order) == order
@@ -63,7 +63,7 @@ def test_files_are_those_of_their_formats() -> None:
 
 
 @pytest.mark.parametrize("coding", COMPRESS)
-def test_what_does_not_pay_is_left(coding: Coding) -> None:
+def test_bodies_that_hardly_shrink_are_not_compressed(coding: Coding) -> None:
     assert compressed(coding, b" " * (MIN_BYTES - 1)) is None
     assert compressed(coding, b" " * MIN_BYTES) is not None
     packed = b"".join(COMPRESS[coding](str(i).encode() * 40) for i in range(100))

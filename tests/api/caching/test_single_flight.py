@@ -67,7 +67,7 @@ async def test_many_wait_and_one_works() -> None:
     assert work.calls == 2, "nothing is kept here"
 
 
-async def test_the_first_request_may_go_away() -> None:
+async def test_the_first_request_may_be_cancelled() -> None:
     flights, work = Airport(), Work()
     first, *others = await begun(work, flights, 5)
     first.cancel()
@@ -78,7 +78,7 @@ async def test_the_first_request_may_go_away() -> None:
     assert work.calls == 1
 
 
-async def test_the_work_stops_when_all_requests_have_gone_and_begins_again_for_a_later_one() -> (
+async def test_the_work_is_cancelled_with_the_last_request_and_a_later_one_starts_it_again() -> (
     None
 ):
     flights, work, other = Airport(), Work(), Work("other")

@@ -40,7 +40,7 @@ def client() -> Iterator[Client]:
         ("BREW", "/v1/nothing"),
     ],
 )
-def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, path: str) -> None:
+def test_computing_and_storing_need_a_key(client: Client, method: str, path: str) -> None:
     response = client.request(method, path, b"{}", {"Content-Type": "application/json"})
     assert response.status_code == 401
     assert response.headers["content-type"] == "application/problem+json"
@@ -60,7 +60,7 @@ def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, pa
         ("POST", "/docs"),
     ],
 )
-def test_methods_that_nothing_answers_need_none(client: Client, method: str, path: str) -> None:
+def test_methods_without_a_route_need_no_key(client: Client, method: str, path: str) -> None:
     response = client.request(method, path)
     assert (response.status_code, response.json()["code"]) == (405, "method_not_allowed")
     assert response.headers["allow"]
@@ -101,7 +101,7 @@ def test_a_key_in_the_address_is_none(client: Client) -> None:
 
 
 @pytest.mark.parametrize("path", [*OPEN, MESH, "/v1/surfaces/saddle"])
-def test_what_is_read_by_an_address_stays_open(client: Client, path: str) -> None:
+def test_reading_by_url_needs_no_key(client: Client, path: str) -> None:
     assert client.get(path).status_code in (200, 503)
     assert client.request("HEAD", path).status_code in (200, 503)
     assert client.get(path, {"Authorization": "Bearer none"}).status_code in (200, 503)
@@ -115,7 +115,7 @@ def test_without_keys_nothing_is_checked_and_there_is_no_guard() -> None:
         assert client.post("/v1/mesh", NET).status_code == 200
 
 
-def test_keys_may_stand_in_a_file(tmp_path: Path) -> None:
+def test_keys_may_be_in_a_file(tmp_path: Path) -> None:
     file = tmp_path / "keys"
     file.write_text(entry_line("alice", KEY), encoding="utf-8")
     with client_of(create_app(Settings(api_keys_file=str(file)))) as client:
@@ -170,7 +170,7 @@ def test_the_request_record_has_the_name_of_the_key() -> None:
     assert record_of(seen[-1]).code == "key_needed"
 
 
-def test_other_protocols_go_their_way(client: Client) -> None:
+def test_other_protocols_reach_the_application(client: Client) -> None:
     """The life of the server, which has neither a method nor headers."""
     app = create_app(SETTINGS)
     sent: list[Message] = []

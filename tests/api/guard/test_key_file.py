@@ -96,7 +96,9 @@ def test_a_broken_file_keeps_the_known_keys_and_is_logged_once(
     assert names(known()) == ["carol"]
 
 
-def test_a_file_that_goes_and_comes_back(file: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_file_that_is_removed_and_written_again(
+    file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     clock = Clock()
     known = KnownKeys((), str(file), clock)
     file.unlink()

@@ -31,7 +31,7 @@ def test_old_and_new_keys_hold_together() -> None:
     assert owner(NEW.encode(), ()) is None
 
 
-def test_what_differs_anywhere_is_another_key() -> None:
+def test_texts_that_differ_in_one_place_are_other_keys() -> None:
     for at in range(len(NEW)):
         other = NEW[:at] + ("0" if NEW[at] != "0" else "1") + NEW[at + 1 :]
         assert owner(other.encode(), KNOWN) is None

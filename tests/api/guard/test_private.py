@@ -62,7 +62,7 @@ def test_lists_and_descriptions_stay_open(client: Client, path: str) -> None:
     assert client.get(path).status_code == 200
 
 
-def test_with_a_key_answers_are_kept_by_that_client_and_asked_for_again(client: Client) -> None:
+def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client) -> None:
     links = stored(client)
     for path in (MESH, MESH, links["self"], links["mesh"]["glb"], links["mesh"]["glb"]):
         response = client.get(path, WITH)
@@ -91,7 +91,7 @@ def test_a_signed_address_is_read_without_a_key_for_as_long_as_it_says(client: C
         assert unchanged.headers["cache-control"].startswith("private, max-age=")
 
 
-def test_signed_and_unsigned_addresses_are_one_kept_answer() -> None:
+def test_signed_and_unsigned_urls_share_a_cached_response() -> None:
     app = create_app(SETTINGS)
     with client_of(app) as client:
         first = client.get(MESH, WITH)
@@ -131,14 +131,14 @@ def test_addresses_expire(client: Client, monkeypatch: pytest.MonkeyPatch) -> No
     assert response.json()["code"] == "signature_expired"
 
 
-def test_a_signature_opens_nothing_else(client: Client) -> None:
+def test_a_signature_permits_its_url_only(client: Client) -> None:
     query = signed(client).partition("?")[2]
     assert client.post(f"/v1/mesh?{query}", NET).status_code == 401
     assert client.request("DELETE", f"/v1/surfaces/saddle?{query}").status_code == 401
     assert client.get(f"/v1/surfaces/torus/mesh.glb?{query}").status_code == 403
 
 
-def test_the_end_may_be_a_moment_and_then_the_address_is_the_same(client: Client) -> None:
+def test_an_absolute_expiry_gives_equal_urls(client: Client) -> None:
     end = int(time.time()) + 1000
     first, second = (sign(client, expires=end) for _ in range(2))
     assert first.json() == second.json()
@@ -178,7 +178,7 @@ def test_the_end_may_be_a_moment_and_then_the_address_is_the_same(client: Client
         ),
     ],
 )
-def test_what_is_not_signed(
+def test_urls_that_are_not_signed(
     client: Client, document: dict[str, Any], code: str, pointer: str
 ) -> None:
     response = client.post("/v1/sign", document, WITH)

@@ -69,7 +69,7 @@ def test_others_are_not_believed(peer: str) -> None:
 
 
 @given(st.lists(st.text("0123456789.:[], abcdef\x00", max_size=30), max_size=3))
-def test_whatever_a_client_writes_first_its_address_is_the_one_that_was_seen(
+def test_addresses_that_a_client_writes_are_not_trusted(
     forged: list[str],
 ) -> None:
     """The proxy adds whom it saw, to the same line or in one of its own."""
@@ -78,7 +78,7 @@ def test_whatever_a_client_writes_first_its_address_is_the_one_that_was_seen(
         assert introduced(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
 
 
-def test_an_address_of_ipv4_in_ipv6_is_trusted_as_what_it_is() -> None:
+def test_an_ipv4_address_in_ipv6_form_is_trusted() -> None:
     assert introduced(CLIENT, peer=("::ffff:10.0.0.1", 1))[0] == CLIENT
 
 
@@ -101,17 +101,17 @@ def test_unix_sockets_are_trusted_by_their_name() -> None:
         ([""], "http"),
     ],
 )
-def test_the_scheme_is_what_the_nearest_proxy_says(said: list[str], scheme: str) -> None:
+def test_the_scheme_is_that_of_the_nearest_proxy(said: list[str], scheme: str) -> None:
     assert introduced(CLIENT, proto=said)[1] == scheme
 
 
 @pytest.mark.parametrize("text", ["", "1.2.3", "1.2.3.4.5", "fe80::1%", "[", "[]", ":80", "a:b"])
-def test_what_is_no_address(text: str) -> None:
+def test_texts_that_are_not_addresses(text: str) -> None:
     assert address_in(text.encode()) is None
 
 
 @pytest.mark.parametrize("listed", [["proxy.local"], ["10.0.0.1/8"], ["*"], ["10.0.0.0/33"]])
-def test_what_names_no_proxy_stops_the_start(listed: list[str]) -> None:
+def test_invalid_proxies_stop_the_start(listed: list[str]) -> None:
     with pytest.raises(InvalidProxies):
         Proxies(listed)
     with pytest.raises(InvalidSettings, match=r"^SURFACE_TRUSTED_PROXIES: needed addresses"):

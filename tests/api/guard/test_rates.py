@@ -26,7 +26,7 @@ class Clock:
         return self.now
 
 
-def test_a_minutes_requests_may_come_at_once_and_then_one_each_share() -> None:
+def test_the_requests_of_a_minute_may_come_at_once_and_then_one_each_interval() -> None:
     clock = Clock()
     counted = Rates(60, clock)
     assert [counted.take("a").remaining for _ in range(60)] == list(range(59, -1, -1))
@@ -86,7 +86,9 @@ def test_a_flood_of_addresses_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> 
         (None, "testclient", "unknown"),
     ],
 )
-def test_who_is_counted_together(key: str | None, client: str | None, expected: str) -> None:
+def test_which_clients_are_counted_together(
+    key: str | None, client: str | None, expected: str
+) -> None:
     assert caller(key, client) == expected
 
 
@@ -116,7 +118,7 @@ def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> Non
         assert "Retry-After" in refused.headers["access-control-expose-headers"]
 
 
-def test_who_watches_the_service_is_not_counted_nor_are_questions_beforehand() -> None:
+def test_health_checks_and_preflights_are_not_counted() -> None:
     with client_of(create_app(Settings(rate_limit=1))) as client:
         client.get("/v1/formats")
         for path in ("/health", "/health/live", "/health/ready"):
@@ -139,6 +141,6 @@ def test_keys_have_rates_of_their_own_and_wrong_ones_count_against_the_address()
         assert [client.get(MESH, right).status_code for _ in range(5)] == [200] * 4 + [429]
 
 
-def test_without_a_limit_nothing_is_said_of_it() -> None:
+def test_without_a_limit_no_headers_name_it() -> None:
     with client_of(create_app(Settings(api_keys=(entry_line("alice", KEY),)))) as client:
         assert "ratelimit" not in client.get(MESH).headers

@@ -95,11 +95,11 @@ def test_no_letter_may_change(data: st.DataObject) -> None:
         "",
     ],
 )
-def test_a_signature_is_one_of_its_path(path: str) -> None:
+def test_a_signature_holds_for_its_path(path: str) -> None:
     refused(SIGNER.signed(PATH, "", END), path)
 
 
-def test_it_holds_until_its_moment() -> None:
+def test_a_signature_holds_until_it_expires() -> None:
     query = SIGNER.signed(PATH, "", END)
     assert check(query, now=END - 0.001) == b""
     for now in (END, END + 1):
@@ -123,7 +123,7 @@ def test_it_holds_until_its_moment() -> None:
         lambda query: query.rpartition("=")[0] + "=",
     ],
 )
-def test_what_is_not_quite_a_signed_address(change: object) -> None:
+def test_urls_that_are_nearly_signed_are_refused(change: object) -> None:
     assert callable(change)
     refused(change(SIGNER.signed(PATH, "", END)))
 
@@ -165,7 +165,7 @@ def test_all_secrets_are_compared_whichever_is_right(monkeypatch: pytest.MonkeyP
         assert len(compared) == 2
 
 
-def test_what_is_left_is_as_it_was_written() -> None:
+def test_the_rest_of_a_query_keeps_its_bytes() -> None:
     for query in ("", "resolution=16,32", "resolution=16%2C32&overlays=boundary", "&&a", "a=b=c"):
         assert check(SIGNER.signed(PATH, query, END)).decode() == query
 
@@ -179,7 +179,7 @@ def test_weak_secrets_are_refused_and_not_repeated(secrets: list[str]) -> None:
 
 
 @pytest.mark.parametrize("query", ["expires=1", "signature=a", "%65xpires=1", "a=%ff"])
-def test_what_cannot_be_signed(query: str) -> None:
+def test_urls_that_cannot_be_signed(query: str) -> None:
     with pytest.raises(ValueError, match=r".") as caught:
         SIGNER.signed(PATH, query, END)
     assert not isinstance(caught.value, SignatureInvalid)

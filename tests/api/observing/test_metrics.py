@@ -66,7 +66,7 @@ def test_refusals_are_counted_by_code(own: Client) -> None:
     assert sample(own, "surface_refused_total", code="method_not_allowed") == 1
 
 
-def test_two_applications_count_apart() -> None:
+def test_two_applications_have_separate_counters() -> None:
     with client_of(create_app(Settings())) as one, client_of(create_app(Settings())) as other:
         one.get(MESH)
         assert sample(one, "surface_cache_misses_total") == 1

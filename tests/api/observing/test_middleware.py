@@ -85,7 +85,7 @@ def scope_of(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> Scop
     return {"type": "http", "method": method, "path": path, "headers": headers, **server}
 
 
-def test_every_answer_has_an_id(logged: Logged) -> None:
+def test_every_response_has_an_id(logged: Logged) -> None:
     for url, status in ((MESH, 200), (MESH, 200), ("/nowhere", 404), ("/health/live", 200)):
         response = logged.client.get(url, headers={"X-Request-Id": "mine-1"})
         assert (response.status_code, response.headers["x-request-id"]) == (status, "mine-1")
@@ -103,13 +103,13 @@ def test_the_trace_is_that_of_the_caller(logged: Logged) -> None:
     assert logged.last()["trace_id"] != TRACE
 
 
-def test_two_parents_are_none() -> None:
+def test_two_traceparents_count_as_missing() -> None:
     twice = [(b"traceparent", PARENT.encode())] * 2
     _, (line,), _ = asked(twice, Settings(log_format="json"))
     assert json.loads(line)["trace_id"] != TRACE
 
 
-def test_a_line_tells_what_happened_and_no_more(logged: Logged) -> None:
+def test_a_line_has_the_documented_fields_only(logged: Logged) -> None:
     logged.client.get(f"{MESH}&expires=1&signature=hush")
     body = {"surface": {"control_net": NET, "name": "hush"}, "resolution": 2}
     assert logged.client.post("/v1/mesh?format=glb", body).status_code == 200
@@ -200,7 +200,7 @@ def test_a_failure_is_a_problem_and_in_the_log(caplog: pytest.LogCaptureFixture)
     assert logged.exc_info[0] is ZeroDivisionError
 
 
-def test_a_failure_after_the_head_leaves_the_answer_incomplete() -> None:
+def test_a_failure_after_the_head_leaves_the_response_incomplete() -> None:
     sent, (line,), _ = asked([], fails=ZeroDivisionError("hush"), begins=True)
     assert [message["type"] for message in sent] == ["http.response.start"]
     assert '" 204, 0 bytes' in line
@@ -214,7 +214,7 @@ def test_methods_that_http_does_not_define_have_one_name() -> None:
     assert counters.registry.get_sample_value(name, labels) == 1
 
 
-def test_whatever_computes_says_where_the_time_went(client: Client) -> None:
+def test_every_computation_has_a_server_timing_header(client: Client) -> None:
     calls = {"/v1/surfaces/saddle": ("surface definition", client.get("/v1/surfaces/saddle"))}
     for path, item in client.get("/openapi.json").json()["paths"].items():
         if "post" in item:

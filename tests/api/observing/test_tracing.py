@@ -72,7 +72,7 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
     assert span.status.status_code is StatusCode.UNSET
 
 
-def test_its_id_is_that_of_the_answer(spans: InMemorySpanExporter) -> None:
+def test_the_logged_id_is_that_of_the_response(spans: InMemorySpanExporter) -> None:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     (start, *_), _, _ = asked([], tracing=lambda app: Tracing(app, provider))
@@ -108,7 +108,7 @@ def test_its_parent_is_the_caller(traced: Client, spans: InMemorySpanExporter) -
     assert dict(span.context.trace_state) == {"a": "1", "b": "2"}
 
 
-def test_a_refusal_is_no_error_and_tells_nothing_of_the_request(
+def test_a_refusal_is_not_logged_as_an_error_and_repeats_nothing(
     traced: Client, spans: InMemorySpanExporter
 ) -> None:
     traced.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "hush"})
@@ -167,7 +167,7 @@ def collector() -> Iterator[tuple[str, list[bytes]]]:
         yield url, taken
 
 
-def test_spans_go_where_the_operator_says(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_spans_are_sent_to_the_configured_address(monkeypatch: pytest.MonkeyPatch) -> None:
     with collector() as (url, taken):
         monkeypatch.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", url)
         app = create_app(Settings(tracing=True))
@@ -221,7 +221,7 @@ def test_without_the_extra_the_start_ends(monkeypatch: pytest.MonkeyPatch) -> No
         create_app(Settings(tracing=True))
 
 
-def test_off_nothing_of_it_is_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_tracing_its_modules_are_not_imported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Only that module knows OpenTelemetry: import-linter sees to it."""
     name = "service.api.observing.tracing"
     monkeypatch.delitem(sys.modules, name)

@@ -51,7 +51,7 @@ SMOOTH = {
 
 
 @pytest.mark.parametrize("example", SMOOTH)
-def test_normals_turn_no_more_than_was_asked_for(example: str) -> None:
+def test_normals_turn_by_at_most_the_requested_angle(example: str) -> None:
     for angle, most in zip((0.5, 0.2), SMOOTH[example], strict=True):
         mesh = build_mesh(example, angle)
         check_sound(mesh)

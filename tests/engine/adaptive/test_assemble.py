@@ -127,7 +127,7 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
 
 
 @pytest.mark.parametrize("skip", [False, True])
-def test_a_corner_is_of_the_patch_into_which_the_triangle_goes(skip: bool) -> None:
+def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> None:
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = patches_of("bspline-hills")
     made = build_regular(model, 3, skip=skip)
@@ -187,7 +187,7 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
     assert mesh.positions[mesh.triangles[rest.triangles[0] :], 0].max() < 9
 
 
-def test_the_largest_angle_is_measured_where_it_was_asked_for() -> None:
+def test_the_largest_angle_is_measured_if_requested() -> None:
     accuracy = Accuracy(angle_tolerance=0.5)
     mesh = assemble_regular("saddle", 3, accuracy=accuracy)
     assert mesh.normals is not None

@@ -55,14 +55,14 @@ def test_a_mesh_without_deviation_is_not_searched_for() -> None:
     assert search_tolerances(attempt, first, LEAST) is first
 
 
-def test_nothing_finer_than_the_least_is_tried() -> None:
+def test_no_tolerance_below_the_least_is_tried() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
     found = search_tolerances(meshes, meshes.coarsest(), 1e-3)
     assert min(meshes.asked) == 1e-3
     assert found.result == 1e-3
 
 
-def test_of_two_that_fit_the_one_with_the_smaller_bound_is_taken() -> None:
+def test_the_smaller_bound_of_two_that_fit_is_taken() -> None:
     """A finer tolerance may be met by a mesh that happens to be worse."""
 
     def attempt(tolerance: float) -> Attempt[float] | None:
@@ -74,7 +74,7 @@ def test_of_two_that_fit_the_one_with_the_smaller_bound_is_taken() -> None:
     assert found.bound == 0.19
 
 
-def test_the_search_is_short_where_the_law_holds() -> None:
+def test_the_search_is_short_if_triangles_follow_the_power_law() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
     search_tolerances(meshes, meshes.coarsest(), LEAST)
     assert len(meshes.asked) <= 6

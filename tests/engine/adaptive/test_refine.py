@@ -91,7 +91,7 @@ def test_near_the_eye_there_is_more() -> None:
     assert (made.bounds <= 2e-3 * (farthest + 2.0)).all()
 
 
-def test_the_stored_positions_are_what_is_proved() -> None:
+def test_the_proof_is_about_the_stored_positions() -> None:
     """Far from the origin float32 moves vertices by more than the deviation of the surface."""
     net = moved(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
     model = model_of([net])

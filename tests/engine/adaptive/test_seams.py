@@ -40,7 +40,7 @@ def find_equal(whole: Complex) -> list[int]:
 
 @pytest.mark.parametrize("kind", BODIES)
 @pytest.mark.parametrize("seed", [6, 7])
-def test_random_models_are_joined_whatever_their_order(kind: str, seed: int) -> None:
+def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
     """Degrees are mixed in the first model of each kind, equal in the second."""
     whole = complex_of(kind, seed)
     patches = range(len(whole.nets))

@@ -30,7 +30,7 @@ def test_fine_patches_with_poles_lose_nothing(
         assert not has_missing_triangles(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
 
-def test_a_single_division_between_two_poles_loses_the_line_between_them() -> None:
+def test_a_single_division_between_two_poles_has_no_line_between_them() -> None:
     shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
     assert has_missing_triangles(shape, "triangles")
     assert not has_missing_triangles(

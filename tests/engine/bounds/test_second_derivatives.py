@@ -55,7 +55,7 @@ def test_bounds_are_large_only_in_blocks_that_bend() -> None:
     assert (bends.uu[0, :, 0] <= 2 * high**2 + 1e-12).all()
 
 
-def test_each_patch_of_a_batch_is_what_it_is_alone() -> None:
+def test_each_patch_of_a_batch_has_the_bound_that_it_has_alone() -> None:
     rng = np.random.default_rng(9)
     nets, weights = rng.uniform(-1, 1, (5, 3, 4, 3)), rng.uniform(0.5, 2, (5, 3, 4))
     for loads in (None, weights):

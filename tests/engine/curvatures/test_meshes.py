@@ -230,7 +230,7 @@ def test_nothing_else_changes() -> None:
 
 
 @pytest.mark.parametrize("size", [1e-25, 1e25])
-def test_what_float32_cannot_hold_is_its_largest_number(size: float) -> None:
+def test_numbers_beyond_float32_become_its_largest_number(size: float) -> None:
     mesh = build(
         quadrics.sphere(size).lower(), MeshOptions(resolution=(2, 2), curvatures=True), single=True
     )

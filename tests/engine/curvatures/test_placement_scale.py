@@ -93,7 +93,7 @@ def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
 
 
-def test_copies_share_what_is_bent_alike() -> None:
+def test_copies_with_equal_curvatures_share_a_model() -> None:
     """Moved, turned, mirrored: one model. Scaled alike: one more, however they are turned."""
     half = np.diag([0.5, 0.5, 0.5, 1.0])
     group = group_of(

@@ -182,7 +182,7 @@ def test_no_point_is_further_away_than_is_said(
         assert distances(fine, stored).max() <= bound
 
 
-def test_the_bound_is_nearly_what_is_true() -> None:
+def test_the_bound_is_near_the_true_deviation() -> None:
     """On an arc the control polygon is twice as high as the curve: there, nothing is given away."""
     line = traced(QUARTER, CurveOptions(resolution=16))
     fine = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
@@ -211,7 +211,7 @@ def test_a_tolerance_that_needs_too_many_points_is_refused() -> None:
         choose_samples(QUARTER.lower(), CurveOptions(tolerance=1e-8), 100)
 
 
-def test_every_tolerance_that_is_taken_ends() -> None:
+def test_every_accepted_tolerance_is_reached() -> None:
     """The least one, on a curve of weights as far apart as they may be."""
     points = np.array([[0.0, 0, 0], [1, 3, 0], [2, -3, 1], [3, 0, 0]])
     curve = BezierCurve(points, np.array([1, 1e8, 1, 1e8]))

@@ -80,7 +80,7 @@ def test_positions_of_any_net_agree_with_exact_arithmetic(
 
 @pytest.mark.parametrize("normals", [True, False])
 @pytest.mark.parametrize("weighted", WEIGHTED)
-def test_the_choice_is_one_that_applies(normals: bool, weighted: bool) -> None:
+def test_the_chosen_formulation_applies(normals: bool, weighted: bool) -> None:
     """Whatever the shapes, the chosen formulation can do the work asked for."""
     for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
         for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
@@ -246,7 +246,7 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
         assert np.abs(normals[1] - normals[0]).max() < allowed
 
 
-def test_the_inputs_are_left_alone() -> None:
+def test_inputs_are_not_changed() -> None:
     """Read-only arrays in, fresh arrays out: two calls never share their memory."""
     patches = smooth((3, 3), weighted=True)
     before = patches.points.copy()

@@ -115,7 +115,7 @@ def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> N
 
 
 @both
-def test_far_from_the_origin_nothing_more_is_lost(method: Method) -> None:
+def test_far_from_the_origin_digits_are_not_lost(method: Method) -> None:
     """In single precision about a local origin, and even without one but for the position."""
     net = np.random.default_rng(3).standard_normal((4, 4, 3))
     there = np.array([2.0**20, -(2.0**18), 0])

@@ -139,7 +139,7 @@ def test_surfaces_with_knots_of_their_own_close_around_a_ring() -> None:
     assert seams.connectivity.open_count == 0
 
 
-def test_what_only_touches_is_not_cut() -> None:
+def test_surfaces_that_only_touch_are_not_cut() -> None:
     """A corner on an edge of another curve; nor is anything where points must be equal."""
     nets = tee(0.5)
     bent = nets[1].copy()

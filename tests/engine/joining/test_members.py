@@ -172,7 +172,7 @@ def test_members_are_one_where_their_borders_are_one_curve(
     assert found.boundary == mesh.report.boundary_edges
 
 
-def test_copies_that_meet_are_reckoned_as_what_they_become() -> None:
+def test_the_cost_of_copies_that_meet_counts_separate_meshes() -> None:
     """Stored each by itself: with their memory, and no more bytes than are allowed."""
     group = hull()
     form, options = BY_NAME["glb"], MeshOptions((60, 60))

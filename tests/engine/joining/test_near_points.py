@@ -64,7 +64,7 @@ def test_groups_are_the_components_that_are_not_wide(
 
 
 @pytest.mark.parametrize("count", [3, 500, 20_000])
-def test_a_crowd_at_one_place_is_one_group_and_a_chain_is_none(count: int) -> None:
+def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
     """However many they are: a pole, and a line finer than the tolerance."""
     rng = np.random.default_rng(count)
     crowd = rng.uniform(0, 1e-3, (count, 3))
@@ -82,7 +82,7 @@ def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))
-def test_what_is_near_is_never_missed(seed: int, far: float) -> None:
+def test_near_points_are_never_missed(seed: int, far: float) -> None:
     """Nor taken for near where all that is near is equal."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1, 1, (20, 3)) + far

@@ -61,7 +61,7 @@ def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -
 @pytest.mark.parametrize(
     "options", [{"resolution": (2, 2)}, {"accuracy": Accuracy(tolerance=1e-5)}]
 )
-def test_the_bound_counts_what_moved(options: dict[str, Any]) -> None:
+def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
     """A cube of flat faces, 4e-7 of its size off: nearly all of the deviation is the moving."""
     model = model_of(shaken(cube(), 4e-7))
     mesh = mesh_of(model, weld_tolerance=1e-6, **options)
@@ -73,7 +73,7 @@ def test_the_bound_counts_what_moved(options: dict[str, Any]) -> None:
     assert not mesh_of(model, **options).report.watertight
 
 
-def test_what_is_equal_keeps_its_bits_and_the_rest_moves_little() -> None:
+def test_equal_points_keep_their_bits_and_others_move_little() -> None:
     """Nothing moves where no points are near; alone and together differ by what moved."""
     exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
     assert join(exact, 1e-12)[0] is exact
@@ -161,7 +161,7 @@ def test_an_edge_has_the_positions_of_its_first_net() -> None:
         )
 
 
-def test_a_tolerance_that_moving_takes_is_refused_and_a_single_patch_closes() -> None:
+def test_a_tolerance_below_the_movement_is_refused_and_a_single_patch_closes() -> None:
     net = np.random.default_rng(1).uniform(0, 1, (5, 4, 3))
     net[-1] = net[0] + 1e-13
     (mesh,) = (plan_mesh(BezierSurface(net), MeshOptions((4, 4)), BY_NAME["json"]).run().report,)

@@ -174,7 +174,7 @@ def test_an_open_surface_names_its_borders() -> None:
     assert holds(found.boundary_length, 3 * PI.pi / 2, 1e-15)
 
 
-def test_a_turned_patch_is_found() -> None:
+def test_a_reversed_patch_is_detected() -> None:
     torus = example("torus")
     patches = np.array(torus.patches)
     patches[5] = patches[5].transpose(1, 0)

@@ -210,7 +210,7 @@ def test_patches_blend_values_of_vertices() -> None:
     close(made.colors, right, carried)
 
 
-def test_agreement_is_asked_of_every_channel() -> None:
+def test_every_channel_must_agree() -> None:
     """Samples 0, 2, 3, 4 are one place: equal in one channel, not in the other."""
     place = np.array([0, 1, 0, 0, 0])
     first = ChannelRows("a", "attribute", np.array([[1.0], [7], [1 + 1e-9], [1], [0]]))

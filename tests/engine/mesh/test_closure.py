@@ -103,7 +103,7 @@ def test_the_first_row_once_more_is_a_corner() -> None:
     ],
 )
 @pytest.mark.parametrize("across", [False, True])
-def test_what_the_two_rows_beside_the_seam_say(
+def test_the_rows_beside_the_seam_determine_the_smoothness(
     first: tuple[float, float], last: tuple[float, float], wanted: str, across: bool
 ) -> None:
     """Equal differences: C1. Parallel: G1. Any others, and a fold: C0. And so along v."""
@@ -171,14 +171,14 @@ def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> N
     assert closed(BsplineSurface(wall)) == Closure("C0", None)
 
 
-def test_what_does_not_close() -> None:
+def test_open_surfaces_are_not_closed() -> None:
     """An open patch, and several patches that are not one surface."""
     assert closed(find("saddle").surface()) == Closure(None, None)
     assert closed(BsplineSurface(points_for(6, 1, 5))) == Closure(None, None)
     assert closed(find("torus").surface()) is None
 
 
-def test_the_report_tells() -> None:
+def test_the_report_says_how_it_closes() -> None:
     """Continuity only where there is a seam; nothing of patches that are not one surface."""
 
     def told(model: PatchModel) -> dict[str, object]:

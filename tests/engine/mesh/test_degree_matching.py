@@ -139,7 +139,7 @@ def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -
         assert shape_of(mesh).boundary == 16
 
 
-def test_what_comes_merely_close_stays_apart() -> None:
+def test_edges_that_are_only_near_stay_apart() -> None:
     """A thousandth of a millionth aside, or with another weight."""
     (line,) = curves(1, 2, 3, rational=True)
     cubic, weights = raised(line, 3)

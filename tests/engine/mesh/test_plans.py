@@ -141,7 +141,7 @@ def test_a_plan_that_two_threads_need_is_made_once() -> None:
     assert len(made) == 200
 
 
-def test_what_follows_from_arrays_is_kept_only_while_none_can_change() -> None:
+def test_results_are_kept_only_if_their_arrays_are_read_only() -> None:
     rows = np.arange(3)
     assert derive_once((rows,), "text", lambda: b"1") == b"1"
     assert derive_once((rows,), "text", lambda: b"2") == b"2"

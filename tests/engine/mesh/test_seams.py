@@ -358,7 +358,7 @@ FOLDED = (
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("weld", [True, False])
 @pytest.mark.parametrize("resolution", [(1, 1), (2, 2), (4, 4), (3, 5), (5, 1)])
-def test_a_folded_patch_is_what_its_report_says(
+def test_the_report_of_a_folded_patch_is_right(
     net: list[list[list[float]]], faces: str, weld: bool, resolution: tuple[int, int]
 ) -> None:
     """No face has a place twice, and the open edges are those that the faces have."""

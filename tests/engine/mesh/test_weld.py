@@ -58,7 +58,7 @@ def test_disagreeing_normals_stay_apart_at_one_place() -> None:
     assert normals[:2].tolist() == [list(UP), list(ASIDE)]
 
 
-def test_a_crease_angle_of_nothing_merges_equal_normals_only() -> None:
+def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
     """And one of half a turn merges everything, opposite normals included."""
     near = (np.sin(1e-7), 0.0, np.cos(1e-7))
     assert len(welded([0, 0, 0], [UP, UP, near], crease=0)[0].samples) == 2

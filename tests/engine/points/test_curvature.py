@@ -127,7 +127,7 @@ def collapsed(draw: st.DrawFn) -> tuple[Array, Array | None]:
 
 
 @given(collapsed(), st.sampled_from([1e-3, 1e-5, 1e-7, 1e-9]), st.integers(0, 8))
-def test_beside_a_pole_next_to_nothing_is_lost(
+def test_near_a_pole_hardly_any_digits_are_lost(
     surface: tuple[Array, Array | None], distance: float, along: int
 ) -> None:
     check(*surface, [(along / 8, distance)], 1e-8, root=1e-5)

@@ -82,7 +82,7 @@ def test_corners_and_poles_are_their_control_points() -> None:
     np.testing.assert_allclose(south.normals, np.tile([0.0, 0.0, -1.0], (7, 1)), atol=1e-15)
 
 
-def test_the_order_decides_what_is_computed() -> None:
+def test_the_order_decides_which_partials_are_computed() -> None:
     patches = example_batch("saddle")
     middle = np.array([0.5])
     for order, count in enumerate((1, 3, 6)):

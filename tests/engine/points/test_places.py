@@ -80,7 +80,7 @@ def refused(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, st
     return [(issue.code, issue.pointer) for issue in caught.value.issues]
 
 
-def test_what_lies_nowhere_is_refused() -> None:
+def test_parameters_outside_the_domain_are_refused() -> None:
     _, model = pieces()
     outside = [[-1, 2], [-1.1, 2], [4, 3.5], [0, 2], [5, 0]]
     assert refused(model, outside) == [

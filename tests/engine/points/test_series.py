@@ -34,7 +34,7 @@ def off(found: Series, truth: list[Fraction]) -> None:
 
 
 @given(lists, lists, lists)
-def test_errors_bound_what_is_off(a: list[float], b: list[float], c: list[float]) -> None:
+def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> None:
     """a b − c and (a b − c)/d for a d that begins with 8."""
     exact = [[Fraction(x) for x in terms] for terms in (a, b, c)]
     difference = [x - y for x, y in zip(product(exact[0], exact[1]), exact[2], strict=True)]
@@ -49,7 +49,7 @@ def test_errors_bound_what_is_off(a: list[float], b: list[float], c: list[float]
     off((found + found).times(3.0), [6 * x for x in difference])
 
 
-def test_errors_of_what_goes_in_come_out() -> None:
+def test_errors_of_operands_add_to_those_of_results() -> None:
     """An operand that may be off by e makes the product, the quotient and the sum as much off."""
     wrong, one = Series(np.array([1.0, 1.0]), np.array([0.0, 1e-3])), series([1.0, 2.0])
     for result in (wrong * one, wrong / one, wrong + one, wrong - one, one / wrong):
@@ -68,7 +68,7 @@ def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
     assert expand(coefficients, 3).terms.shape == (1, 3)
 
 
-def test_tail_leaves_out_what_is_known_to_be_zero() -> None:
+def test_tail_leaves_out_terms_that_are_zero() -> None:
     found = Series(np.array([[1e-20, 1e-9, 3, 1]] * 3), np.full((3, 4), 1e-6))
     value, error = found.tail(np.array([2.0, 2.0, 4.0]), np.array([0.0, 0.5, 0.0]))
     np.testing.assert_array_equal(value, [3, 3.5, np.nan])

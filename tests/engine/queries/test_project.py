@@ -164,7 +164,7 @@ def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
     np.testing.assert_allclose(columns["uv"], [[0.25, 0.5], [0.25, 0.5], [1, 0.5]], atol=1e-9)
 
 
-def test_an_answer_does_not_depend_on_what_else_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_result_does_not_depend_on_the_other_queries(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(5)
         points = strewn(surface, 30)

@@ -185,7 +185,7 @@ def test_a_hit_on_an_edge_counts_once_and_a_ridge_is_touched() -> None:
     assert found["entering"] == [True, True, None, None]
 
 
-def test_an_answer_does_not_depend_on_what_else_is_asked() -> None:
+def test_a_result_does_not_depend_on_the_other_queries() -> None:
     surface = FAMILIES["NURBS"].surface(5)
     origins, directions = strewn(surface, 40)
     for which in ("all", "first"):

@@ -158,7 +158,7 @@ def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
         assert np.isnan(project(model, inner)["signs"][0]) != is_closed
 
 
-def test_signs_do_not_depend_on_what_else_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_signs_do_not_depend_on_the_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
     points = RNG(7).uniform(-1.5, 1.5, (80, 3))
     together = project(SPHERE, points)["signs"]
     alone = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]

@@ -33,7 +33,7 @@ def distance(one: list[Fraction], other: list[Fraction]) -> float:
 
 
 @given(placements(), st.integers(0, 2**32))
-def test_a_copy_is_as_near_to_its_place_as_it_says(matrix: Array, seed: int) -> None:
+def test_a_copy_is_within_its_bound_of_its_place(matrix: Array, seed: int) -> None:
     points = np.random.default_rng(seed).uniform(-3, 5, (8, 3))
     copies = place_points(points, matrix)
     error = placing_error(matrix, points.min(axis=0), points.max(axis=0))
@@ -106,7 +106,7 @@ def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
     )
 
 
-def test_what_is_not_known_of_one_copy_is_not_known_of_the_whole() -> None:
+def test_a_scene_with_an_unknown_bound_of_a_copy_has_none() -> None:
     models = (bounded(0.25), bounded(None))
     members = (PlacedModel("a", 0), PlacedModel("b", 1))
     scene = arrange(GroupModel("group", (), members), models)

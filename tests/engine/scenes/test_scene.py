@@ -124,7 +124,7 @@ def test_equal_members_are_meshed_once_and_counted_each() -> None:
     assert report.watertight
 
 
-def test_copies_keep_to_themselves() -> None:
+def test_copies_are_not_welded_to_each_other() -> None:
     """Two copies in one place are not welded to each other, each is within itself."""
     ball = find("sphere").surface()
     mesh = build(group_of(Member(ball), Member(ball)), MeshOptions(resolution=(3, 3)))

@@ -153,7 +153,7 @@ def test_faces_in_the_plane_are_listed_and_outlined() -> None:
             assert corners == {(x, y, offset) for x in (0.0, 1.0) for y in (0.0, 1.0)}
 
 
-def test_bodies_are_to_the_left() -> None:
+def test_bodies_lie_on_the_left_of_sections() -> None:
     """The area is positive seen from the tip of the normal: outside is to the right."""
     for name in ("sphere", "torus"):
         sections = cut(patches(find(name).surface()), [(0, 0, 1), (1, 2, -3)], [0.1, 0.05])

@@ -131,7 +131,7 @@ def test_a_ribbon_faces_where_it_should() -> None:
     assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_ribbon_along_its_own_direction_is_a_ribbon_still() -> None:
+def test_a_ribbon_along_its_own_direction_has_its_width() -> None:
     swept = build_ribbons(build_path(bezier(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0]))
     bars = swept.positions.reshape(4, 2, 3)
     assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
