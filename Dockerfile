@@ -1,11 +1,11 @@
-# Both bases are arguments: a mirror's, ones with their digests (docs/supply-chain.md), or other
-# root file systems with Node and with Python 3.11, as tools/deploy/image.py makes them.
+# Both base images are arguments: they may be those of a mirror, be named with digests
+# (docs/supply-chain.md), or be root file systems with Node and Python 3.11 (tools/deploy/image.py).
 ARG NODE_IMAGE=node:24.19.0-bookworm-slim
 ARG PYTHON_IMAGE=python:3.11.14-slim-bookworm
 
 
-# The scripts of / and /docs, from the npm registry: served by the service itself. The secrets, here
-# and below, are for those who have registries of their own; nothing of them stays.
+# The scripts of / and /docs come from the npm registry, and the service serves them. The secrets,
+# here and below, configure other registries; the image does not contain them.
 FROM ${NODE_IMAGE} AS web
 WORKDIR /web
 COPY web/.npmrc web/package.json web/package-lock.json web/three.js ./
@@ -13,7 +13,7 @@ RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
     npm ci && npm run build
 
 
-# The service and what it imports, in /app; pip stays behind in /tools.
+# The service and the packages that it imports are in /app. pip is in /tools, which is not copied.
 FROM ${PYTHON_IMAGE} AS build
 ARG EXTRAS=meshopt
 ARG SOURCE_DATE_EPOCH=0
@@ -31,14 +31,14 @@ COPY --from=web \
     /web/build/three.js \
     /web/node_modules/three/LICENSE \
     service/api/static/three/
-# Wheels only: whatever is installed runs no code of its own here, but for our own build.
+# Wheels only, so that no package but ours runs code while it is installed.
 RUN --mount=type=secret,id=pip.conf,target=/etc/pip.conf \
     PIP_CONSTRAINT=constraints.txt \
     /tools/bin/pip --python /app/bin/python install --no-cache-dir --no-compile \
         --only-binary :all: ".[${EXTRAS}]"
-# Left behind is what nobody runs or reads here: tests, stubs, sources and headers of compiled
-# parts, scripts, records of pip. Bytecode is as old as its source for good: an image is never
-# edited, and two builds of it are the same.
+# Removes files that the service does not need: tests, stubs, sources and headers of compiled parts,
+# scripts, records of pip. Bytecode is not checked against its source, because an image is never
+# edited; so two builds are equal.
 RUN find /app -depth \( \
         -type d \( -name tests -o -name include \) \
         -o -name '*.pyi' -o -name '*.pyx' -o -name '*.pxd' -o -name '*.h' -o -name '*.a' \
@@ -49,10 +49,10 @@ RUN find /app -depth \( \
 
 
 FROM ${PYTHON_IMAGE}
-# Nothing is installed into a running container: the base image's pip goes too.
+# Removes the pip of the base image, because nothing is installed into a running container.
 RUN rm -rf /usr/local/bin/pip* /usr/local/lib/python3*/ensurepip /usr/local/lib/python3*/site-packages/*
 COPY --from=build /app /app
-# All that is ever written: the stored surfaces. A new volume takes over the owner of the folder.
+# The service writes only to this folder: stored surfaces. A new volume gets the folder's owner.
 RUN install --directory --owner=10001 --group=10001 --mode=0700 /data
 # One process, one BLAS thread: replicas scale the service, not threads.
 ENV PATH=/app/bin:$PATH \
@@ -70,7 +70,7 @@ HEALTHCHECK --interval=10s --timeout=3s --start-period=10s --retries=3 \
     CMD ["/app/bin/surface", "health", "--live"]
 ENTRYPOINT ["/app/bin/surface"]
 CMD ["serve"]
-# Last, so that nothing above is built anew for another commit.
+# These are last, so that another commit uses the cached layers above.
 ARG VERSION=0.1.0
 ARG REVISION=unknown
 ARG CREATED=1970-01-01T00:00:00Z

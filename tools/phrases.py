@@ -7,6 +7,7 @@ comment and the underscore of a name; so test names are read too. It fails for a
 exception, and for an exception that no phrase needs any more.
 """
 
+import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,9 +15,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("service", "tests", "tools", "docs")
-PAGES = ("README.md", "CONTRIBUTING.md", "SECURITY.md")
-SKIPPED = frozenset({"node_modules", "static", "__pycache__"})
+FOLDERS = ("service", "tests", "tools", "docs", "deploy", ".github", ".ci")
+PAGES = (
+    *("README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"),
+    *("Makefile", "Dockerfile", "pyproject.toml"),
+)
+SUFFIXES = frozenset(
+    {"", ".cfg", ".css", ".example", ".html", ".js", ".json", ".md", ".py", ".service", ".toml"}
+    | {".yaml", ".yml"}
+)
+SKIPPED = frozenset({"node_modules", "static", "__pycache__", "golden"})
 
 _ACTOR = "name the actor: the client, the caller, the operator, another process"
 _NUMBER = "say the number: N bytes, 1/12 of the memory, at most 16 requests"
@@ -30,6 +38,7 @@ PHRASES: Mapping[str, str] = {
     "one of it": "say which: one of these, 1/N of it",
     "so many|so much": _NUMBER,
     "part of so many": _NUMBER,
+    '"""Of': "begin with the noun: the size of …, the points of …",
     '"""What': "begin with the noun: the cost of …, the headers of …",
     "(of|for|to|by|in|from|than|with|at|on|into|and) what (is|are|was|were)": _DIRECT,
     "(is|are|was|were|be|been) told": "say who writes what to whom: the log names …",
@@ -46,7 +55,7 @@ PHRASES: Mapping[str, str] = {
     "name of the whole": "name of the group, of the surface",
     "(was|were|is|are) born": "was built",
     "Instead: ": "in place of …",
-    "test what(ever)?": "name the value: test_invalid_requests_are_refused",
+    "def test what(ever)?": "name the value: test_invalid_requests_are_refused",
 }
 """What to look for, in any case of letters, and what to write instead."""
 
@@ -93,12 +102,15 @@ def find_phrases(path: str, text: str) -> Iterator[Finding]:
 
 
 def read_files(root: Path) -> Iterator[tuple[str, str]]:
-    """Paths and texts of the Python files and documents that the check covers."""
-    paths = [path for folder in FOLDERS for path in sorted((root / folder).rglob("*.*"))]
-    for path in [*paths, *(root / page for page in PAGES)]:
-        name = path.relative_to(root)
-        if path.suffix in (".py", ".md") and not SKIPPED & set(name.parts) and path.is_file():
-            yield name.as_posix(), path.read_text(encoding="utf-8")
+    """Paths and texts of the files that the check covers: code, documents, and configuration."""
+    paths = [root / page for page in PAGES if (root / page).is_file()]
+    for top in FOLDERS:
+        for folder, names, files in os.walk(root / top):
+            names[:] = sorted(set(names) - SKIPPED)
+            paths += [Path(folder, name) for name in sorted(files)]
+    for path in paths:
+        if path.suffix in SUFFIXES:
+            yield path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")
 
 
 def check(root: Path, exemptions: Sequence[Exemption] = EXEMPTIONS) -> list[str]:

@@ -228,7 +228,7 @@ async function show(url) {
   meshes.forEach((mesh) => {
     mesh.castShadow = true;
     mesh.receiveShadow = true;
-    // Faces of which no colour was told.
+    // Faces without a colour in the file.
     const plain = mesh.material.name === 'surface' && !mesh.material.vertexColors;
     if (plain) mesh.material.color.set(GLAZE);
     mesh.material.roughness = 0.32;

@@ -195,7 +195,7 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
         assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == complete.content
 
 
-def test_what_the_proxy_does_by_itself(tmp_path: Path) -> None:
+def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
     with two_behind_haproxy(tmp_path) as (proxy, instances):
         # The numbers are for those inside, however the address is written.
         assert httpx.get(f"{instances[0].url}/metrics").status_code == 200

@@ -1,6 +1,6 @@
 """Health checks: the process runs, and it is ready for requests.
 
-Ready means that the engine computes a tiny mesh correctly, that the store answers, and that the
+Ready means that the engine computes a tiny mesh correctly, that the store responds, and that the
 service is not about to stop. Instances that share a store are all unready when it fails:
 `docs/observability.md` says what operators do then.
 """

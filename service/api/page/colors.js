@@ -1,8 +1,8 @@
-// Colours of what is drawn: the scene in light and dark, and curvature as colour.
+// The colours of the scene, light and dark, and the colours of curvatures.
 
 /**
  * @typedef {object} Palette
- * @property {string} name  what people call the colour of control points
+ * @property {string} name  name of the colour of control points, for texts
  * @property {string} glaze  a surface that has no colour of its own
  * @property {string} net
  * @property {string} wires
@@ -18,15 +18,15 @@ export const PALETTES = {
   dark: { name: 'white', glaze: '#3a93ae', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', alarm: '#ff5c6c', shadow: 0.5 },
 };
 
-/** Blue, through a light grey, to orange: told apart by every kind of colour vision, and by
- *  lightness on both sides of zero. sRGB, from -1 to 1 in equal steps. */
+/** Blue, through a light grey, to orange: readers with any kind of colour vision can distinguish
+ *  them, also by lightness on both sides of zero. sRGB, from -1 to 1 in equal steps. */
 const DIVERGING = [
   [0.02, 0.19, 0.38], [0.10, 0.40, 0.66], [0.36, 0.65, 0.83], [0.70, 0.85, 0.93],
   [0.95, 0.95, 0.93],
   [0.98, 0.80, 0.60], [0.93, 0.57, 0.25], [0.75, 0.35, 0.05], [0.45, 0.19, 0.02],
 ];
 
-/** Share of the area whose curvature the range of colours reaches. */
+/** Share of the area whose curvature is inside the range of colours. */
 const WITHIN = 0.9;
 
 /** The colour of a share from -1 to 1, sRGB. @param {number} share @returns {number[]} */
@@ -42,8 +42,8 @@ export function linear(c) {
 }
 
 /**
- * How far the colours reach, on both sides of zero: so far that the values of all but a tenth of
- * the area lie within. A sharp rim must not leave everything else grey.
+ * The largest value of the range of colours, on both sides of zero: 9/10 of the area have smaller
+ * values. So a sharp rim does not make the rest of the surface grey.
  * @param {{values: ArrayLike<number>, areas: ArrayLike<number>}[]} all  values and areas of vertices
  */
 export function rangeOf(all) {
@@ -53,12 +53,12 @@ export function rangeOf(all) {
   sizes.sort((a, b) => a.size - b.size);
   let left = WITHIN * sizes.reduce((sum, { area }) => sum + area, 0);
   const most = sizes.find(({ area }) => { left -= area; return left <= 0; })?.size ?? 0;
-  // What is flat but for rounding is shown as flat.
+  // Surfaces that are flat up to rounding are shown as flat.
   return most > 1e-9 ? most : sizes.at(-1)?.size || 1;
 }
 
 /**
- * One linear colour a value, three numbers each.
+ * One linear colour for each value, three numbers each.
  * @param {ArrayLike<number>} values @param {number} range
  */
 export function curvatureColors(values, range) {

@@ -1,11 +1,11 @@
 // Documents: trees of JSON that are never changed, only replaced along the path of a change.
-// So the history keeps whole documents, and all of them share what is equal.
+// So the history keeps complete documents, which share their equal parts.
 
 /** @typedef {(string | number)[]} Path  keys and indices from the root of a document */
 /** @typedef {{[key: string]: any}} Surface  a surface in the language of requests */
 
 /**
- * The value at a path, or undefined where there is none.
+ * The value at a path, or undefined if there is none.
  * @param {any} root
  * @param {Path} path
  * @returns {any}
@@ -15,7 +15,7 @@ export function valueAt(root, path) {
 }
 
 /**
- * The document with another value at a path; everything beside the path is shared.
+ * The document with another value at a path; it shares all other parts with the old one.
  * @template T
  * @param {T} root
  * @param {Path} path
@@ -39,7 +39,7 @@ export function pointerOf(path) {
 }
 
 /**
- * A JSON pointer as a path; what looks like an index stays text, since keys are compared as text.
+ * A JSON pointer as a path; indices stay texts, since keys are compared as texts.
  * @param {string} pointer
  * @returns {string[]}
  */
@@ -49,7 +49,7 @@ export function pathOf(pointer) {
 }
 
 /**
- * What a person pasted or dropped: a surface, or a request that has one in it.
+ * The surface in a text that a person pasted or dropped: a surface, or a request with one.
  * @param {string} text
  * @returns {Surface}
  */

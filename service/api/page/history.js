@@ -1,4 +1,4 @@
-// What was, what is and what will be again: documents, bounded in number.
+// Undo and redo: earlier, present and later documents, bounded in number.
 
 /** @typedef {import('./documents.js').Surface} Surface */
 
@@ -23,19 +23,19 @@ export class History {
 
   get canReset() { return this.present !== this.first; }
 
-  /** A step that is under way, such as a drag: not remembered until it is kept. @param {Surface} next */
+  /** A running step, such as a drag: not in the history until `keep`. @param {Surface} next */
   preview(next) {
     this.before ??= this.present;
     this.present = next;
   }
 
-  /** Takes back what is under way. */
+  /** Undoes the running step. */
   cancel() {
     this.present = this.before ?? this.present;
     this.before = null;
   }
 
-  /** One step of the history, from before anything was under way. @param {Surface} next */
+  /** Adds one step to the history, from before the running step began. @param {Surface} next */
   keep(next) {
     const before = this.before ?? this.present;
     this.before = null;

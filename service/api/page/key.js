@@ -1,33 +1,33 @@
-// The key of whoever works here, where the service needs one: asked for in a dialog, sent with every
-// request to the service, and gone with the tab. It never stands in a URL.
+// The API key of the user, if the service needs one: a dialog asks for it, every request to the
+// service sends it, and the tab forgets it when it is closed. It is never in a URL.
 
 import { announce, button, element, input, write } from './page.js';
 
 const PLACE = 'surface-key';
 
-/** What the service says of a key, by the code of its problem. */
+/** Texts that explain why a key is needed, by the code of the problem. */
 const WHY = new Map([
   ['key_needed', 'This service computes and stores for those who have a key.'],
   ['key_unknown', 'The service does not know this key; it may have been replaced.'],
 ]);
 
 let key = kept();
-/** Whoever waits for the dialog that is open. @type {Promise<boolean> | null} */
+/** The result of the open dialog. @type {Promise<boolean> | null} */
 let asking = null;
-/** Somebody closed the dialog: it comes back when it is asked for, not with every request. */
+/** Whether the user closed the dialog: then it opens again by its button, not for each request. */
 let isDeclined = false;
 
-/** The key that is sent now; empty for none. */
+/** The present key; empty if there is none. */
 export const currentKey = () => key;
 
-/** The header that brings the key. @returns {Record<string, string>} */
+/** The header with the key. @returns {Record<string, string>} */
 export const credentials = () => (key ? { Authorization: `Bearer ${key}` } : {});
 
 /** Whether a problem is about keys. @param {string} code */
 export const isAboutKeys = (code) => WHY.has(code);
 
 /**
- * Asks for a key; tells whether there is another one now than the one that was sent.
+ * Asks for a key; returns whether the present key differs from the one that was sent.
  * @param {string} code  of the problem @param {string} sent
  */
 export async function anotherKey(code, sent) {
@@ -37,11 +37,11 @@ export async function anotherKey(code, sent) {
   return asking;
 }
 
-/** The dialog, its button in the bar and that of problems. @param {() => void} again  there is a key now */
+/** Handles the dialog, its button in the bar and that of problems. @param {() => void} again  called when there is a new key */
 export function watchKey(again) {
   const open = async () => {
     isDeclined = false;
-    // Somebody who has a key and looks at it was not asked for another one.
+    // A user who has a key and opens the dialog was not asked for another one.
     if (await anotherKey(key ? '' : 'key_needed', key)) again();
   };
   button('api-key').addEventListener('click', open);
@@ -52,7 +52,7 @@ export function watchKey(again) {
     announce('The key is forgotten');
   });
   const field = input('access-key');
-  // What is pasted often has a space or a line's end at its edge.
+  // Pasted texts often begin or end with a space or a line feed.
   field.addEventListener('input', () => { field.value = field.value.trim(); });
   show();
 }
@@ -90,7 +90,7 @@ function keep(given) {
     if (given) sessionStorage.setItem(PLACE, given);
     else sessionStorage.removeItem(PLACE);
   } catch {
-    // A browser that keeps nothing: the key lives as long as the page.
+    // This browser denies its storage: the page keeps the key itself.
   }
 }
 

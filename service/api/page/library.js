@@ -1,4 +1,4 @@
-// What can be opened: the examples of the service, a text that is pasted, a file that is dropped.
+// Opens surfaces: examples of the service, pasted texts, dropped files.
 
 import { surfaceOf } from './documents.js';
 import { button, element, input, made, write } from './page.js';
@@ -7,11 +7,11 @@ import { examples, store, surfaceById } from './service.js';
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./service.js').Example} Example */
 
-/** What is told of the surface that is open. @typedef {{title: string, description: string, origin: string}} About */
+/** The texts about the open surface. @typedef {{title: string, description: string, origin: string}} About */
 
 export class Library {
   /**
-   * @param {() => void} waiting  the service is asked for a surface
+   * @param {() => void} waiting  called before a surface is requested
    * @param {(surface: Surface, about: About) => void} open @param {(error: Error) => void} failed
    */
   constructor(waiting, open, failed) {
@@ -34,7 +34,7 @@ export class Library {
     this.listed = this.list();
   }
 
-  /** Lists what the service has built in. */
+  /** Lists the examples of the service. */
   async list() {
     this.examples = await examples();
     const items = this.examples.map((example) => {

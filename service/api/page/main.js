@@ -1,4 +1,4 @@
-// The editor: opens a surface, asks for its mesh whenever something changes, shows it.
+// The editor: opens a surface, requests its mesh after each change, and shows it.
 
 import { watchKey } from './key.js';
 import { Library } from './library.js';
@@ -31,9 +31,9 @@ const view = context ? new View(state, context) : null;
 element('no-webgl', HTMLElement).hidden = view !== null;
 element('loading', HTMLElement).hidden = view === null;
 
-/** A mesh that is wanted; a coarse one follows the mouse. @typedef {{coarse: boolean}} Wish */
+/** A request for a mesh; a coarse one follows the mouse. @typedef {{coarse: boolean}} Wish */
 
-/** How many patches the surface has: what a coarse mesh may divide depends on it. */
+/** The number of patches of the surface, on which the resolution of a coarse mesh depends. */
 let patches = 1;
 /** Whether the document that is open has a mesh. */
 let isShown = false;
@@ -81,7 +81,7 @@ function fail(error) {
     clearReadouts();
   }
   view?.alarm(showProblem(error, state));
-  // A mistake of ours is for the console as well.
+  // Errors of the page itself are also written to the console.
   if (!foreseen) reportError(error);
 }
 
@@ -92,7 +92,7 @@ function isTooFine(error) {
     && error.issues.some(({ pointer }) => pointer === '/resolution');
 }
 
-/** What the mesh depends on, of all that is set. */
+/** The settings on which the mesh depends, as a text. */
 const wanted = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
 let asked = '';
 
@@ -121,7 +121,7 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
   announce(`${title} is open`);
 }, fail);
 
-// What cannot be taken along is a problem of its own: the surface that is seen is well.
+// An error of an export is shown, but does not concern the surface on the page.
 watchShare(state, (error) => showProblem(error, state));
 const begin = () => (isOpen ? ask(false) : void library.byId(query.get('surface') ?? FIRST));
 watchProblems(state, begin);

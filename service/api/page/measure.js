@@ -1,4 +1,4 @@
-// Area and volume of the surface, when they are asked for; they are forgotten when it changes.
+// Shows area and volume of the surface on request, and hides them when the surface changes.
 
 import { announce, element } from './page.js';
 import { isParametric } from './settings.js';
@@ -10,7 +10,7 @@ export class Measure {
   /** @param {State} state */
   constructor(state) {
     this.state = state;
-    /** Changes so far: a response about an older surface is not shown. */
+    /** Number of changes: a response about an older surface is not shown. */
     this.changes = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
@@ -25,7 +25,7 @@ export class Measure {
     put('volume', '', '–');
   }
 
-  /** Asks for the measures of the surface as it is now. */
+  /** Requests the measures of the present surface. */
   async ask() {
     const { changes } = this;
     const measures = await measure(this.state.surface);

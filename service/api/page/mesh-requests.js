@@ -1,5 +1,5 @@
-// One request in flight; of those that wait, only the newest is ever sent. What is answered for a
-// document that is no longer open is dropped.
+// At most one request runs at a time. Of the waiting ones only the newest is sent. Responses about a
+// document that is no longer open are dropped.
 
 /**
  * @template Wish, Result
@@ -23,13 +23,13 @@ export class MeshRequests {
     this.generation = 0;
   }
 
-  /** The mesh is wanted as of now. @param {Wish} wish */
+  /** Requests a mesh of the present document. @param {Wish} wish */
   ask(wish) {
     this.waiting = wish;
     if (!this.inFlight) void this.work();
   }
 
-  /** Another document: whatever was asked before is of no interest. */
+  /** Another document was opened: drops all earlier requests. */
   forget() {
     this.generation += 1;
     this.waiting = null;
@@ -45,7 +45,7 @@ export class MeshRequests {
         const result = await this.telling.send(wish);
         if (generation === this.generation) await this.telling.answered(result, wish);
       } catch (error) {
-        // A refusal is of interest only while nothing newer waits.
+        // An error is shown only if no newer request waits.
         const stale = generation !== this.generation || this.waiting !== null;
         if (!stale) this.telling.failed(/** @type {Error} */ (error), wish);
       }

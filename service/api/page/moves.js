@@ -1,5 +1,6 @@
 // How a control point moves: with the mouse in the plane of the view or along an axis, with keys
-// along the axis that looks most like the key. All points are in the document's own coordinates.
+// along the axis that on the screen is nearest to the key's direction. Points are in the coordinates
+// of the document.
 
 import { Matrix4, Plane, Raycaster, Vector2, Vector3 } from './three.js';
 
@@ -8,7 +9,7 @@ import { Matrix4, Plane, Raycaster, Vector2, Vector3 } from './three.js';
 
 const AXES = /** @type {const} */ (['x', 'y', 'z']);
 
-/** A view along an axis: there the mouse says nothing about it. */
+/** Views nearer to an axis than this: the mouse cannot move a point along the axis. */
 const EDGE_ON = 1e-3;
 
 /**
@@ -29,12 +30,12 @@ export class Drag {
       this.camera.getWorldDirection(new Vector3()), this.origin,
     );
     this.step = stepFor(stage.radius());
-    // The mouse seldom hits the very point: it must not jump under it.
+    // The mouse seldom hits the exact point: the point must not jump to the mouse.
     this.slip = this.origin.clone().sub(this.onPlane(at) ?? this.origin);
   }
 
   /**
-   * Where the point is now.
+   * The present position of the point.
    * @param {Vector2} at @param {Axis} axis @param {boolean} straight  along whichever axis is nearest
    * @returns {number[]}
    */
@@ -47,7 +48,7 @@ export class Drag {
     }
     const point = along === 'free' ? free : this.onAxis(at, along);
     return [point.x, point.y, point.z].map((value, i) => (
-      // A coordinate that did not move keeps all of its digits.
+      // A coordinate that does not move keeps all of its digits.
       value === this.start.getComponent(i) ? value : rounded(value, this.step)
     ));
   }
@@ -66,7 +67,7 @@ export class Drag {
 
   /**
    * The point of the axis nearest to the ray under the mouse. With unit directions a of the axis
-   * and r of the ray, and w from the ray's origin to the point, it stands at
+   * and r of the ray, and w from the ray's origin to the point, it is at
    * t = ((a·r)(r·w) − a·w) / (1 − (a·r)²) along the axis.
    * @param {Vector2} at @param {'x' | 'y' | 'z'} axis
    */
@@ -86,8 +87,8 @@ export class Drag {
 }
 
 /**
- * Where an arrow key moves a point: along the axis of the document that looks most like right, up
- * or away, the three being different ones.
+ * The direction in which an arrow key moves a point: the axis of the document that on the screen is
+ * nearest to right, up or away; these are three different axes.
  * @param {Stage} stage @param {Matrix4} frame @param {string} key @param {boolean} far
  * @returns {number[] | null}
  */

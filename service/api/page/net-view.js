@@ -1,4 +1,4 @@
-// The control net as it is drawn: lines and points, those behind the surface faint.
+// Draws the control net: lines and points; those behind the surface are faint.
 
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
@@ -13,11 +13,11 @@ import { pointAt } from './net.js';
 
 /** CSS pixels across a point: the more there are, the smaller. @param {number} count */
 const sizeFor = (count) => Math.max(3.4, 10.5 - 0.62 * Math.log2(Math.max(4, count)));
-/** How near to a point the mouse must be to take it, in CSS pixels; a finger is less exact. */
+/** Distance from a point at which the mouse selects it, in CSS pixels; larger for a finger. */
 const REACH = { mouse: 11, touch: 24 };
-/** Of points that are equally near to the mouse the front one counts: pixels for a depth of 1. */
+/** Of points equally near to the mouse the front one is selected: pixels for a depth of 1. */
 const BEHIND = 14;
-/** How far away lines and points are for the depth test, as a share of how far they are. */
+/** Distance of lines and points in the depth test, as a share of their true distance. */
 const NEARER = '0.994';
 
 export class NetView {
@@ -152,7 +152,7 @@ export class NetView {
     this.stage.draw();
   }
 
-  /** Where all points stand that are shown. */
+  /** The positions of all visible points. */
   shown() {
     return this.group.visible ? Array.from({ length: this.places.count }, (_, i) => this.at(i)) : [];
   }
@@ -172,7 +172,8 @@ function dotTexture() {
 }
 
 /**
- * Drawn where it is, but as if it were a little nearer: what lies upon the surface is not cut by it.
+ * Makes a material pass the depth test as if it were a little nearer: the surface does not hide lines
+ * and points that lie on it.
  * @template {import('./three.js').Material} M
  * @param {M} material @returns {M}
  */

@@ -1,6 +1,5 @@
-// The control net of every kind of surface: which control points there are, where each stands in
-// the document, which lines join them, and where their surface is placed in the scene.
-// Numbers only; drawing is done in net-view.js.
+// The control net of every kind of surface: its control points, the path of each in the document, the
+// lines that join them, and the placement of their surface in the scene. net-view.js draws it.
 
 import { valueAt, replaced } from './documents.js';
 
@@ -24,12 +23,12 @@ import { valueAt, replaced } from './documents.js';
  */
 
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
-// Quarter turns about x: glTF, and so the scene, is y-up.
+// Quarter turns about x, because the y axis of glTF and of the scene points up.
 const Z_TO_Y = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1];
 const Y_TO_Z = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1];
 
 /**
- * The net of a surface. What cannot be read as one is left out: the server says what is wrong.
+ * The net of a surface. Invalid parts are left out; the error of the server describes them.
  * @param {Surface} surface
  * @returns {Net}
  */
@@ -81,7 +80,7 @@ export function withPoint(surface, handle, point) {
 }
 
 /**
- * With another weight of one point; a net without weights gets them, all others being 1.
+ * The surface with another weight of one point; a net without weights gets weights, all others 1.
  * @param {Surface} surface
  * @param {Handle} handle
  * @param {number} weight
@@ -178,7 +177,7 @@ function addHandle(net, point, handle) {
 }
 
 /**
- * Joins two handles once, whichever way round; what is no handle is not joined.
+ * Joins two handles by one line, in either order; ignores values that are not handles.
  * @param {Net} net
  */
 function joiner(net) {

@@ -1,5 +1,5 @@
-// The mouse, fingers and keys in the view: choosing control points and moving them. Whatever does
-// not hit a point is left to the camera.
+// Mouse, fingers and keys in the view choose and move control points. Gestures that do not hit a
+// point move the camera.
 
 import { Vector2 } from './three.js';
 import { Drag, nudge, settled } from './moves.js';
@@ -19,7 +19,7 @@ import { Drag, nudge, settled } from './moves.js';
 
 const TURN = 0.08;
 const ZOOM = 1.12;
-/** Pixels up to which a mouse that went down and up has clicked, and not turned the surface. */
+/** The most pixels that the mouse may move during a click; beyond that it turns the surface. */
 const STILL = 4;
 
 /** @param {Stage} stage @param {NetView} net @param {State} state @param {Controls} controls */
@@ -44,7 +44,7 @@ export function watchPointer(stage, net, state, controls) {
     net.highlight(state.chosen, over);
   };
 
-  // Before the camera's own controls, which listen at the same canvas.
+  // These listeners come before those of the camera, on the same canvas.
   canvas.addEventListener('pointerdown', (event) => {
     if (event.button !== 0 || drag) return;
     const { x, y, at } = place(event);

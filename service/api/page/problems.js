@@ -1,4 +1,4 @@
-// What to say when the service refuses, or is not there: what is wrong, where, and what would do.
+// Shows the errors of the service, or that it does not respond: the cause, the field, and the remedy.
 
 import { isAboutKeys } from './key.js';
 import { pathOf } from './documents.js';
@@ -26,7 +26,7 @@ export function watchProblems(state, retry) {
 export function showProblem(error, state) {
   const refused = error instanceof Refusal;
   const isLost = refused && error.code === 'unknown_surface';
-  // Which examples there are is better seen in their list.
+  // The list of examples shows them better than a text.
   const issues = refused && !isLost ? error.issues : [];
   const { title, detail } = toldOf(error);
   write('problem-title', title);

@@ -1,4 +1,4 @@
-// What the service said of the mesh: its size, how far it is from the surface, how long it took.
+// Shows the report of the mesh: its size, its distance from the surface, and the time it took.
 
 import { announce, element } from './page.js';
 
@@ -17,7 +17,7 @@ export function showReadouts(report, { bytes, serverTime, roundTrip }) {
   put('round-trip', roundTrip, milliseconds(roundTrip));
 }
 
-/** Of a surface that has no mesh. */
+/** Shows that the surface has no mesh. */
 export function clearReadouts() {
   ['triangles', 'vertices', 'bytes', 'deviation', 'open-edges', 'server-time', 'round-trip']
     .forEach((id) => put(id, null, '–'));

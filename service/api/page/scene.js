@@ -1,4 +1,4 @@
-// The stage: camera, light, floor, and pictures only when something changed.
+// The stage: camera, light and floor. It draws a picture only after a change.
 
 import {
   Box3, DirectionalLight, HemisphereLight, Mesh, NeutralToneMapping, OrbitControls,
@@ -33,7 +33,7 @@ export class Stage {
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = VSMShadowMap;
-    // Shadows are drawn anew with a new mesh, not with every turn of the camera.
+    // Shadows are drawn again for a new mesh, not when the camera turns.
     this.renderer.shadowMap.autoUpdate = false;
     this.key = new DirectionalLight('#fff4e3', 2.3);
     this.rim = new DirectionalLight('#dfe9ff', 0.7);
@@ -45,9 +45,9 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     this.pending = false;
-    /** Pixels across the canvas, as its shaders count them. */
+    /** The size of the canvas in device pixels, for shaders. */
     this.width = { value: 1 };
-    /** Nothing is drawn before there is something to see: to compile what draws takes its time. */
+    /** Whether there is something to draw: compiling the shaders before would delay the page. */
     this.awake = false;
     /** @type {(() => void)[]} */
     this.drawn = [];
@@ -71,7 +71,7 @@ export class Stage {
     this.scene.add(ambient, key, key.target, rim, rim.target, floor);
   }
 
-  /** Draws with the next frame, once however often it is asked for. */
+  /** Draws with the next frame: once, even after several calls. */
   draw() {
     if (this.pending || !this.awake) return;
     this.pending = true;
@@ -93,11 +93,11 @@ export class Stage {
     this.width.value = this.canvas.width;
     this.camera.aspect = width / height;
     this.camera.setViewOffset(width, height, 0, this.covered() / 2, width, height);
-    // A canvas of a new size is empty: not even for one frame shall that be seen.
+    // A canvas of a new size is empty, so it is drawn at once.
     if (this.awake) this.drawNow();
   }
 
-  /** How much of the canvas, from below, other things stand upon: the middle is above them. */
+  /** The height at the bottom of the canvas that other elements cover: the scene is centred above. */
   covered() {
     const over = this.canvas.parentElement?.querySelector('[data-covers]');
     if (!over || getComputedStyle(over).position !== 'absolute') return 0;
@@ -134,8 +134,8 @@ export class Stage {
   }
 
   /**
-   * Looks at the middle of some points from as near as shows all of them: from where the camera
-   * is, or, for something new, slightly from above.
+   * Looks at the middle of some points, from the nearest place that shows all of them, in the present
+   * direction of the camera, or slightly from above for a new surface.
    * @param {Vector3[]} points @param {boolean} anew
    */
   fit(points, anew) {
@@ -148,7 +148,7 @@ export class Stage {
     camera.lookAt(center);
     camera.updateMatrixWorld();
     const turn = camera.quaternion.clone().invert();
-    // Slopes of the sides of what is seen, of that part of the canvas that nothing stands upon.
+    // Slopes of the sides of the visible pyramid, for the part of the canvas that is not covered.
     const { clientHeight: height } = this.canvas;
     const wide = camera.aspect * Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
     const high = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - this.covered() / height);

@@ -1,4 +1,4 @@
-// What the page asks of the service it came from. URLs are relative to the page.
+// The requests of the page to its service. URLs are relative to the page.
 
 import { anotherKey, credentials, currentKey, isAboutKeys } from './key.js';
 
@@ -9,7 +9,7 @@ import { anotherKey, credentials, currentKey, isAboutKeys } from './key.js';
 /** @typedef {{name: string, title: string, media_type: string, suffix: string}} Format */
 /** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshResponse */
 
-/** The service says no, and why (RFC 9457). */
+/** A refusal of the service, with its reasons (RFC 9457). */
 export class Refusal extends Error {
   /** @param {{title?: string, status?: number, code?: string, detail?: string, errors?: Issue[]}} problem */
   constructor(problem) {
@@ -41,7 +41,7 @@ export async function surfaceById(id) {
 }
 
 /**
- * Stores a surface and tells its id; `body` is JSON, or a file of another media type.
+ * Stores a surface and returns its id; `body` is JSON, or a file of another media type.
  * @param {BodyInit} body @param {string} mediaType @returns {Promise<{id: string}>}
  */
 export async function store(body, mediaType = 'application/json') {
@@ -49,7 +49,7 @@ export async function store(body, mediaType = 'application/json') {
 }
 
 /**
- * The mesh of a document, and how long it took.
+ * The mesh of a document, and the time it took.
  * @param {object} request @param {string} mediaType @returns {Promise<MeshResponse>}
  */
 export async function mesh(request, mediaType = 'model/gltf-binary') {
@@ -74,7 +74,7 @@ export async function project(surface, point) {
 }
 
 /**
- * How the surface bends at parameters; null where it has none that can be asked for, as in groups.
+ * The curvatures at parameters; null for surfaces whose points cannot be queried, such as groups.
  * @param {Surface} surface @param {number[]} uv @param {number} [patch]
  * @returns {Promise<{gaussian: number, mean: number} | null>}
  */
@@ -107,7 +107,7 @@ async function posted(path, content) {
 
 let arePrivate = false;
 
-/** Whether surfaces and meshes are read with a key: their URLs alone open nothing. */
+/** Whether reading surfaces and meshes needs a key, so that their URLs alone are not enough. */
 export const readsArePrivate = () => arePrivate;
 
 /** Where something of the service is, with its host. @param {string} path */
@@ -145,7 +145,7 @@ async function ask(path, options = {}) {
 }
 
 /**
- * Milliseconds of a Server-Timing header: of `total`, or of all that it lists.
+ * Milliseconds of a Server-Timing header: those of `total`, or the sum of all its steps.
  * @param {string | null} header
  */
 function serverTime(header) {

@@ -1,4 +1,4 @@
-// How the surface is looked at and divided: what the panel sets and the address bar keeps.
+// The settings of the panel, which the URL of the page keeps: the look and the divisions of the surface.
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {'shaded' | 'normals' | 'gaussian' | 'mean'} Look */
@@ -15,10 +15,10 @@
 
 /** @type {readonly Look[]} */
 export const LOOKS = ['shaded', 'normals', 'gaussian', 'mean'];
-/** From where to where the sliders go. */
+/** The ranges of the sliders. */
 export const RANGES = { resolution: [1, 64], tolerance: [-5, -1] };
 
-/** Cells of a mesh that follows a drag: few enough for a mesh and a picture between two frames. */
+/** The most cells of a mesh that follows a drag, so that each frame can show a new mesh. */
 const COARSE_CELLS = 6000;
 const COARSEST = 2;
 
@@ -50,7 +50,7 @@ export function isParametric(surface) {
 }
 
 /**
- * Options of a mesh request; with `coarse` those of a mesh that follows the mouse.
+ * Options of a mesh request; with `coarse`, of a mesh that follows the mouse.
  * @param {Settings} settings @param {Surface} surface @param {number} patches @param {boolean} coarse
  * @returns {{[name: string]: number | boolean}}
  */
@@ -87,7 +87,7 @@ export function toQuery(settings) {
   return query;
 }
 
-/** Settings from the query of this page; what makes no sense is left as it is by default. @param {URLSearchParams} query @returns {Settings} */
+/** Settings from the query of this page; invalid values are replaced by defaults. @param {URLSearchParams} query @returns {Settings} */
 export function fromQuery(query) {
   const settings = { ...DEFAULTS };
   const resolution = Number(query.get('resolution'));

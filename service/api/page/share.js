@@ -27,7 +27,7 @@ export function watchShare(state, failed) {
 }
 
 /**
- * The id under which the service has this document: an example's name while nothing was changed.
+ * The id of this document in the service: the name of an example if nothing was changed.
  * @param {State} state
  */
 async function idOf(state) {
@@ -53,7 +53,7 @@ async function meshUrl(state) {
 /** @param {State} state */
 async function curl(state) {
   const url = await meshUrl(state);
-  // The key itself stays here: the shell has it in a variable, as the command `surface` does.
+  // The command does not contain the key: the shell has it in the variable that `surface` reads.
   const key = readsArePrivate() ? '-H "Authorization: Bearer $SURFACE_KEY" ' : '';
   return `curl ${key}-o ${fileName(state)}.glb '${url}'`;
 }
@@ -72,7 +72,7 @@ async function copy(text, what) {
     write('copied', `Copied: ${text}`);
     announce(`${what}: copied`);
   } catch {
-    // Without a right to the clipboard, or without https, it is shown to be copied by hand.
+    // Without permission for the clipboard, or without https, the text is shown to be copied by hand.
     write('copied', text);
     announce(`${what}: shown, to be copied`);
   }

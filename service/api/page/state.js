@@ -1,5 +1,5 @@
-// The one place that knows what is open, how it is looked at, and which control point is chosen.
-// Everything else listens.
+// The state of the page: the open document, the settings, and the chosen control point. All other
+// modules listen to its changes.
 
 import { History } from './history.js';
 import { netOf, pointAt, withPoint, withWeight } from './net.js';
@@ -9,8 +9,8 @@ import { DEFAULTS } from './settings.js';
 /** @typedef {import('./settings.js').Settings} Settings */
 
 /**
- * What changed: another document was opened; the document is another, finally or for the moment
- * of a drag; how it is looked at; which point is chosen.
+ * What changed: another document was opened; the document was edited, finally or during a drag; the
+ * settings; the chosen point.
  * @typedef {'opened' | 'surface' | 'moving' | 'settings' | 'chosen'} Change
  */
 
@@ -67,14 +67,14 @@ export class State {
     if (this.handle) this.change(withWeight(this.surface, this.handle, weight), keep);
   }
 
-  /** Keeps what was under way, if anything was. */
+  /** Adds the running step to the history, if there is one. */
   settle() {
     if (this.history.before === null) return;
     this.history.keep(this.surface);
     this.tell('surface');
   }
 
-  /** Takes back what is under way. */
+  /** Undoes the running step. */
   cancel() {
     this.history.cancel();
     this.tell('surface');

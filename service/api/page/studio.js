@@ -1,10 +1,10 @@
 // The room that a surface reflects: lamps behind panels of cloth, a bright ceiling, a dark floor.
-// It is a formula, computed where it is reflected. A picture of a room would have to be blurred for
-// every roughness first, by programs that some graphics drivers take seconds to compile.
+// The shader of the surface computes it by a formula. A picture of a room would first have to be
+// blurred for every roughness, by shaders that some graphics drivers take seconds to compile.
 
 import { DoubleSide, MeshStandardMaterial } from './three.js';
 
-/** Faces lie a little deeper than lines upon them. */
+/** Faces are drawn a little deeper than the lines on them. */
 export const OFFSET = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
 
 /** Light that comes from direction `r` of the scene, y being up, blurred as by a rough surface. */

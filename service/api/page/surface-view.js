@@ -1,4 +1,4 @@
-// The surface as the service meshed it: a GLB as three.js reads it, in one of several looks.
+// Draws the mesh of the surface, a GLB that three.js reads, in one of several looks.
 
 import {
   Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
@@ -11,7 +11,7 @@ import { glazed, OFFSET } from './studio.js';
 /** @typedef {import('./settings.js').Look} Look */
 /** @typedef {import('./scene.js').Stage} Stage */
 
-/** What the loader makes of the names of our attributes. */
+/** The names that the loader gives to the attributes of the service. */
 const ATTRIBUTES = { gaussian: '_gaussian_curvature', mean: '_mean_curvature' };
 
 const PLAIN = 'plain';
@@ -26,16 +26,16 @@ export class SurfaceView {
     this.meshes = [];
     this.normals = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
     this.curved = glazed({ vertexColors: true, roughness: 0.6 });
-    /** Materials by what they look like. They outlive the meshes: a new one would be compiled anew. */
+    /** Materials by their look. They are kept for later meshes, because compiling one takes time. */
     this.materials = new Map();
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
-    /** How far the colours of curvature reach, on both sides of zero. */
+    /** The largest value of the range of colours of curvature, on both sides of zero. */
     this.range = 1;
     stage.scene.add(this.model);
   }
 
   /**
-   * Takes a mesh in place of the one before, whose memory is given back.
+   * Replaces the mesh by another one, and frees the memory of the old one.
    * @param {ArrayBuffer} content
    */
   async take(content) {
@@ -55,14 +55,14 @@ export class SurfaceView {
     this.stage.scene.add(this.model);
   }
 
-  /** Our material for that of a file. @param {any} told */
-  materialLike(told) {
-    const { vertexColors, opacity, transparent } = told;
-    // Faces of which no colour was told.
-    const plain = told.name === 'surface' && !vertexColors;
-    const name = plain ? PLAIN : `${told.color.getHexString()} ${opacity} ${vertexColors}`;
+  /** The material of the page for that of a file. @param {any} original */
+  materialLike(original) {
+    const { vertexColors, opacity, transparent } = original;
+    // Faces without a colour in the file.
+    const plain = original.name === 'surface' && !vertexColors;
+    const name = plain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
     if (!this.materials.has(name)) {
-      const color = told.color.clone();
+      const color = original.color.clone();
       this.materials.set(name, glazed({ name, color, vertexColors, opacity, transparent }));
     }
     return this.materials.get(name);
@@ -109,7 +109,7 @@ export class SurfaceView {
     mesh.add(mesh.userData.wires);
   }
 
-  /** Whether the mesh brought curvatures along. */
+  /** Whether the mesh has curvatures. */
   get hasCurvatures() {
     return this.meshes.some((mesh) => mesh.geometry.getAttribute(ATTRIBUTES.mean));
   }
@@ -118,7 +118,7 @@ export class SurfaceView {
     return new Box3().setFromObject(this.model, false);
   }
 
-  /** Where all vertices stand. */
+  /** The positions of all vertices. */
   points() {
     return this.meshes.flatMap((mesh) => {
       const position = mesh.geometry.getAttribute('position');

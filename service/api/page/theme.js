@@ -1,4 +1,4 @@
-// Light or dark: as the system says, until the button says otherwise, which is remembered.
+// Light or dark: the choice of the system, or that of the button, which the browser stores.
 
 import { button } from './page.js';
 
@@ -30,7 +30,7 @@ export function watchTheme(changed) {
   show();
 }
 
-// A browser may deny a page its storage; then nothing is remembered.
+// A browser may deny its storage to the page; then the choice is not stored.
 
 function recall() {
   try {

@@ -1,5 +1,5 @@
-// All that is drawn, following the state: surface, net, marker, legend. Without WebGL there is
-// none of it, and the rest of the page works on.
+// Draws the state: surface, net, marker, legend. Without WebGL it draws nothing, and the rest of the
+// page still works.
 
 import { paintLegend, PALETTES } from './colors.js';
 import { Raycaster } from './three.js';
@@ -64,27 +64,27 @@ export class View {
     const [hit] = caster.intersectObjects(this.surface.meshes, false);
     if (!hit) return;
     const { x, y, z } = hit.point;
-    // The scene is y-up.
+    // The y axis of the scene points up.
     this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z]);
   }
 
-  /** Without a mesh: that of another document must not stand for this one. */
+  /** Removes the mesh, so that the page does not show that of another document. */
   clear() {
     this.surface.forget();
     this.stage.settle(this.stage.box);
   }
 
-  /** The net of the document, and what is chosen of it. */
+  /** Shows the net of the document, and the chosen point. */
   follow() {
     const { state } = this;
     this.net.take(state.net, state.surface);
-    // The curve of a tube runs inside of it.
+    // The curve of a tube runs inside it.
     this.net.veil(!isParametric(state.surface));
     this.net.highlight(state.chosen, -1);
     this.paint();
   }
 
-  /** A control point that the service complained of, or -1. @param {number} index */
+  /** Marks the control point that an error names; -1 marks none. @param {number} index */
   alarm(index) {
     this.alarmed = index;
     this.paint();
@@ -104,7 +104,7 @@ export class View {
     const palette = PALETTES[theme()];
     const { chosen, history, net, settings } = this.state;
     write('net-color', palette.name);
-    // Once a point was moved, everybody knows how.
+    // The invitation to move a point is hidden after the first move.
     hide('invitation', this.fresh || history.canUndo || !settings.net || net.handles.length === 0);
     this.net.paint(palette, chosen >= 0 && chosen === this.alarmed);
     this.stage.paint(palette);
@@ -127,7 +127,7 @@ export class View {
     write('legend-high', `+${most}`);
   }
 
-  /** The number of the chosen point, beside it. */
+  /** Writes the number of the chosen point beside it. */
   placeMarker() {
     const marker = element('marker', HTMLElement);
     const { chosen, settings } = this.state;
