@@ -180,7 +180,7 @@ def mesh_cost(
     limits = min(SCRATCH, 2000 * size.control_points)
     limits += min(SCRATCH, 1000 * mesh.vertices) * options.curvatures
     built = (2 + 2 * flat) * mesh_bytes + max(beside, limits)
-    if options.method == "de_casteljau":  # nets of 64 samples at least, in some levels
+    if options.method == "de_casteljau":  # it keeps several levels of nets for at least 64 samples
         built += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
         built += STATION * (mesh.vertices + mesh.patches)

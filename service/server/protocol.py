@@ -21,7 +21,7 @@ PIPELINED = 16
 
 
 def refusal(problem: Problem, settings: Settings) -> Response:
-    """The response of a problem, the last on its connection."""
+    """The response with a problem document, after which the connection is closed."""
     needed = {
         problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
         problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
@@ -37,7 +37,7 @@ def refusal(problem: Problem, settings: Settings) -> Response:
 
 
 def with_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
-    """The application; where it fails, or uvicorn cancels it at shutdown, a problem responds."""
+    """The application, which sends a problem if it fails, or if uvicorn cancels it at shutdown."""
 
     async def respond(scope: Scope, receive: Receive, send: Send) -> None:
         try:
@@ -167,7 +167,8 @@ class BoundedProtocol(HttpToolsProtocol):
         elif self._in_body:
             self._disconnect()
             self.cycle = None  # type: ignore[assignment]
-        # uvicorn answers in order: this stands for a request that the client has not made.
+        # uvicorn sends responses in order: this request, which the client did not send, gets the
+        # problem as its response.
         self.app, self._ignores_input = refusal(problem, self._settings), True
         self.parser = httptools.HttpRequestParser(self)
         self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")

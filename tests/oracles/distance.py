@@ -53,7 +53,7 @@ def _to_segments(along: Array, start: Array, end: Array, square: Array) -> Array
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Of vectors that are columns, (3, m)."""
+    """Inner products (m,) of columns (3, m)."""
     product: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
 

@@ -127,8 +127,8 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     """Reads the body of `POST /v1/mesh` and returns how large the mesh would be.
 
     The response has the numbers of vertices and faces, the bytes in each format, and whether
-    `POST /v1/mesh` would refuse the request. It costs a small part of the mesh. An invalid body is
-    an error here too.
+    `POST /v1/mesh` would refuse the request. This takes a small part of the time of the mesh. An
+    invalid body is an error here too.
     """
     services, job, _, named = context
     formats: Sequence[Format] = FORMATS if named is None else (named,)

@@ -23,11 +23,11 @@ Planes: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
 
 SURE = 2.0**-13
-"""Value of |N| ÷ `find_measure` above which the formulas are precise enough even near a pole: their
-relative error is at most about 2^-52 ÷ SURE² = 1e-8."""
+"""If |N| is larger than this times the root of `find_measure`, the formulas are precise enough even
+near a pole: their relative error is at most about 2^-52 ÷ SURE² = 1e-8."""
 
 LOST = 2.0**-36
-"""Value of |N| ÷ `find_measure` below which N may vanish."""
+"""If |N| is smaller than this times the root of `find_measure`, N may be zero."""
 
 LEAST = 2.0**-480
 """|N|² below which |N|⁴ loses digits to underflow."""

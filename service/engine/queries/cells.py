@@ -159,7 +159,7 @@ class CellTree:
         return self._child[cells][parents] + offset, parents
 
     def _point_sides(self, nets: FloatArray) -> Bools:
-        """Which sides are one point up to the rounding of weights, (4, K); no side of a curve."""
+        """Which sides are one point up to the rounding of weights, (4, K); for curves none."""
         if nets.shape[2] == 1:
             return np.zeros((4, len(nets)), bool)
         points = _points(nets)

@@ -17,8 +17,8 @@ STEEPEST = 1e6
 normal is almost that of a disc."""
 
 EFFORT = 40
-"""Multiplications for each station, divided by (degree + 1)²: two quadrature rules, evaluated up to
-two times."""
+"""Multiplications for the length of one station are at most this times (degree + 1)²: two rules of
+quadrature, on up to two intervals."""
 
 
 def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:

@@ -131,16 +131,16 @@ def sample_divided_isocurves(
     """
     runs = list(_sample_borders(seams, divisions.edges, counts))
     across_u, across_v = (_EdgePoints(seams, count) for count in counts)
-    # A triangle is divided evenly.
-    same = across_u if counts[0] >= counts[1] else across_v
+    # All three directions of a triangle have the larger count.
+    larger = across_u if counts[0] >= counts[1] else across_v
     first = 0
     for batch in model.batches:
         patches = np.arange(first, first + batch.count)
         first += batch.count
         if isinstance(batch, TrianglePatches):
-            for count, rows in _groups(divisions.along_u[patches], same):
+            for count, rows in _groups(divisions.along_u[patches], larger):
                 runs += _sample_across_triangles(
-                    _take_patches(batch, rows), patches[rows], count, same
+                    _take_patches(batch, rows), patches[rows], count, larger
                 )
             continue
         for axis, (along, ends) in enumerate(
@@ -245,7 +245,7 @@ def _sample_across_triangles(
     """Curves s, r and t = i/n between the borders of triangles, as parameters (s, t)."""
     n = ends.count
     for i in range(1, n):
-        # From the mesh's own samples, where these lie on the curve.
+        # With this count, samples of the mesh that lie on the curve are samples of it too.
         count = -(-divisions * (n - i) // n)
         near, far = i / n, (n - i) / n
         for begin, end, sides in (
@@ -277,7 +277,7 @@ def count_most_isocurves(
 ) -> tuple[int, int]:
     """Upper bounds of the curves and of their samples, for these numbers of patches."""
     most = max(resolution)
-    # Three borders of a triangle, and between them three directions.
+    # In each of the three directions of a triangle, one border and n − 1 curves across it.
     curves = triangles * 3 * max(counts)
     points = curves * (most + 1)
     for count, divisions in zip(counts, reversed(resolution), strict=True):
