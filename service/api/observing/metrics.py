@@ -55,9 +55,9 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 class RequestCounters:
     """Counters of one application's requests, in a registry of their own.
 
-    `dropped` returns the number of log lines that could not be written; the log sets it. Values that
-    only the event loop changes are integers without locks: `sent` bytes by format, `refusals` by
-    code.
+    `dropped` returns the number of log lines that could not be written; the log sets it. Values
+    that only the event loop changes are integers without locks: `sent` bytes by format, `refusals`
+    by code.
     """
 
     def __init__(self) -> None:

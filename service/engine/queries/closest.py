@@ -1,7 +1,7 @@
 """Closest points of a surface to points, each with an interval that holds the distance.
 
-All points and all patches together, level by level: each pair of a point and a cell of a patch
-(`cells`) is looked at once. A pair ends where the cell is farther than a point of the surface that
+The search treats all points and all patches together, level by level, and looks at each pair of a
+point and a cell of a patch (`cells`) once. A pair ends where the cell is farther than a point of the surface that
 was found already, where it has no minimum of its patch, or where its minimum is settled
 (`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds the
 minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
