@@ -1,10 +1,10 @@
 """Closest points of a surface to points, each with an interval that holds the distance.
 
 The search treats all points and all patches together, level by level, and looks at each pair of a
-point and a cell of a patch (`cells`) once. A pair ends where the cell is farther than a point of the surface that
-was found already, where it has no minimum of its patch, or where its minimum is settled
-(`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds the
-minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
+point and a cell of a patch (`cells`) once. A pair ends where the cell is farther than a point of
+the surface that was found already, where it has no minimum of its patch, or where its minimum is
+settled (`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds
+the minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
 wider than the tolerance, and the cell is halved again. `closest_levels` does this.
 
 The interval of a point begins with the least lower bound of all its pairs that were not proved to
