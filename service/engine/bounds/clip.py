@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.bounds.faces import SPAN, Faces
 
 ON_EDGE = 2.0**-16
@@ -145,11 +146,9 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     if not len(several):
         return unsplit, corners.take(unsplit, axis=2), begin[unsplit]
     many = (end - begin)[several]
-    source = np.repeat(several, many)
-    span = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many) + begin[source]
-    rings = _slice_triangles(
-        corners.take(several, axis=2), np.repeat(np.arange(len(several)), many), span, axis
-    )
+    run, span = expand_runs(many, begin[several])
+    source = several[run]
+    rings = _slice_triangles(corners.take(several, axis=2), run, span, axis)
     sources, pieces, spans = [unsplit], [corners.take(unsplit, axis=2)], [begin[unsplit]]
     for k in (1, 2, 3):
         fan = rings[[0, k, k + 1]]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.division import divide_chains
@@ -86,8 +87,7 @@ def divide_border(
     start = np.concatenate([[0], np.cumsum(np.where(collapsed.ravel(), 1, pieces) + 1)])
     before = np.cumsum(count - 1) - (count - 1)
     before -= before[np.searchsorted(chains.side, chains.side)]
-    run = np.repeat(np.arange(len(count)), count)
-    k = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
+    run, k = expand_runs(count)
     chain = chains.chain[run]
     source = division.start[chain] + np.where(chains.reversed[run], count[run] - 1 - k, k)
     along = division.at[source]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
+from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_rows, unique_values
 from service.engine.bounds.faces import Faces
 from service.engine.mesh.seams import Seams
@@ -126,8 +127,7 @@ def _list_steps(faces: Faces, seams: Seams) -> _Steps:
     """The edges along the sides of all faces."""
     begin, step, spans = faces.list_sides()
     count = np.where(seams.collapsed[begin, np.arange(4)], 0, spans).ravel()
-    side = np.repeat(np.arange(len(count)), count)
-    span = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
+    side, span = expand_runs(count)
     patch, which = begin.ravel()[side] + span * step.ravel()[side], side % 4
     return _Steps(
         side,

@@ -6,6 +6,7 @@ from math import inf
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.adaptive.borders.curve_shapes import find_tangents, measure_shapes
 from service.engine.adaptive.borders.curves import AHEAD, Curves, halve_runs
 from service.engine.adaptive.borders.flatness import (
@@ -65,8 +66,7 @@ def _judge_runs(
     """
     count = last - first
     begin = np.cumsum(count) - count
-    run = np.repeat(np.arange(len(count)), count)
-    rows = np.arange(len(run)) + (first - begin)[run]
+    run, rows = expand_runs(count, first)
     owner = curves.owner[first]
     slack = curves.slack[owner]
     ends = np.stack([curves.nets[first, 0], curves.nets[last - 1, -1]], axis=1)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_rows
 from service.engine.evaluation.scattered import scattered_normals
 from service.engine.mesh.seams import Seams
@@ -59,9 +60,7 @@ class SideNormals:
             is the largest of all patches at the edge.
         """
         run = self.number[edge]
-        count = self.count[run]
-        part = np.repeat(np.arange(len(edge)), count)
-        row = (self.start[run] - np.cumsum(count) + count)[part] + np.arange(len(part))
+        part, row = expand_runs(self.count[run], self.start[run])
         patch, side = np.divmod(self.side[row], 4)
         t = np.stack([begin, begin + (end - begin) / 2, end], axis=1)[part]
         along = np.where((against[part] ^ self.backward[row])[:, None], 1.0 - t, t)

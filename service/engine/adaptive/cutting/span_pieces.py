@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.adaptive.cutting.cells import Cells, evaluate_nine_points, restrict
 from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
@@ -71,8 +72,8 @@ def split_cells(cells: Cells) -> SpanPieces:
     count = along_u * along_v
     end = np.cumsum(count)
     start = end - count
-    cell = np.repeat(np.arange(len(cells)), count)
-    number, width = np.arange(len(cell)) - start[cell], along_v[cell]
+    cell, number = expand_runs(count)
+    width = along_v[cell]
     box = cells.box.take(cell, axis=1)
     low, high = box[::2], box[1::2]
     begin = (low // SPAN + np.array([number // width, number % width])) * SPAN

@@ -13,6 +13,7 @@ whose polygons have too many corners are cut before they are triangulated.
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.adaptive.borders.border import Border, BorderPlaces
 from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.cutting.subdivision import divide_cells
@@ -204,8 +205,8 @@ def find_crowded_directions(boundaries: CellBoundaries, cells: Cells, crowded: I
     """Whether crowded leaves are to be cut across v, because more of their corners are along v."""
     begin = boundaries.start[crowded]
     size = boundaries.start[crowded + 1] - begin
-    row = np.repeat(np.arange(len(crowded)), size)
-    corner = boundaries.corner[np.arange(len(row)) + (begin - np.cumsum(size) + size)[row]]
+    row, place = expand_runs(size, begin)
+    corner = boundaries.corner[place]
     u0, u1, v0, v1 = cells.box.take(crowded[row], axis=1)
     u, v = boundaries.u[corner], boundaries.v[corner]
     on_u, on_v = (u == u0) | (u == u1), (v == v0) | (v == v1)

@@ -6,6 +6,7 @@ A leaf keeps its number. A leaf that is cut is no longer present; new leaves are
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.adaptive.cutting.cells import Leaves
 from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
 
@@ -95,8 +96,8 @@ class LeafPolygons:
         changed: Bools = size != self.size[leaves]
         same = (~changed).nonzero()[0]
         if len(same):
-            row = np.repeat(same, size[same])
-            step = np.arange(len(row)) - np.repeat(np.cumsum(size[same]) - size[same], size[same])
+            run, step = expand_runs(size[same])
+            row = same[run]
             differs = polygon[start[row] + step] != self.polygon[self.first[leaves[row]] + step]
             changed[row[differs]] = True
         return changed
@@ -141,12 +142,11 @@ class LeafPolygons:
         place = np.cumsum(~is_removed[self.owner]) - 1
         keep = (~is_removed[: len(is_removed) - count]).nonzero()[0]
         self.first[keep] = place[self.first[keep]]
-        row = np.repeat(rows, size[rows])
-        offset = np.cumsum(size[rows]) - size[rows]
-        step = np.arange(len(row)) - np.repeat(offset, size[rows])
-        self.first[numbers], self.size[numbers] = offset + len(left), size[rows]
-        self.polygon = np.concatenate([self.polygon[left], polygon[boundaries.start[row] + step]])
-        self.owner = np.concatenate([self.owner[left], np.repeat(numbers, size[rows])])
+        size = size[rows]
+        run, corner = expand_runs(size, boundaries.start[rows])
+        self.first[numbers], self.size[numbers] = len(left) + np.cumsum(size) - size, size
+        self.polygon = np.concatenate([self.polygon[left], polygon[corner]])
+        self.owner = np.concatenate([self.owner[left], numbers[run]])
         added = boundaries.touching[:, boundaries.touching[1] < count]
         added[1] += len(self.is_present) - count
         before = self.touching[:, self.is_present[self.touching[1]]]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
+from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.border import BorderPlaces
 from service.engine.adaptive.cutting.cells import Cells
@@ -223,11 +224,8 @@ def _chain_polygons(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
     # Leaf after leaf.
     first, end = runs.transpose(1, 2, 0).reshape(2, -1)
     count = end - first
-    stop = np.cumsum(count)
-    run = np.repeat(np.arange(len(count)), count)
-    step = np.arange(len(run)) - (stop - count)[run]
-    up = run % 4 < 2
-    place = np.where(up, first[run] + step, end[run] - 1 - step)
+    run, rising = expand_runs(count, first)
+    place = np.where(run % 4 < 2, rising, (first + end - 1)[run] - rising)
     start = np.zeros(len(count) // 4 + 1, dtype=np.intp)
-    start[1:] = stop[3::4]
+    start[1:] = np.cumsum(count)[3::4]
     return start, np.where(run % 2 == 0, order[place], place)

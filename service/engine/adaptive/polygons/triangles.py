@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.row_batches import expand_runs
 from service.engine.adaptive.cutting.cells import Leaves
 from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
 from service.engine.adaptive.polygons.polygon_triangulation import triangulate_polygons
@@ -76,8 +77,8 @@ def _triangulate_leaves(
         return pair, np.repeat(plain, 2)
     start = boundaries.start[rest]
     size = boundaries.start[rest + 1] - start
-    polygon = np.repeat(np.arange(len(rest)), size)
-    corners = boundaries.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
+    polygon, place = expand_runs(size, start)
+    corners = boundaries.corner[place]
     u0, u1, v0, v1 = leaves.box.take(rest[polygon], axis=1)
     x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
     triangles, polygon = triangulate_polygons(
