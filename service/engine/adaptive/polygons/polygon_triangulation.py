@@ -23,8 +23,8 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.planes import NEARLY, maximize_heights
 from service.engine.bounds.vectors import dot
 
-ALL = 7
-"""Number of corners up to which all ways are compared; there are 42 ways for seven corners."""
+ALL = 9
+"""Number of corners up to which all ways are compared; there are 429 ways for nine corners."""
 
 SHAPE = 0.02
 """Cost of the best shape; a deviation that is as large as allowed costs 1."""
@@ -54,14 +54,17 @@ def list_triples(corners: int) -> Ints:
 
 @lru_cache(maxsize=ALL)
 def list_triangulations(corners: int) -> Ints:
-    """All ways to cut a convex polygon, (ways, n − 2): columns of `list_triples`."""
+    """All ways to cut a convex polygon, (ways, n − 2): columns of `list_triples`.
+
+    Files list triangles in this order; above seven corners it is that of `_choose_step_by_step`.
+    """
     number = {tuple(triple): row for row, triple in enumerate(list_triples(corners).T.tolist())}
 
     def between(i: int, k: int) -> list[list[int]]:
         if k - i < 2:
             return [[]]
         return [
-            [*left, number[i, j, k], *right]
+            [number[i, j, k], *right, *left] if corners > 7 else [*left, number[i, j, k], *right]
             for j in range(i + 1, k)
             for left in between(i, j)
             for right in between(j, k)
