@@ -4,7 +4,6 @@ import inspect
 import io
 import json
 import os
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -303,18 +302,6 @@ def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> Non
 
     monkeypatch.setattr("service.settings.environment.from_environment", interrupt)
     assert main(["serve"]) == 130
-
-
-def test_a_used_port_is_not_reported_as_a_missing_service() -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = str(taken.getsockname()[1])
-        done = run_python("-m", "service", "serve", "--port", port, check=False)
-    assert done.returncode == 1
-    reason, refusal = done.stderr.splitlines()
-    assert "Address already in use" in reason
-    assert refusal.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 
 
 def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:

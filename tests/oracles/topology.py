@@ -42,27 +42,39 @@ class Topology:
 
 def topology(faces: Iterable[Sequence[int]]) -> Topology:
     """Count everything; the faces are polygons given by their vertices in order."""
-    loops = [[int(i) for i in face] for face in faces]
-    ends = np.array(
-        [edge for loop in loops for edge in zip(loop, loop[1:] + loop[:1], strict=True)]
-    )
-    ends = ends.astype(np.int64).reshape(-1, 2)
+    loops = [faces] if isinstance(faces, np.ndarray) else _arrays(faces)
+    ends = np.concatenate([_ends(each) for each in loops] or [np.empty((0, 2), dtype=np.int64)])
     _, directed = np.unique(_keys(ends), return_counts=True)
     _, edge, uses = np.unique(_keys(np.sort(ends, axis=1)), return_inverse=True, return_counts=True)
     # Faces hang together where they have an edge in common: a graph of faces and edges.
-    owner = np.repeat(np.arange(len(loops)), [len(loop) for loop in loops])
-    size = len(loops) + len(uses)
-    graph = coo_array((np.ones(len(edge)), (owner, len(loops) + edge)), (size, size))
+    corners = np.repeat([each.shape[1] for each in loops], [len(each) for each in loops])
+    count = len(corners)
+    owner = np.repeat(np.arange(count), corners.astype(np.int64))
+    size = count + len(uses)
+    graph = coo_array((np.ones(len(edge)), (owner, count + edge)), (size, size))
+    repeats = [np.diff(np.sort(each, axis=1), axis=1) == 0 for each in loops]
     return Topology(
         vertices=len(np.unique(ends)),
         edges=len(uses),
-        faces=len(loops),
+        faces=count,
         boundary=int((uses == 1).sum()),
         non_manifold=int((uses > 2).sum()),
         misoriented=int((directed > 1).sum()),
-        degenerate=sum(len(set(loop)) < len(loop) for loop in loops),
-        components=int(connected_components(graph, directed=False)[0]) if loops else 0,
+        degenerate=sum(int(each.any(axis=1).sum()) for each in repeats),
+        components=int(connected_components(graph, directed=False)[0]) if count else 0,
     )
+
+
+def _arrays(faces: Iterable[Sequence[int]]) -> list[NDArray[np.int64]]:
+    """Faces as arrays (m, k), one for each number k of corners."""
+    lists = [list(face) for face in faces]
+    sizes = sorted({len(face) for face in lists})
+    return [np.array([face for face in lists if len(face) == size]) for size in sizes]
+
+
+def _ends(loops: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Both vertices (m k, 2) of each edge, face by face."""
+    return np.stack([loops, np.roll(loops, -1, axis=1)], axis=2).reshape(-1, 2).astype(np.int64)
 
 
 def _keys(ends: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -70,12 +82,12 @@ def _keys(ends: NDArray[np.int64]) -> NDArray[np.int64]:
     return ends[:, 0] * (int(ends.max(initial=0)) + 1) + ends[:, 1]
 
 
-def welded_by_position(positions: np.ndarray, faces: np.ndarray) -> list[list[int]]:
+def welded_by_position(positions: np.ndarray, faces: np.ndarray) -> NDArray[np.int64]:
     """The faces with every vertex replaced by the first one whose position has the same bits."""
-    first: dict[tuple[float, ...], int] = {}
     # Adding 0.0 makes −0.0 and 0.0 one position.
-    places = [first.setdefault(tuple(p), k) for k, p in enumerate((positions + 0.0).tolist())]
-    return [[places[i] for i in face] for face in faces.tolist()]
+    _, first, places = np.unique(positions + 0.0, axis=0, return_index=True, return_inverse=True)
+    welded: NDArray[np.int64] = first[places.ravel()][faces]
+    return welded
 
 
 def volume(positions: np.ndarray, triangles: np.ndarray) -> float:

@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import socket
 import subprocess
 import sys
 import threading
@@ -94,10 +95,18 @@ def test_all_messages_go_to_one_stream() -> None:
 
 
 def test_messages_before_the_log_is_set_up_have_its_form() -> None:
-    settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1", "SURFACE_STORE": "no://where"}
-    done = run_python("-m", "service", "serve", env=os.environ | settings, check=False)
-    (line,) = (line for line in done.stderr.splitlines() if line.startswith("{"))
-    assert json.loads(line)["message"].startswith("SURFACE_NOTHING is not a setting of")
+    """And a port that is taken is an exit code of its own, not a service that is away."""
+    settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1"}
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        command = ("-m", "service", "serve", "--port", port)
+        done = run_python(*command, env=os.environ | settings, check=False)
+    assert done.returncode == 1
+    *lines, refusal = done.stderr.splitlines()
+    told = [json.loads(line)["message"] for line in lines]
+    assert told[0].startswith("SURFACE_NOTHING is not a setting of")
+    assert "Address already in use" in told[-1]
+    assert refusal.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 
 
 def test_the_process_ends_though_its_log_is_not_read() -> None:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from service.storage.address import open_store
 from tests.storage.backends import id_of
 
-CONTENTS = 400
+CONTENTS = 200
 AT_ONCE = 8
 
 

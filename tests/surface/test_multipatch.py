@@ -11,6 +11,7 @@ from service.engine.options import MeshOptions
 from service.engine.points.evaluate import evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.errors import InvalidRequest
+from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
@@ -62,11 +63,11 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
     assert isinstance(raised, BsplineSurface)
     for some in (pieces, pieces[::-1], (pieces[0], raised, *pieces[2:])):
         multipatch = MultipatchSurface(some, "z", "ring")
-        for surface in (
-            multipatch,
-            convert(multipatch, [Transpose(), Reverse("v")]),
-            convert(multipatch, [Elevate((4, 5))]),
-        ):
+        surfaces: tuple[Surface, ...] = (multipatch,)
+        if some is pieces:
+            turned = convert(multipatch, [Transpose(), Reverse("v")])
+            surfaces += (turned, convert(multipatch, [Elevate((4, 5))]))
+        for surface in surfaces:
             mesh = build(surface.lower(), options)
             assert mesh.report.watertight
             assert [part.name for part in mesh.parts] == [s.name for s in some]

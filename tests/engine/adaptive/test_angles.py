@@ -1,5 +1,7 @@
 """Meshes by angle, end to end: angles measured in the mesh, and numbers of triangles."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,9 @@ def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mes
     return mesh
 
 
+example_mesh = cache(build_mesh)
+
+
 # As many triangles as are allowed, at 0.5 and at 0.2 radians.
 SMOOTH = {
     "sphere": (500, 2600),
@@ -53,7 +58,7 @@ SMOOTH = {
 @pytest.mark.parametrize("example", SMOOTH)
 def test_normals_turn_by_at_most_the_requested_angle(example: str) -> None:
     for angle, most in zip((0.5, 0.2), SMOOTH[example], strict=True):
-        mesh = build_mesh(example, angle)
+        mesh = example_mesh(example, angle)
         check_sound(mesh)
         assert mesh.report.normal_angle is not None
         assert mesh.report.normal_angle <= 1.1 * angle
@@ -104,4 +109,4 @@ def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str)
     assert refused.value.issues[0].code == "too_many_triangles"
     assert effort.spent == 0
     for angle in (0.5, 0.2):
-        assert estimate_least_triangles(model, angle) <= len(build_mesh(example, angle).triangles)
+        assert estimate_least_triangles(model, angle) <= len(example_mesh(example, angle).triangles)

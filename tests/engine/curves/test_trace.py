@@ -150,7 +150,7 @@ def test_length_over_a_cusp(divisions: int) -> None:
     assert length_of(CUSP.lower(), divisions) == pytest.approx(wanted, rel=1e-11)
 
 
-@settings(max_examples=3)
+@settings(max_examples=2)
 @given(bezier_curves(), st.integers(1, 4))
 def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
     wanted = bezier_length(curve.control_points, curve.weights, np.linspace(0, 1, 9)[1:-1].tolist())

@@ -26,7 +26,7 @@ from tests.strategies import Array, moved
 from tools.certify.closing import NEARLY, RESOLUTION
 
 
-@pytest.mark.parametrize("seed", range(8))  # the others are judged by `make certify`
+@pytest.mark.parametrize("seed", range(5))  # the others are judged by `make certify`
 def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
     """Balls and rings of B-splines cut anywhere; a third of them with one point moved are open."""
     case = NEARLY["borders"][1](seed)

@@ -43,9 +43,7 @@ def placed_pieces(seed: int) -> tuple[GroupSurface, bool]:
     return GroupSurface(tuple(members)), bool(case.is_closed)
 
 
-@pytest.mark.parametrize(
-    ("seed", "options"), [*((seed, OPTIONS[0]) for seed in range(2)), (1, OPTIONS[1])]
-)
+@pytest.mark.parametrize(("seed", "options"), [*enumerate(OPTIONS)])
 def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> None:
     """Mirrored ones among them: as one mesh and as nodes, the same bits on both sides."""
     group, is_closed = placed_pieces(seed)
