@@ -34,9 +34,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_runs
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.cells import Cells, build_whole_cells
+from service.engine.adaptive.cutting.cells import Cells, Task, build_whole_cells
 from service.engine.adaptive.cutting.subdivision import divide_cells
-from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_samples import Store
 from service.engine.adaptive.limits import Effort, MeshLimits

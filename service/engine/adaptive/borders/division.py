@@ -28,10 +28,10 @@ from service.engine.adaptive.borders.curves import (
 from service.engine.adaptive.borders.flatness import (
     CORNERS,
     CutDecision,
+    cut_at_knots,
     decide_cuts,
     refuse_hopeless,
 )
-from service.engine.adaptive.borders.knot_cuts import cut_at_knots
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.cutting.normal_variation import FALLING, find_chord
 from service.engine.adaptive.limits import SidePieces

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.cells import Cells, Leaves, Task
 from service.engine.adaptive.cutting.normal_variation import FINEST
 from service.engine.adaptive.cutting.span_estimate import AHEAD, estimate_span_cells
 from service.engine.adaptive.cutting.span_pieces import BLOCK, NinePoints, count_spans
-from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import Cells, Leaves, project_cells
+from service.engine.adaptive.cutting.cells import Cells, Leaves, Task, project_cells
 from service.engine.adaptive.cutting.estimate import (
     build_forms,
     choose_directions,
@@ -29,7 +29,6 @@ from service.engine.adaptive.cutting.span_pieces import (
     build_nets,
     split_cells,
 )
-from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.vectors import Vectors, dot, length
 
 AHEAD = 1 << 8

@@ -7,8 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.adaptive.cutting.cells import Cells, evaluate_nine_points, restrict
-from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.cutting.cells import Cells, Task, evaluate_nine_points, restrict
 from service.engine.bounds.faces import SPAN
 
 BLOCK = 1 << 14

@@ -11,11 +11,10 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves, halve, restrict
+from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves, Task, halve, restrict
 from service.engine.adaptive.cutting.estimate import estimate_cells
 from service.engine.adaptive.cutting.knot_spans import divide_spans
 from service.engine.adaptive.cutting.normal_variation import Scale
-from service.engine.adaptive.cutting.task import Task
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 

@@ -15,9 +15,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.adaptive.borders.border import Border, BorderPlaces
-from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.cells import Cells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import divide_cells
-from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.drafts.draft_samples import DraftSamples, Store
 from service.engine.adaptive.drafts.draft_triangles import DraftTriangles
 from service.engine.adaptive.drafts.leaf_polygons import NONE, LeafPolygons

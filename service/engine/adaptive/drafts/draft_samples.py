@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.cutting.cells import Task
 from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
 
 Store = Callable[[FloatArray], FloatArray]

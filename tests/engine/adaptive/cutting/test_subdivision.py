@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from service.engine.adaptive.cutting.cells import (
     Cells,
     Leaves,
+    Task,
     build_quadratic_matrix,
     build_whole_cells,
     elevate,
@@ -18,7 +19,6 @@ from service.engine.adaptive.cutting.cells import (
     restrict,
 )
 from service.engine.adaptive.cutting.subdivision import divide_cells
-from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from service.engine.adaptive.cutting.cells import build_whole_cells
+from service.engine.adaptive.cutting.cells import Task, build_whole_cells
 from service.engine.adaptive.cutting.subdivision import divide_cells
-from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import DraftTriangles
 from service.engine.adaptive.limits import MeshLimits
