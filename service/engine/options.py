@@ -14,18 +14,17 @@ OverlayName: TypeAlias = Literal["control_net", "boundary"]
 WireForm: TypeAlias = Literal["lines", "tubes", "ribbons"]
 
 MAX_RESOLUTION = 1 << 16
-"""Divisions in one direction beyond which a number is a mistake. What is affordable is decided by
-the vertices that would come out."""
+"""The largest resolution in one direction. The limit of vertices is usually reached before."""
 
 MAX_WELD_TOLERANCE = 1e-6
-"""Points that are further apart, in units of the diagonal, are different however they were rounded.
-"""
+"""The largest weld tolerance: points that are further apart, as a share of the diagonal, differ by
+more than rounding."""
 
 MAX_ISOCURVES = 1024
-"""Pieces that isoparametric curves cut a patch into, in one direction."""
+"""The most pieces into which isoparametric curves cut a patch, in one direction."""
 
 MIN_SIDES, MAX_SIDES = 3, 256
-"""Sides of a wire that is a tube."""
+"""The fewest and the most sides of a wire that is a tube."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,30 +40,31 @@ class MeshOptions:
         Whether vertices carry unit normals, and parameters (u, v) where the surface has no texture
         coordinates of its own.
     weld : bool
-        Whether patches share the vertices of the edges they share.
+        Whether patches share vertices on common edges.
     crease_angle : float
-        Radians. Welded positions whose normals differ by more keep them apart.
+        Radians. Vertices at one position stay separate if their normals differ by more.
     weld_tolerance : float
-        Part of the diagonal: control points on borders that are nearer count as one
-        (`service.engine.joining`); or 2^-50 of the largest coordinate, if that is more, and no more
-        than `MAX_WELD_TOLERANCE` of the diagonal. 0: only points that are equal bit for bit.
+        Control points on borders that are nearer than this share of the diagonal count as one
+        (`service.engine.joining`). The distance is at least 2^-50 of the largest coordinate, and at
+        most `MAX_WELD_TOLERANCE` of the diagonal. With 0, only points that are equal bit for bit.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)
         Every patch shows its curves u = i/n_u and v = j/n_v, borders included; 0 draws none.
     wires : "lines", "tubes" or "ribbons"
-        What the isoparametric curves are drawn as.
+        The form in which isoparametric curves are drawn.
     wire_width : float or None
         Diameter of the tubes, width of the ribbons, in model units; None is a share of the
         model's diagonal.
     wire_sides : int
         Sides of a tube.
-    surface : bool
-        Whether the surface itself is there, or nothing but what is drawn on it.
+    has_faces : bool
+        Whether the mesh has the faces of the surface, or only the lines and wires drawn on it.
     method : "matrix", "de_casteljau" or "forward_difference"
         How samples are computed.
     accuracy : Accuracy or None
-        How near the mesh must be to the surface; if there is one, `resolution` is not read.
+        The accuracy of a mesh by tolerance, in place of `resolution`; None for a mesh by
+        resolution.
     curvatures : bool
         Whether vertices carry Gaussian and mean curvature, as attributes. The models of a group
         must have the stretches of their placements (`service.engine.curvatures.placement_scale`).
