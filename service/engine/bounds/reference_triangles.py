@@ -97,8 +97,8 @@ def build_reference_triangles(
         The vertex opposite each edge in the triangle beyond it, if it is `joined`, shape (3, m).
     """
     origin = vertices[0]
-    axes = _build_axes(vertices[1] - origin, vertices[2] - origin)
     away = np.concatenate([vertices[1:], across]) - origin
+    axes = _build_axes(away[:2])
     seen = away[:, :1] * axes[:, 0]
     seen += away[:, 1:2] * axes[:, 1]
     seen += away[:, 2:] * axes[:, 2]
@@ -116,14 +116,14 @@ def build_reference_triangles(
     return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, *wedges)
 
 
-def _build_axes(first: Vectors, second: Vectors) -> FloatArray:
-    """Orthonormal axes (3, 3, m): along the first side, towards the second, and their product.
+def _build_axes(sides: Vectors) -> FloatArray:
+    """Orthonormal axes (3, 3, m): along the first of two sides, towards the second, their product.
 
     The second axis is made orthogonal twice, so it is orthogonal to a few units in the last place
     however small the angle is. If the second side is parallel to the first, any direction will do:
     the height of the third vertex then counts as tilt.
     """
-    size, other = length(first), length(second)
+    (first, second), (size, other) = sides, length(sides)
     point = size == 0
     if point.any():
         first, size = np.where(point, second, first), np.where(point, other, size)
@@ -157,10 +157,8 @@ def _build_wedges(
     joined: Bools,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Slopes at the beginning and at the end of each edge, and the chords of the folds."""
-    gone = far[:, :2] - corners
-    s = gone[:, 0] * tangents[:, 0] + gone[:, 1] * tangents[:, 1]
-    out = gone[:, 0] * tangents[:, 1] - gone[:, 1] * tangents[:, 0]
-    high = far[:, 2]
+    (x, y), (along, across) = (far[:, :2] - corners).swapaxes(0, 1), tangents.swapaxes(0, 1)
+    s, out, high = x * along + y * across, x * across - y * along, far[:, 2]
     reach = np.sqrt(out * out + high * high)
     joined = joined & (reach > 0)
     reach = np.where(joined, reach, 0.0)
@@ -168,21 +166,16 @@ def _build_wedges(
     folds = np.sqrt((out / unit - 1.0) ** 2 + (high / unit) ** 2)
     # Directions (2, 2, 3, m): the neighbour's angles at the beginning of edge k, and at the end of
     # the edge before it.
-    cosines = np.array([np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]])
-    angle = np.array([cosines, [reach, reach[BEFORE]]])
-    before = tangents[BEFORE]
-    rest = np.array(
-        [
-            before[:, 0] * tangents[:, 0] + before[:, 1] * tangents[:, 1],
-            np.maximum(before[:, 0] * tangents[:, 1] - before[:, 1] * tangents[:, 0], 0.0),
-        ]
-    )
+    angle = np.empty((2, 2, *s.shape))
+    angle[0, 0], angle[0, 1] = np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]
+    angle[1, 0], angle[1, 1] = reach, reach[BEFORE]
+    x, y = tangents[BEFORE].swapaxes(0, 1)
+    cosine, sine = x * along + y * across, np.maximum(x * across - y * along, 0.0)
     # The angle that the other wedge at the vertex leaves, or half of the angle to be shared.
-    other = angle[:, ::-1]
-    left = np.array(
-        [rest[0] * other[0] + rest[1] * other[1], rest[1] * other[0] - rest[0] * other[1]]
-    )
-    half = np.array([1.0 + rest[0], rest[1]])[:, np.newaxis]
+    other, left = angle[:, ::-1], np.empty_like(angle)
+    left[0] = cosine * other[0] + sine * other[1]
+    left[1] = sine * other[0] - cosine * other[1]
+    half = np.array([1.0 + cosine, sine])[:, np.newaxis]
     left = np.where(half[0] * left[1] <= left[0] * half[1], half, left)
     angle = np.where(angle[0] * left[1] >= left[0] * angle[1], angle, left)
     # Tangents of angles of at most π.
