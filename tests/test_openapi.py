@@ -61,7 +61,7 @@ DOCUMENT: dict[str, Any] = json.loads(COMMITTED.read_text(encoding="utf-8"))
 SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
     "everything": everything(),
-    "defaults": Settings(),
+    "defaults": Settings(memory_bytes=1 << 44),
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
 """Ways to set a service up, each with another document."""
@@ -76,7 +76,7 @@ COMPUTING = [
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
     """A client of a service whose estimates do not depend on the memory of this machine."""
-    with client_of(create_app(Settings(memory_bytes=1 << 44))) as client:
+    with client_of(create_app(SETTINGS["defaults"])) as client:
         yield client
 
 
@@ -95,6 +95,13 @@ LONG_BODY = 1 << 15
 """Bytes of a body from which on the library that judges schemas takes seconds."""
 
 
+def shortened(value: Any) -> Any:
+    """Of each list the first 30 elements: of the others the schema says the same."""
+    if isinstance(value, dict):
+        return {name: shortened(each) for name, each in value.items()}
+    return [shortened(each) for each in value[:30]] if isinstance(value, list) else value
+
+
 @cache
 def validator_of(name: str) -> Draft202012Validator:
     return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
@@ -106,7 +113,7 @@ def test_committed_document_is_that_of_the_code() -> None:
 
 
 def test_a_service_serves_its_document(client: Client) -> None:
-    assert client.get("/openapi.json").json() == document_of(Settings(memory_bytes=1 << 44))
+    assert client.get("/openapi.json").json() == document_of(SETTINGS["defaults"])
 
 
 @pytest.mark.parametrize("name", SETTINGS)
@@ -276,7 +283,7 @@ def test_examples_are_valid_and_answered(client: Client, path: str) -> None:
             continue
         answer = client.post(path, request)
         assert answer.status_code == 200
-        assert errors(answer_schema, answer.json()) == []
+        assert errors(answer_schema, shortened(answer.json())) == []
         if path != "/v1/mesh" and name in shown:
             assert answer.json() == shown[name]
     assert path == "/v1/mesh" or shown.keys() <= requests.keys()

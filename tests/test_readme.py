@@ -73,7 +73,7 @@ def test_there_are_three_requests_to_begin_with() -> None:
 @pytest.mark.parametrize("request_", REQUESTS, ids=[f"{n}" for n in range(len(REQUESTS))])
 def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: Path) -> None:
     program("curl")
-    np.save(tmp_path / "net.npy", np.arange(30_000.0).reshape(100, 100, 3))
+    np.save(tmp_path / "net.npy", np.arange(1200.0).reshape(20, 20, 3))
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
     sent = set(tmp_path.iterdir())
     response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)

@@ -22,8 +22,8 @@ from service.schemas.validation import validate_document
 from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.programs import chromium
-from tests.web.browser import FOLDER, open_browser, open_page, open_viewer, serve_folder
-from tests.web.editor import choose, listening, show
+from tests.web.browser import FOLDER, listening, open_browser, open_page, open_viewer, serve_folder
+from tests.web.editor import choose, show
 
 WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"

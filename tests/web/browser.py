@@ -1,7 +1,7 @@
 """Headless Chromium: any page, and the one here that draws a model with three.js."""
 
 import base64
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
 from tests.live import serve
 
@@ -142,22 +142,26 @@ def open_browser(chromium: str) -> Iterator[Browser]:
         yield browser
 
 
+def listening(page: Page, kinds: Collection[str] | None = None) -> Stage:
+    """A page with all that it asks for and that its console says from now on, or of these kinds."""
+    stage = Stage(page, [])
+
+    def hear(message: ConsoleMessage) -> None:
+        is_slow = any(text in message.text for text in TOO_SLOW)
+        if not is_slow and (kinds is None or message.type in kinds):
+            stage.complaints.append(message.text)
+
+    page.on("pageerror", lambda error: stage.complaints.append(str(error)))
+    page.on("console", hear)
+    page.on("request", lambda request: stage.asked.append(request.url))
+    return stage
+
+
 def open_page(browser: Browser) -> Stage:
     """A blank page of its own."""
-    complaints: list[str] = []
     page = browser.new_page(viewport={"width": 1200, "height": 800})
     page.set_default_timeout(120_000)  # model-viewer's light takes long where others compute, too
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on(
-        "console",
-        lambda message: (
-            complaints.append(message.text)
-            if message.type in ("error", "warning")
-            and not any(text in message.text for text in TOO_SLOW)
-            else None
-        ),
-    )
-    return Stage(page, complaints)
+    return listening(page, ("error", "warning"))
 
 
 def open_viewer(stage: Stage, pages: str, query: str = "") -> None:

@@ -7,22 +7,13 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from service.api.routes.pages import STATIC, THREE
-from tests.web.browser import WITHOUT_PIXELS, Stage
+from tests.web.browser import WITHOUT_PIXELS, Stage, listening
 
 READY = 'html[data-state="ready"]'
 """No request is running, and the last one was answered with a mesh."""
 
 SADDLE = "/?surface=saddle&resolution=6"
 START = {"look": "shaded", "accuracy": "resolution"}
-
-
-def listening(page: Page) -> Stage:
-    """A page with all that its console says from now on."""
-    stage = Stage(page, [])
-    page.on("pageerror", lambda error: stage.complaints.append(str(error)))
-    page.on("console", lambda message: stage.complaints.append(message.text))
-    page.on("request", lambda request: stage.asked.append(request.url))
-    return stage
 
 
 def open_profile(browser: Browser) -> Stage:

@@ -14,10 +14,8 @@ def test_a_request_can_be_tried_without_connections_to_other_hosts(
 ) -> None:
     if not (STATIC / SWAGGER[0]).is_file():
         pytest.skip("the scripts of /docs are not built ('make web')")
-    asked: list[str] = []
     stage = open_page(browser)
     page = stage.page
-    page.on("request", lambda request: asked.append(request.url))
     page.goto(f"{server}/docs")
     # To show the schemas and examples of /v1/mesh takes a browser twice as long.
     operation = page.get_by_text("/v1/curve", exact=True).first
@@ -33,5 +31,5 @@ def test_a_request_can_be_tried_without_connections_to_other_hosts(
     assert response.inner_text().strip() == "200"
     page.close()
     assert stage.complaints == []
-    hosts = {urlsplit(url).netloc for url in asked if not url.startswith("data:")}
+    hosts = {urlsplit(url).netloc for url in stage.asked if not url.startswith("data:")}
     assert hosts == {urlsplit(server).netloc}

@@ -5,16 +5,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.web.browser import Stage
+from tests.web.browser import Stage, listening
 from tests.web.editor import (
     READY,
     SADDLE,
     choose,
     drag,
-    listening,
     point,
     settled,
     show,
@@ -306,8 +305,8 @@ def test_the_service_is_away(editor: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_without_webgl_everything_but_the_picture_works(server: str, browser: Browser) -> None:
-    page = browser.new_page()
+def test_without_webgl_everything_but_the_picture_works(server: str, editor: Stage) -> None:
+    page = editor.page.context.new_page()  # which has the scripts in its cache
     stage = listening(page)
     page.add_init_script(
         "const get = HTMLCanvasElement.prototype.getContext;"
