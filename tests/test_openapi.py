@@ -96,7 +96,7 @@ LONG_BODY = 1 << 15
 
 
 def shortened(value: Any) -> Any:
-    """Of each list the first 30 elements: of the others the schema says the same."""
+    """A value with the first 30 elements of each list: for the others the schema is the same."""
     if isinstance(value, dict):
         return {name: shortened(each) for name, each in value.items()}
     return [shortened(each) for each in value[:30]] if isinstance(value, list) else value
