@@ -26,7 +26,7 @@ from service.engine.queries.cells import CellTree
 from service.engine.queries.closest_levels import MOST_OPEN, ClosestLevels
 from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.nets import QueryNets
-from service.engine.queries.patch_tree import PatchTree
+from service.engine.queries.patch_tree import FREE, ROOM, PatchTree
 from service.engine.queries.shares import Share
 
 CHUNK, FEWEST = 8192, 16
@@ -63,24 +63,25 @@ class ClosestSearch:
 
     def _chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
         """Closest points by chunks, which share `pairs` pairs to be looked at closely."""
-        first, size = 0, CHUNK
+        first, size, in_tree = 0, CHUNK, ROOM
         while first < len(points):
             checkpoint()
+            left = len(points) - first
             chunk_points = points[first : first + size]
-            share = pairs * len(chunk_points) // (len(points) - first)
-            shared = Share(share, len(chunk_points))
+            shared = Share(pairs * len(chunk_points) // left, len(chunk_points))
+            each = max(FREE, 2 * in_tree // left)
             chunk = ClosestLevels(
-                self.patches, chunk_points, shared, self.tolerance, can_split=size > FEWEST
+                self.patches, chunk_points, shared, self.tolerance, each, can_split=size > FEWEST
             )
             result = chunk.search()
             pairs -= int(shared.spent.sum())
-            if size > FEWEST and (chunk.is_crowded or self.cells.is_full):
-                size = (
-                    min(size, len(chunk_points)) // 4
-                )  # the cells of fewer points take less memory
+            if result is None or (size > FEWEST and (chunk.is_crowded or self.cells.is_full)):
+                # The pairs and cells of fewer points take less memory.
+                size = max(1, min(size, len(chunk_points)) // 4)
             else:
                 yield result
                 first = first + size
+                in_tree -= int(np.maximum(chunk.in_tree - FREE, 0).sum())
                 if 2 * chunk.most_open <= MOST_OPEN:
                     size = min(2 * size, CHUNK)
             self.cells.drop_if_large()

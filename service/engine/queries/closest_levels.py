@@ -11,6 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.distance_bounds import Minima, cell_bounds, least_change
@@ -56,8 +57,11 @@ class ClosestLevels:
         The pairs that may be looked at closely.
     tolerance : float
         How wide intervals may be.
+    each : int
+        The most pairs of one point in the tree of patches.
     can_split : bool
-        Whether to end as soon as too many pairs are open, for fewer points to be looked at.
+        Whether to end as soon as too many pairs are open, for fewer points to be looked at. The
+        tree of patches ends for this even if not.
 
     Attributes
     ----------
@@ -65,6 +69,8 @@ class ClosestLevels:
         Whether the search ended as too many pairs were open.
     most_open : int
         The most pairs that were open at a time.
+    in_tree : ndarray of int, shape (m,)
+        The pairs of each point that the tree of patches left.
     """
 
     def __init__(
@@ -73,10 +79,12 @@ class ClosestLevels:
         points: FloatArray,
         share: Share,
         tolerance: float,
+        each: int,
         *,
         can_split: bool,
     ) -> None:
         self.can_split, self.is_crowded, self.most_open = can_split, False, 0
+        self.each, self.in_tree = each, np.zeros(len(points), np.intp)
         self.share, self.cells, self.patches = share, patches.cells, patches
         self.enough = max(ENOUGH * tolerance, LEAST)
         self.x = np.ascontiguousarray(points.T)
@@ -84,10 +92,20 @@ class ClosestLevels:
         self.settled: list[tuple[Ints, Ints, Minima]] = []
         self.waiting = NO_PAIRS
 
-    def search(self) -> ClosestPoints:
-        """All levels, until no pair is left."""
-        point, cell = self.patches.candidates(self.x)
+    def search(self) -> ClosestPoints | None:
+        """All levels, until no pair is left; None if the tree of patches is too crowded."""
+        candidates = self.patches.candidates(self.x, self.each)
+        if candidates is None:
+            return None
+        for ended_point, ended_cell, low, upper in candidates.ended:
+            self.nearest.add_centers(ended_point, ended_cell, upper)
+            self.nearest.end_open_cells(ended_point, ended_cell, low)
+        who = [candidates.point, *(ended[0] for ended in candidates.ended)]
+        self.in_tree = np.bincount(np.concatenate(who), minlength=self.x.shape[1])
+        self.most_open = candidates.widest
+        point, cell = candidates.point, candidates.cell
         while len(point):
+            checkpoint()
             next_pairs = [self.step(point, cell)]
             if sum(len(pairs[0]) for pairs in self.settled) >= len(next_pairs[0][0]):
                 # Minima are worth finding now: most open cells are farther.

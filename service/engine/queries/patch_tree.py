@@ -12,10 +12,13 @@ Lauterbach, Garland, Sengupta, Luebke and Manocha, Fast BVH construction on GPUs
 Forum 28 (2009).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
+from service.cancellation import checkpoint
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
@@ -26,6 +29,52 @@ FANOUT, FEW = 8, 24
 
 PAIRS = 1 << 13
 """Pairs of a ray and a sphere that are looked at at a time."""
+
+MOST_SPHERES = 1 << 18
+"""Pairs with spheres that are open at a time, of several points or rays."""
+
+ROOM, FREE = 4_000_000, 128
+"""Pairs that the tree leaves for all points or rays of a request; of each of them these do not
+count. One takes some 2 µs. Points and rays for which it leaves too many end in the tree."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Candidates:
+    """Pairs of a point and a cell that may be the nearest one, in the order of points.
+
+    Attributes
+    ----------
+    point, cell : ndarray of int, shape (N,)
+    ended : list of (point, cell, low, upper)
+        For points with too many pairs: spheres, as the cells in their middles, with squared bounds
+        of the distances to all in a sphere and to its centre.
+    widest : int
+        The most pairs at a level above the last one.
+    """
+
+    point: Ints
+    cell: Ints
+    ended: list[tuple[Ints, Ints, FloatArray, FloatArray]]
+    widest: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Met:
+    """Pairs of a ray and a cell that it may meet, in the order of rays.
+
+    Attributes
+    ----------
+    ray, cell : ndarray of int, shape (N,)
+    ends : ndarray of bool, shape (m,)
+        Rays with too many pairs, which have none here.
+    widest : int
+        As of `Candidates`.
+    """
+
+    ray: Ints
+    cell: Ints
+    ends: Bools
+    widest: int
 
 
 class PatchTree:
@@ -39,6 +88,8 @@ class PatchTree:
     levels : list of ndarray of float64, shape (5, n)
         Centre, radius and error of the spheres, the coarsest first. Sphere k of a level holds
         spheres 8 k … 8 k + 7 of the next, those of the last level cells of the `order`.
+    middles : list of ndarray of int, shape (n,)
+        Level by level the cells whose centres are those of the spheres.
     """
 
     def __init__(self, cells: CellTree, few: int = FEW) -> None:
@@ -47,36 +98,69 @@ class PatchTree:
         order = np.argsort(_morton(spheres[:3]), kind="stable")
         level = spheres[:, order]
         self.order, self.levels = cells.first[order], [level]
+        self.middles = [self.order]
         while level.shape[1] > few:
-            level = _over(level)
+            level, middle = _over(level)
             self.levels.insert(0, level)
+            self.middles.insert(0, self.middles[0][middle])
 
-    def candidates(self, x: FloatArray) -> tuple[Ints, Ints]:
-        """Pairs of a point (of x, (3, m)) and a net that may be nearest, in the order of points."""
+    def candidates(self, x: FloatArray, each: int) -> Candidates | None:
+        """Pairs of a point (of x, (3, m)) and a cell that may be nearest, in the order of points.
+
+        None if several points have more than `MOST_SPHERES` pairs together at a level. Points that
+        have more than `each` pairs at a level end there.
+        """
         m, first = x.shape[1], self.levels[0].shape[1]
         point = np.repeat(np.arange(m), first)
         sphere = np.tile(np.arange(first), m)
         best = np.full(m, np.inf)
-        for level, finer in zip(self.levels[:-1], self.levels[1:], strict=True):
+        ended, widest = [], 0
+        for which, level in enumerate(self.levels[:-1]):
+            checkpoint()
             low, upper = sphere_bounds(level.take(sphere, axis=1), x.take(point, axis=1))
             starts = np.flatnonzero(np.diff(point, prepend=-1))
             who = point[starts]
             best[who] = np.minimum(best[who], np.minimum.reduceat(upper, starts))
-            keep = low <= best[point]
-            point, sphere = _members(point[keep], sphere[keep], finer.shape[1])
-        return point, self.order[sphere]
+            near = np.flatnonzero(low <= best[point])
+            point, sphere = point[near], sphere[near]
+            widest = max(widest, len(point))
+            if widest > MOST_SPHERES and m > 1:
+                return None
+            ends = np.bincount(point, minlength=m)[point] > each
+            if ends.any():
+                rows = near[ends]
+                cell = self.middles[which][sphere[ends]]
+                ended.append((point[ends], cell, low[rows], upper[rows]))
+                point, sphere = point[~ends], sphere[~ends]
+            point, sphere = _members(point, sphere, self.levels[which + 1].shape[1])
+        return Candidates(point, self.order[sphere], ended, widest)
 
-    def candidates_on(self, rays: Rays) -> tuple[Ints, Ints]:
-        """Pairs of a ray and a cell that it may meet, in the order of rays."""
+    def candidates_on(self, rays: Rays, each: int) -> Met | None:
+        """Pairs of a ray and a cell that it may meet, in the order of rays.
+
+        None if several rays have more than `MOST_SPHERES` pairs together at a level. Rays that have
+        more than `each` pairs at a level end there.
+        """
+        m = len(rays.near)
         ray, sphere = _met_spheres(self.levels[0], rays)
+        ends: Bools = np.zeros(m, bool)
+        widest = 0
         for level in self.levels[1:]:
+            checkpoint()
+            widest = max(widest, len(ray))
+            if widest > MOST_SPHERES and m > 1:
+                return None
+            is_wide = np.bincount(ray, minlength=m) > each
+            if is_wide.any():
+                ends |= is_wide
+                ray, sphere = ray[~is_wide[ray]], sphere[~is_wide[ray]]
             ray, sphere = _members(ray, sphere, level.shape[1])
             meets = np.empty(len(ray), bool)
             for rows in row_slices(len(ray), 1, PAIRS):
                 spheres, farthest = level.take(sphere[rows], axis=1), np.array(np.inf)
                 meets[rows] = ~sphere_misses(spheres, rays, ray[rows], farthest)[0]
             ray, sphere = ray[meets], sphere[meets]
-        return ray, self.order[sphere]
+        return Met(ray, self.order[sphere], ends, widest)
 
 
 def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,15 +222,16 @@ def _members(who: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
     return np.repeat(who, FANOUT)[inside], sphere[inside]
 
 
-def _over(level: FloatArray) -> FloatArray:
-    """The spheres over eight spheres each, around the centre of one in their middle."""
+def _over(level: FloatArray) -> tuple[FloatArray, Ints]:
+    """The spheres over eight spheres each, and the sphere in the middle whose centre each has."""
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)
-    middle = level[:, np.minimum(starts + FANOUT // 2, count - 1)].copy()
+    which = np.minimum(starts + FANOUT // 2, count - 1)
+    middle = level[:, which]
     away = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
     reach = np.sqrt((away * away).sum(axis=0)) + level[3]
     middle[3] = np.maximum.reduceat(reach, starts) * (1 + 1e-12)
-    return middle
+    return middle, which
 
 
 def _morton(centers: FloatArray) -> Ints:

@@ -75,12 +75,22 @@ class RayLevels:
         Whether the search ended as too many pairs were open.
     most_open : int
         The most pairs that were open at a time.
+    in_tree : ndarray of int, shape (m,)
+        The pairs of each ray that the tree of patches left.
     """
 
     def __init__(
-        self, patches: PatchTree, rays: Rays, share: Share, *, only_first: bool, can_split: bool
+        self,
+        patches: PatchTree,
+        rays: Rays,
+        share: Share,
+        each: int,
+        *,
+        only_first: bool,
+        can_split: bool,
     ) -> None:
         self.can_split, self.is_crowded, self.most_open = can_split, False, 0
+        self.each, self.in_tree = each, np.zeros(len(rays.near), np.intp)
         self.share, self.waiting = share, NO_PAIRS
         self.only_first = only_first
         self.cells, self.patches, self.rays = patches.cells, patches, rays
@@ -90,9 +100,16 @@ class RayLevels:
         self.settled: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
         self.found: list[Hits] = []
 
-    def search(self) -> Hits:
-        """All levels, until no pair is left."""
-        (ray, cell), later = self.halves(*self.patches.candidates_on(self.rays))
+    def search(self) -> Hits | None:
+        """All levels, until no pair is left; None if the tree of patches is too crowded."""
+        met = self.patches.candidates_on(self.rays, self.each)
+        if met is None:
+            return None
+        self.reached &= ~met.ends
+        self.in_tree = np.bincount(met.ray, minlength=len(met.ends))
+        self.in_tree[met.ends] = self.each
+        self.most_open = met.widest
+        (ray, cell), later = self.halves(met.ray, met.cell)
         self.is_later[later[0]] = True
         while len(ray) or self.settled or len(later[0]):
             if len(ray) - len(self.waiting[0]) <= TAIL * len(later[0]):

@@ -31,7 +31,8 @@ from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import CellTree
 from service.engine.queries.nets import QueryNets
-from service.engine.queries.patch_tree import PatchTree
+from service.engine.queries.patch_tree import FREE, PatchTree
+from service.engine.queries.patch_tree import ROOM as ROOM_IN_TREE
 from service.engine.queries.ray_bounds import (
     Rays,
     local_rays,
@@ -90,24 +91,26 @@ class RaySearch:
         most = min(FEW, ROOM // max(group.nets[0].size for group in nets.groups))
         self.cells.halve_first(most, columns.STRAIN, COARSE)
         self.patches = PatchTree(self.cells, FEW)
-        self.most_open = 0
+        self.most_open = self.in_tree = 0
+        self.each = FREE
 
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
     ) -> Iterator[RayHits]:
         """Hits of rays (m, 3), some rays at a time; numbers of rays count all of them."""
         rays = local_rays(self.cells.nets, origins, directions, self.thickness)
-        first, size, pairs = 0, CHUNK, MOST_CLOSE
+        first, size, pairs, self.in_tree = 0, CHUNK, MOST_CLOSE, 0
         while first < len(origins):
             checkpoint()
+            left = len(origins) - first
             chunk_rays = rays.take(slice(first, first + size))
-            share = Share(
-                pairs * len(chunk_rays.near) // (len(origins) - first), len(chunk_rays.near)
-            )
+            share = Share(pairs * len(chunk_rays.near) // left, len(chunk_rays.near))
+            self.each = max(FREE, 2 * (ROOM_IN_TREE - self.in_tree) // left)
             result = self._search(chunk_rays, share, only_first=only_first, can_split=size > FEWEST)
             pairs -= int(share.spent.sum())
             if result is None:
-                size = min(size, len(chunk_rays.near)) // 4  # the cells of fewer rays find room
+                # The pairs and cells of fewer rays find room.
+                size = max(1, min(size, len(chunk_rays.near)) // 4)
             else:
                 result.hits.ray[:] += first
                 yield result
@@ -151,11 +154,14 @@ class RaySearch:
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> tuple[Hits, Bools] | None:
         """Hits of a few rays, one for each place, and which rays are reached."""
-        levels = RayLevels(self.patches, rays, share, only_first=only_first, can_split=can_split)
+        levels = RayLevels(
+            self.patches, rays, share, self.each, only_first=only_first, can_split=can_split
+        )
         hits = levels.search()
         self.most_open = max(self.most_open, levels.most_open)
-        if can_split and (levels.is_crowded or self.cells.is_full):
+        if hits is None or (can_split and (levels.is_crowded or self.cells.is_full)):
             return None
+        self.in_tree += int(np.maximum(levels.in_tree - FREE, 0).sum())
         return begin_at_origins(self.cells, rays, merge_hits(hits, rays, self.long)), levels.reached
 
 

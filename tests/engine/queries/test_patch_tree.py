@@ -1,0 +1,53 @@
+"""Models of which many patches may be nearest: less memory, and in the end wider intervals."""
+
+import numpy as np
+import pytest
+
+from service.engine.queries import closest, patch_tree, rays
+from service.engine.queries.intersect import RayQuery, intersect_rays
+from service.engine.queries.project import ProjectQuery, project_on_surface
+from service.surface.bspline import BsplineSurface
+
+RNG = np.random.default_rng(12)
+CLOUD = BsplineSurface(RNG.normal(size=(18, 18, 3)), (3, 3)).lower()
+"""225 patches, all through one another."""
+
+POINTS, DIRECTIONS = RNG.normal(size=(2, 12, 3))
+
+
+def limit(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
+    """Few pairs at a time, and room for few in all."""
+    monkeypatch.setattr(patch_tree, "MOST_SPHERES", spheres)
+    for module, name in ((closest, "ROOM"), (rays, "ROOM_IN_TREE")):
+        monkeypatch.setattr(module, name, room)
+        monkeypatch.setattr(module, "FREE", 4)
+
+
+@pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
+def test_closest_points(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) -> None:
+    """With room they are the same; without it their intervals hold the same distances."""
+    truth = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
+    limit(monkeypatch, spheres=spheres, room=room)
+    found = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
+    low, high = found["distance_bounds"].T
+    assert (low <= truth["distance_bounds"][:, 1]).all()
+    assert (high >= truth["distance_bounds"][:, 0]).all()
+    reached = found["reached"]
+    assert reached.all() == (room > 60)
+    np.testing.assert_allclose(found["distances"][reached], truth["distances"][reached], rtol=1e-5)
+    apart = np.linalg.norm(found["positions"] - POINTS, axis=1)
+    np.testing.assert_allclose(apart, found["distances"], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
+def test_hits_of_rays(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) -> None:
+    """With room they are the same; without it some rays are not reached, the others are."""
+    query = RayQuery(POINTS, DIRECTIONS, only_first=False)
+    truth = intersect_rays(CLOUD, query, 1 << 20)
+    limit(monkeypatch, spheres=spheres, room=room)
+    found = intersect_rays(CLOUD, query, 1 << 20)
+    reached = found["reached"]
+    assert truth["reached"].all()
+    assert reached.all() == (room > 60)
+    np.testing.assert_array_equal(found["counts"], np.where(reached, truth["counts"], 0))
+    np.testing.assert_allclose(found["t"], truth["t"][reached[truth["ray"]]], rtol=1e-9)
