@@ -9,14 +9,8 @@ from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
 from service.schemas.validation import to_invalid, to_refusal, wrong_type
-from service.surface.channels import (
-    ATTRIBUTE_NAME,
-    MAX_ATTRIBUTE_NAME,
-    MAX_ATTRIBUTES,
-    MAX_DIMENSION,
-    NO_CHANNELS,
-    Channels,
-)
+from service.surface.channel_values import ATTRIBUTE_NAME, MAX_ATTRIBUTE_NAME, MAX_ATTRIBUTES
+from service.surface.channels import MAX_DIMENSION, NO_CHANNELS, Channels
 
 
 def _describe(value: object) -> object:

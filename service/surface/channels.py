@@ -7,30 +7,24 @@ Each is a polynomial function of the surface's parameters with its own control n
 and its own degree (0 is a constant). The weights of a rational surface apply to its points alone.
 """
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import TypeAlias
 
-import numpy as np
-
 from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_or_none
-from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, pointer
+from service.errors import InvalidRequest, Issue, count_nouns, pointer
 from service.surface.batches import Channel, ChannelKind
-from service.surface.checks import MAX_DEGREE, check_finite, check_stored
+from service.surface.channel_values import check_colors, check_names, validate_values
+from service.surface.checks import MAX_DEGREE
 from service.surface.lowered import PatchModel
 
-MAX_ATTRIBUTES = 16
 MAX_DIMENSION = 16
 """Most numbers in one value of an attribute."""
 
 MAX_NUMBERS = 1 << 23
 """Most numbers in the nets of one channel after the surface is lowered to patches (64 MiB)."""
-
-MAX_ATTRIBUTE_NAME = 32
-ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}}", re.ASCII)
 
 Attributes: TypeAlias = tuple[tuple[str, FloatArray], ...]
 
@@ -60,16 +54,18 @@ class Channels:
 
     def __post_init__(self) -> None:
         if self.colors is not None:
-            colors = _validate(self.colors, ("colors",), 3, 4, "three or four numbers [r, g, b, a]")
-            _check_colors(colors)
+            colors = validate_values(
+                self.colors, ("colors",), 3, 4, "three or four numbers [r, g, b, a]"
+            )
+            check_colors(colors)
             object.__setattr__(self, "colors", colors)
         if self.uvs is not None:
-            uvs = _validate(self.uvs, ("uvs",), 2, 2, "two numbers [u, v]")
+            uvs = validate_values(self.uvs, ("uvs",), 2, 2, "two numbers [u, v]")
             object.__setattr__(self, "uvs", uvs)
-        _check_names([name for name, _ in self.attributes])
+        check_names([name for name, _ in self.attributes])
         needed = f"1 to {MAX_DIMENSION} numbers"
         attributes = tuple(
-            (name, _validate(net, ("attributes", name), 1, MAX_DIMENSION, needed))
+            (name, validate_values(net, ("attributes", name), 1, MAX_DIMENSION, needed))
             # The objects of JSON have no order.
             for name, net in sorted(self.attributes, key=itemgetter(0))
         )
@@ -158,97 +154,6 @@ def keep_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchMode
         for batch in model.batches
     )
     return replace(model, batches=batches)
-
-
-def _validate(
-    values: FloatArray, path: tuple[str, ...], least: int, most: int, needed: str
-) -> FloatArray:
-    """Values as a read-only array, each of `least` to `most` numbers, finite, within float32."""
-    where = pointer(path)
-    net = np.array(values, dtype=np.float64, order="C")
-    if net.ndim < 2 or net.size == 0 or not least <= net.shape[-1] <= most:
-        got = count_nouns(net.shape[-1], "numbers") if net.ndim > 1 else "no lists of numbers"
-        raise InvalidRequest(
-            Issue(
-                "wrong_dimension",
-                "The values of a channel are lists of numbers, all of one length.",
-                where,
-                "no values" if net.size == 0 else got,
-                needed,
-            )
-        )
-    check_finite(net, where)
-    check_stored(net, where)
-    net += 0.0
-    net.flags.writeable = False
-    return net
-
-
-def _check_colors(colors: FloatArray) -> None:
-    """Refuse numbers of colours outside [0, 1], such as 255 for white."""
-    outside = (colors < 0) | (colors > 1)
-    if outside.any():
-        places = np.argwhere(outside)[:MAX_ISSUES]
-        raise InvalidRequest(
-            *(
-                Issue(
-                    "out_of_range",
-                    "Colours are sRGB, each number from 0 to 1.",
-                    "/colors" + pointer(place),
-                    f"{colors[tuple(place)]:.6g}",
-                    "0 to 1",
-                )
-                for place in places.tolist()
-            )
-        )
-
-
-def _check_names(names: list[str]) -> None:
-    """Refuse names that some format could not distinguish."""
-    if len(names) > MAX_ATTRIBUTES:
-        raise InvalidRequest(
-            Issue(
-                "wrong_length",
-                "The surface has more attributes than formats have room for.",
-                "/attributes",
-                f"{len(names)} attributes",
-                f"at most {MAX_ATTRIBUTES}",
-            )
-        )
-    owner: dict[str, str] = {}
-    for name in names:
-        if not ATTRIBUTE_NAME.fullmatch(name):
-            raise InvalidRequest(
-                Issue(
-                    "wrong_value",
-                    "The name of an attribute becomes a word in files.",
-                    pointer(("attributes", shorten_name(name))),
-                    "another name",
-                    f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all",
-                )
-            )
-        if name.upper() in owner:
-            raise InvalidRequest(_name_clash(name, "a name that differs from another in case only"))
-        owner[name.upper()] = name
-    for name in names:
-        base = re.sub(r"_[0-9]+\Z", "", name)
-        if base != name and base.upper() in owner:
-            raise InvalidRequest(_name_clash(name, "the name of another attribute and a number"))
-
-
-def shorten_name(name: str) -> str:
-    """A name, shortened for a pointer of an issue."""
-    return name if len(name) <= MAX_ATTRIBUTE_NAME else name[:MAX_ATTRIBUTE_NAME] + "…"
-
-
-def _name_clash(name: str, got: str) -> Issue:
-    return Issue(
-        "name_clash",
-        "glTF writes the names of attributes in upper case, and numbers the pieces of long ones.",
-        pointer(("attributes", name)),
-        got,
-        "another name",
-    )
 
 
 def _check_grid(where: str, net: FloatArray) -> None:

@@ -14,13 +14,8 @@ from service.errors import InvalidRequest
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.channels import (
-    MAX_ATTRIBUTES,
-    MAX_DIMENSION,
-    MAX_NUMBERS,
-    Channels,
-    keep_channels,
-)
+from service.surface.channel_values import MAX_ATTRIBUTES
+from service.surface.channels import MAX_DIMENSION, MAX_NUMBERS, Channels, keep_channels
 from service.surface.checks import MAX_DEGREE
 from service.surface.patches import PatchSurface
 from tests.oracles.exact import exact_net, surface_point

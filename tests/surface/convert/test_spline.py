@@ -24,7 +24,7 @@ from service.surface.convert.operations import (
     ToBezier,
     Transpose,
 )
-from service.surface.convert.spline import find_domain
+from service.surface.convert.refine_spline import find_domain
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.knots import Knots

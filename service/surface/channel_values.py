@@ -1,0 +1,109 @@
+"""Values of channels as arrays: finite, within float32, with colours and names that formats have.
+
+Raises
+------
+InvalidRequest
+    With pointers relative to the surface.
+"""
+
+import re
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, pointer
+from service.surface.checks import check_finite, check_stored
+
+MAX_ATTRIBUTES, MAX_ATTRIBUTE_NAME = 16, 32
+ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}}", re.ASCII)
+
+
+def validate_values(
+    values: FloatArray, path: tuple[str, ...], least: int, most: int, needed: str
+) -> FloatArray:
+    """Values as a read-only array, each of `least` to `most` numbers, finite, within float32."""
+    where = pointer(path)
+    net = np.array(values, dtype=np.float64, order="C")
+    if net.ndim < 2 or net.size == 0 or not least <= net.shape[-1] <= most:
+        got = count_nouns(net.shape[-1], "numbers") if net.ndim > 1 else "no lists of numbers"
+        raise InvalidRequest(
+            Issue(
+                "wrong_dimension",
+                "The values of a channel are lists of numbers, all of one length.",
+                where,
+                "no values" if net.size == 0 else got,
+                needed,
+            )
+        )
+    check_finite(net, where)
+    check_stored(net, where)
+    net += 0.0
+    net.flags.writeable = False
+    return net
+
+
+def check_colors(colors: FloatArray) -> None:
+    """Refuse numbers of colours outside [0, 1], such as 255 for white."""
+    outside = (colors < 0) | (colors > 1)
+    if outside.any():
+        places = np.argwhere(outside)[:MAX_ISSUES]
+        raise InvalidRequest(
+            *(
+                Issue(
+                    "out_of_range",
+                    "Colours are sRGB, each number from 0 to 1.",
+                    "/colors" + pointer(place),
+                    f"{colors[tuple(place)]:.6g}",
+                    "0 to 1",
+                )
+                for place in places.tolist()
+            )
+        )
+
+
+def check_names(names: list[str]) -> None:
+    """Refuse names that some format could not distinguish."""
+    if len(names) > MAX_ATTRIBUTES:
+        raise InvalidRequest(
+            Issue(
+                "wrong_length",
+                "The surface has more attributes than formats have room for.",
+                "/attributes",
+                f"{len(names)} attributes",
+                f"at most {MAX_ATTRIBUTES}",
+            )
+        )
+    owner: dict[str, str] = {}
+    for name in names:
+        if not ATTRIBUTE_NAME.fullmatch(name):
+            raise InvalidRequest(
+                Issue(
+                    "wrong_value",
+                    "The name of an attribute becomes a word in files.",
+                    pointer(("attributes", shorten_name(name))),
+                    "another name",
+                    f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all",
+                )
+            )
+        if name.upper() in owner:
+            raise InvalidRequest(_name_clash(name, "a name that differs from another in case only"))
+        owner[name.upper()] = name
+    for name in names:
+        base = re.sub(r"_[0-9]+\Z", "", name)
+        if base != name and base.upper() in owner:
+            raise InvalidRequest(_name_clash(name, "the name of another attribute and a number"))
+
+
+def shorten_name(name: str) -> str:
+    """A name, shortened for a pointer of an issue."""
+    return name if len(name) <= MAX_ATTRIBUTE_NAME else name[:MAX_ATTRIBUTE_NAME] + "…"
+
+
+def _name_clash(name: str, got: str) -> Issue:
+    return Issue(
+        "name_clash",
+        "glTF writes the names of attributes in upper case, and numbers the pieces of long ones.",
+        pointer(("attributes", name)),
+        got,
+        "another name",
+    )
