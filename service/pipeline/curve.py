@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from service.encoders.curves.format import CurveFormat, CurveSize
 from service.engine.curves.options import CurveOptions
-from service.engine.curves.trace import choose_samples, trace
+from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import Issue
 from service.measuring import Measured
 from service.pipeline.cost import POINT, SCRATCH, SHARE, Cost, curve_cost
@@ -42,7 +42,7 @@ class CurveWork:
             at = choose_samples(pieces, self.options, self.max_points, single=single)
         _check_curve(self, len(at))
         with Measured("curve"):
-            polyline = trace(pieces, at, self.options, single=single)
+            polyline = trace_curve(pieces, at, self.options, single=single)
         return self.fmt.encode(polyline)
 
 

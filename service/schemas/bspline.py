@@ -37,7 +37,7 @@ from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
 
 
-def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
+def check_degree_limits(degrees: tuple[int, ...], info: ValidationInfo) -> None:
     """Refuses degrees above the limit of the service, which may be lower than that of surfaces."""
     limits = limits_of(info)
     for axis, degree in enumerate(degrees):
@@ -147,7 +147,7 @@ class BsplineDefinition(StrictModel):
 
     @model_validator(mode="after")
     def _of_limited_degree(self, info: ValidationInfo) -> "BsplineDefinition":
-        check_degrees(self.degree, info)
+        check_degree_limits(self.degree, info)
         return self
 
     def to_surface(self) -> BsplineSurface:

@@ -11,7 +11,7 @@ from service.engine.curves.options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import CURVE_POINTS, SPLINE_POINTS, CurveWeights
-from service.schemas.bspline import KnotVector, check_degrees
+from service.schemas.bspline import KnotVector, check_degree_limits
 from service.schemas.fields import (
     NameField,
     Omittable,
@@ -84,7 +84,7 @@ class BsplineCurveDefinition(StrictModel):
 
     @model_validator(mode="after")
     def _of_limited_degree(self, info: ValidationInfo) -> "BsplineCurveDefinition":
-        check_degrees((self.degree,), info)
+        check_degree_limits((self.degree,), info)
         return self
 
     def to_curve(self) -> BsplineCurve:

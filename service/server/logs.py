@@ -105,7 +105,7 @@ class Records(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """The lines of a record, without the last line feed."""
         message = escape(record.getMessage().strip(), MAX_MESSAGE)
-        request, lines = current_record.get(), trace(record)
+        request, lines = current_record.get(), format_trace(record)
         if not self._is_json:
             id = "" if request is None else f" (id {request.id})"
             return "\n    ".join((f"{record.levelname + ':':9} {message}{id}", *lines))
@@ -131,7 +131,7 @@ def escape(text: str, most: int) -> str:
     return _UNSAFE.sub(lambda match: ascii(match[0])[1:-1], text)
 
 
-def trace(record: logging.LogRecord) -> list[str]:
+def format_trace(record: logging.LogRecord) -> list[str]:
     """An exception and its causes: files, lines, names, and the first letters of their texts."""
     lines: list[str] = []
     error = record.exc_info[1] if record.exc_info else None

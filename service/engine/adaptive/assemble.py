@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.adaptive.samples import (
-    PatchSamples,
+    PatchPlaces,
     evaluate_channels,
     evaluate_curvatures,
     find_samples,
@@ -134,7 +134,7 @@ _NO_QUADS.flags.writeable = False
 
 
 def _weld_samples(
-    samples: PatchSamples,
+    samples: PatchPlaces,
     normals: FloatArray | None,
     channels: tuple[ChannelRows, ...],
     options: MeshOptions,

@@ -139,7 +139,7 @@ def _measure_turns(points: FloatArray) -> FloatArray:
     return turns
 
 
-def draw_lines(
+def draw_overlays(
     model: PatchModel, border: Border, options: MeshOptions, storage: Storage, origin: FloatArray
 ) -> tuple[Overlay, ...]:
     """The overlays of the options, in their order, in the precision and about the mesh's origin."""

@@ -14,7 +14,7 @@ from service.engine.adaptive.assemble import assemble
 from service.engine.adaptive.borders.border import divide_border
 from service.engine.adaptive.borders.side_normals import SideNormals, build_side_normals
 from service.engine.adaptive.limits import Effort, MeshLimits
-from service.engine.adaptive.lines import draw_lines, sample_goal_isocurves
+from service.engine.adaptive.lines import draw_overlays, sample_goal_isocurves
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.size_bound import estimate_least_triangles
 from service.engine.adaptive.storage import Storage, bound_origin_error
@@ -101,7 +101,7 @@ class ModelMesher:
             (normals,) = build_side_normals([(model.batches, self.seams)])
         edges = tighten_for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self.seams, edges, most, normals)
-        overlays = draw_lines(model, border, options, storage, origin)
+        overlays = draw_overlays(model, border, options, storage, origin)
         if options.has_faces:
             triangulation = triangulate(
                 self._patch_nets,

@@ -28,7 +28,7 @@ from service.surface.lowered import PatchModel
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PatchSamples:
+class PatchPlaces:
     """N samples as parameters of patches.
 
     Attributes
@@ -47,7 +47,7 @@ class PatchSamples:
     vertex: Ints
 
 
-def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchSamples, IndexArray]:
+def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlaces, IndexArray]:
     """The samples that triangles use, and the corners (T, 3) of triangles as numbers of these."""
     spans = faces.spans[triangulation.face]
     below = np.zeros(triangulation.triangles.shape, dtype=np.intp)
@@ -66,7 +66,7 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchSampl
     span_v, v = _split_places(triangulation.v[row], side >> 1, spans[row, 1])
     face = triangulation.face[row]
     patch = faces.first[face] + span_u * faces.stride[face] + span_v
-    return PatchSamples(patch, u, v, triangulation.vertex[row]), number[key]
+    return PatchPlaces(patch, u, v, triangulation.vertex[row]), number[key]
 
 
 def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
@@ -83,7 +83,7 @@ def _split_places(at: Ints, below: Ints, spans: Ints) -> tuple[Ints, FloatArray]
 
 
 def evaluate_channels(
-    model: PatchModel, samples: PatchSamples, dtype: Real, *, uvs: bool
+    model: PatchModel, samples: PatchPlaces, dtype: Real, *, uvs: bool
 ) -> tuple[ChannelRows, ...]:
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
     channels = model.batches[0].channels
@@ -98,7 +98,7 @@ def evaluate_channels(
 
 
 def evaluate_curvatures(
-    model: PatchModel, samples: PatchSamples, dtype: Real
+    model: PatchModel, samples: PatchPlaces, dtype: Real
 ) -> tuple[ChannelRows, ...]:
     """Channels of Gaussian and mean curvature."""
     values = np.empty((2, len(samples.patch)), dtype=dtype)
@@ -114,7 +114,7 @@ def evaluate_curvatures(
 
 
 def _evaluate_channel(
-    model: PatchModel, samples: PatchSamples, number: int, dtype: Real
+    model: PatchModel, samples: PatchPlaces, number: int, dtype: Real
 ) -> FloatArray:
     """Values (N, d) of one channel, computed in float64."""
     values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
@@ -143,7 +143,7 @@ def _evaluate_channel(
     return (values + 0.0).astype(dtype)
 
 
-def _find_parameters(model: PatchModel, samples: PatchSamples) -> FloatArray:
+def _find_parameters(model: PatchModel, samples: PatchPlaces) -> FloatArray:
     """Parameters (N, 2): in the domain of the surface, or in the patch; (s, t) for triangles."""
     parameters = np.stack([samples.u, samples.v], axis=1)
     for batch, _, rows in group_by_batch(model.batches, samples.patch):

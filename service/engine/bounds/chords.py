@@ -17,7 +17,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 
 
-def bound_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
+def bound_chord_deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
     """Bounds of the distances from curves to their chords.
 
     Parameters

@@ -32,7 +32,7 @@ def merge_ranges(several: Iterable[Ranges | None]) -> Ranges | None:
     return gaussian, mean
 
 
-def round_to_single(ranges: Ranges | None) -> Ranges | None:
+def round_ranges(ranges: Ranges | None) -> Ranges | None:
     """The ranges of the values rounded to float32."""
     if ranges is None:
         return None

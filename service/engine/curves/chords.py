@@ -10,7 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
-from service.engine.bounds.chords import bound_deviations, halve, project_nets
+from service.engine.bounds.chords import bound_chord_deviations, halve, project_nets
 from service.engine.curves.evaluation import CurveSamples
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_pieces import CurvePieces
@@ -71,7 +71,10 @@ def halve_chords(
     ]
     while waiting:
         piece, t, depth, nets = waiting.pop()
-        flat = bound_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension)) <= allowed
+        flat = (
+            bound_chord_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension))
+            <= allowed
+        )
         if depth == MAX_HALVINGS:
             flat[:] = True  # these are not proved here: `certify_chords` bounds all chords
         begins.append(np.stack([piece[flat], t[flat]], axis=1))
@@ -138,7 +141,7 @@ def certify_chords(
         end = np.where(at.piece[following] == piece, at.t[following], 1.0)
         nets = restrict_nets(net[piece], begin, end)
         chords = np.stack([vertices[rows], vertices[following]], axis=1)
-        worst = max(worst, float(bound_deviations(nets, chords).max()))
+        worst = max(worst, float(bound_chord_deviations(nets, chords).max()))
     far = float(np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max())
     return worst + _slack(pieces, 2) + 4 * EPS * far
 

@@ -33,7 +33,7 @@ def choose_samples(
     return halve_chords(pieces, options.tolerance, most, single=single, origin=origin)
 
 
-def trace(
+def trace_curve(
     pieces: CurvePieces, at: CurveSamples, options: CurveOptions, *, single: bool = False
 ) -> Polyline:
     """The polyline through these samples.

@@ -66,7 +66,7 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
         *(number, number, np.concatenate(begin), np.concatenate(end)),
         np.concatenate([border.corners for border in borders]),
     )
-    edge, corner = find_candidates(edges, reach)
+    edge, corner = find_corner_candidates(edges, reach)
     owners = [np.searchsorted(edge_ends, edge, side="right") - 1]
     owners.append(np.searchsorted(corner_ends, corner, side="right") - 1)
     pairs: Ints = np.stack(owners, axis=1)
@@ -89,7 +89,7 @@ def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
     )
 
 
-def find_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
+def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     """Pairs of an open edge and of a corner of others that is between the bounds of its net."""
     count = len(edges.side)
     low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))

@@ -23,7 +23,7 @@ from service.engine.clustering import find_leaders
 from service.engine.joining.corners_on_edges import (
     CHUNK,
     MAX_PAIRS,
-    find_candidates,
+    find_corner_candidates,
     place_corners,
     points_at,
 )
@@ -80,7 +80,7 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
 
 def _cuts(seams: Seams, reach: float) -> Cuts:
     edges = find_open_edges(seams)
-    edge, corner = find_candidates(edges, reach)
+    edge, corner = find_corner_candidates(edges, reach)
     if not len(edge) or len(edge) > MAX_PAIRS:
         return NOWHERE
     checkpoint()

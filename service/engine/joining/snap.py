@@ -34,7 +34,7 @@ from service.cancellation import checkpoint
 from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import near_groups, run_starts
 from service.engine.joining.raised_edges import BorderWeights, raise_equal
-from service.engine.joining.thin_patches import flatten
+from service.engine.joining.thin_patches import collapse_thin_patches
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -93,7 +93,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
         first += len(run)
     if pattern.connectivity.has_thin:
         near = 0.0 if weights is None else weights.near
-        batches, flattened = flatten(batches, pattern.connectivity, distance, near)
+        batches, flattened = collapse_thin_patches(batches, pattern.connectivity, distance, near)
         moved += flattened
     if not moved:
         return model

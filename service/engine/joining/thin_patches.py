@@ -27,7 +27,7 @@ weights, in units of `weight_tolerance`. Points of one edge are at most 1 apart;
 sides of a knot span are between the sides, up to rounding."""
 
 
-def flatten(
+def collapse_thin_patches(
     batches: Sequence[Patches], connectivity: Connectivity, distance: float, weight_tolerance: float
 ) -> tuple[list[Patches], float]:
     """The batches with thin patches as curves, and a bound of how far any point moved.

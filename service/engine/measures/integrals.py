@@ -16,7 +16,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.measures.cells import Cells
-from service.engine.measures.local_nets import UPWARDS, LocalNets
+from service.engine.measures.local_nets import UPWARDS, CellNets
 from service.engine.measures.remainders import Kind, remainders
 from service.engine.measures.rules import apply_rule
 
@@ -112,7 +112,7 @@ def bound_growth(groups: list[Cells]) -> float:
     growths = []
     for cells in groups:
         for rows in chunks(cells, 1):
-            plain, moved = (LocalNets(cells.take(rows), by) for by in (0.0, cells.noise))
+            plain, moved = (CellNets(cells.take(rows), by) for by in (0.0, cells.noise))
             (a, b), (c, d) = plain.stretches, moved.stretches
             growths.append(float((c * d - a * b).sum()))
     return fsum(growths) * UPWARDS
@@ -227,9 +227,9 @@ def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) 
     )
 
 
-def local_nets(cells: Cells, kind: Kind) -> LocalNets:
+def local_nets(cells: Cells, kind: Kind) -> CellNets:
     """The nets of cells; without their noise for a flux, whose bound `solids` adds."""
-    return LocalNets(cells, cells.noise if kind == "size" else 0.0)
+    return CellNets(cells, cells.noise if kind == "size" else 0.0)
 
 
 def chunks(cells: Cells, count: int) -> list[slice]:

@@ -45,7 +45,7 @@ class Net:
         return np.asarray(lengths(self.values).max(axis=(0, 1)) * UPWARDS + self.noise)
 
 
-class LocalNets:
+class CellNets:
     """X, w and their partials; curves have none by v, and polynomial nets no w.
 
     `noise` bounds the errors of control points before any rounding that ε counts.

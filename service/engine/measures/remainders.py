@@ -56,7 +56,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.engine.measures.cells import along
-from service.engine.measures.local_nets import UPWARDS, LocalNets, Net, lengths
+from service.engine.measures.local_nets import UPWARDS, CellNets, Net, lengths
 from service.engine.measures.tables import RADII, chebyshev, ellipse_bounds
 from service.engine.vectors import cross
 
@@ -80,7 +80,7 @@ class Remainders:
 
 
 @np.errstate(all="ignore")
-def remainders(nets: LocalNets, kind: Kind, count: int) -> Remainders:
+def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
     """Bound the errors of rules of `count` nodes in each direction; the origin o is 0."""
     stretches, size = nets.stretches, len(nets.x.noise)
     if kind == "flux" and nets.w is None:
@@ -145,7 +145,7 @@ class _Spreads:
     reach: FloatArray
 
 
-def _weighted(nets: LocalNets, axis: int) -> _Spreads:
+def _weighted(nets: CellNets, axis: int) -> _Spreads:
     """The bounds of S − c and the partials with one parameter complex."""
     x = _spread(nets.x, axis)
     steps = [_spread(net, axis) for net in nets.x_partials]

@@ -20,12 +20,12 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.measures.cells import along
-from service.engine.measures.local_nets import UPWARDS, LocalNets, Net, lengths
+from service.engine.measures.local_nets import UPWARDS, CellNets, Net, lengths
 from service.engine.measures.remainders import Kind
 from service.engine.measures.tables import UNIT, basis_at_nodes, weights_at_nodes
 
 
-def apply_rule(nets: LocalNets, kind: Kind, count: int) -> tuple[FloatArray, FloatArray]:
+def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, FloatArray]:
     """Compute sums over K cells, and bounds of their rounding.
 
     Returns
@@ -67,7 +67,7 @@ def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
     return values.reshape(d, -1, size)
 
 
-def rounding(nets: LocalNets, kind: Kind, count: int) -> FloatArray:
+def rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
     """Bound the rounding of sums: shape (1, K), or (2, K) for a flux and its moment."""
     n, reach, least = max(nets.degree), nets.reach, nets.least_weight
 

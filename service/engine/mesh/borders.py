@@ -8,7 +8,7 @@ from service.engine.options import MeshOptions
 from service.surface.sides import BEGINS, ENDS
 
 
-def find_borders(
+def find_mesh_borders(
     layout: Layout,
     options: MeshOptions,
     mesh_faces: tuple[IndexArray, IndexArray],

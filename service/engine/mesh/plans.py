@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.cancellation import checkpoint
-from service.engine.mesh.borders import find_borders
+from service.engine.mesh.borders import find_mesh_borders
 from service.engine.mesh.connectivity import hash_arrays
 from service.engine.mesh.creases import Averages, Sharing
 from service.engine.mesh.faces import join_faces
@@ -122,7 +122,7 @@ def _plan(
         means = None if sharing and sharing.is_averaged else _find_means(welding, leader)
     triangles, quads, ends = faces
     welds = find_shared_positions(welding) if options.weld else None
-    boundary, watertight = find_borders(layout, options, (triangles, quads), welds)
+    boundary, watertight = find_mesh_borders(layout, options, (triangles, quads), welds)
     vertices, is_vertex = layout.size, None
     if welding is not None:
         vertices, is_vertex = len(welding.samples), np.zeros(layout.size, np.bool_)

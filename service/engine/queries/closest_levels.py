@@ -16,7 +16,7 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.distance_bounds import Minima, cell_bounds, least_change
 from service.engine.queries.nearest import ClosestPoints, Nearest
-from service.engine.queries.newton import measure
+from service.engine.queries.newton import measure_places
 from service.engine.queries.patch_tree import PatchTree, sphere_bounds
 from service.engine.queries.shares import Share
 
@@ -208,7 +208,7 @@ class ClosestLevels:
         errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
         x = self.x.take(point, axis=1)
         for left in range(STEPS, 0, -1):
-            reached = measure(self.cells, net, place, at, x)
+            reached = measure_places(self.cells, net, place, at, x)
             wrong = errors[:2] * reached.distance + errors[2:] + 4 * UNIT * np.abs(reached.gradient)
             change = 2 * least_change(reached.gradient, minima.convexity, at)
             low = reached.low * reached.low + change - 4 * wrong.sum(axis=0) - minima.loss

@@ -7,7 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
-from service.engine.queries.newton import Place, measure
+from service.engine.queries.newton import Place, measure_places
 
 TIED = 1 / 16
 """Difference of distances up to which two places are as near, in units of the tolerance."""
@@ -130,10 +130,10 @@ class Nearest:
         if not len(rows):
             return
         at = free = np.zeros((2, len(rows)))
-        nearest = places = measure(self._cells, net, place, at, self._x[:, rows])
+        nearest = places = measure_places(self._cells, net, place, at, self._x[:, rows])
         for _ in range(1, STEPS):
             at = places.next(at, free)
-            places = measure(self._cells, net, place, at, self._x[:, rows])
+            places = measure_places(self._cells, net, place, at, self._x[:, rows])
             nearest = nearest.replaced(places, places.high <= nearest.high)
         self.add_places(rows, net, nearest)
 

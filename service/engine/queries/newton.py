@@ -79,7 +79,7 @@ class Place:
         return np.asarray(np.clip(at + step, -1.0, 1.0))
 
 
-def measure(
+def measure_places(
     cells: CellTree, net: Ints, rectangle: FloatArray, at: FloatArray, x: FloatArray
 ) -> Place:
     """Places `at` (2, n) in [−1, 1]² of rectangles (4, n) of nets, seen from x (3, n)."""

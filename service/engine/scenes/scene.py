@@ -10,7 +10,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.unique_rows import unique_rows
-from service.engine.curvatures.ranges import round_to_single as rounded
+from service.engine.curvatures.ranges import round_ranges
 from service.engine.extent import choose_origin, find_extent
 from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
@@ -116,7 +116,7 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
         colors=None if mesh.colors is None else mesh.colors.astype(np.float32),
         attributes=tuple((name, rows.astype(np.float32)) for name, rows in mesh.attributes),
-        report=replace(report, curvature=rounded(report.curvature)),
+        report=replace(report, curvature=round_ranges(report.curvature)),
     )
 
 

@@ -60,7 +60,7 @@ class Borders:
         return len(self.is_point)
 
 
-def find_borders(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
+def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Borders:
     """Find the lines of the nets of patches with these seams."""
     edges, patches = len(seams.users), len(seams.edge)
     is_point = np.zeros(edges + 3 * patches, bool)

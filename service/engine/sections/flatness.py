@@ -31,7 +31,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.bounds.chords import bound_deviations
+from service.engine.bounds.chords import bound_chord_deviations
 from service.engine.queries.nets import NetGroup
 from service.engine.sections.heights import LocalPlanes, points_of, restrict
 from service.engine.vectors import cross, dot
@@ -129,7 +129,7 @@ def side_bounds(
     """
     lines = restrict(group.nets[net - group.first], low, high)
     lines = lines[:, :, 0] if axis == 0 else lines[:, 0]
-    return bound_deviations(lines, points_of(lines[:, [0, -1]])) + slack_of(group.nets)
+    return bound_chord_deviations(lines, points_of(lines[:, [0, -1]])) + slack_of(group.nets)
 
 
 def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:

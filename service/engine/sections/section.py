@@ -16,7 +16,7 @@ from service.engine.mesh.seams import Seams
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import QueryNets, surface_nets
 from service.engine.sections.arcs import Arcs, find_arcs
-from service.engine.sections.borders import ONE, Borders, find_borders
+from service.engine.sections.borders import ONE, Borders, find_border_lines
 from service.engine.sections.cells import Cells
 from service.engine.sections.flatness import cell_sizes, slack_of
 from service.engine.sections.heights import Boxes, LocalPlanes, runs_of_planes
@@ -24,7 +24,7 @@ from service.engine.sections.planes import Planes
 from service.engine.sections.search import CellSearch
 from service.engine.sections.segments import Segments, find_segments
 from service.engine.sections.sides import CellTable
-from service.engine.sections.trace import trace
+from service.engine.sections.trace import join_arcs
 from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
@@ -63,7 +63,7 @@ def cut_surface(
         number that is expected to be exceeded, so that a refusal comes before the work.
     """
     nets = surface_nets(model.batches)
-    borders = find_borders(nets, seams, triangular_patches(model.batches))
+    borders = find_border_lines(nets, seams, triangular_patches(model.batches))
     local = LocalPlanes.of(planes, nets)
     near = max(tolerance / nets.scale, LEAST)
     search = _Search(nets, borders, local, planes, near, allow)
@@ -157,7 +157,7 @@ class _Search:
         model = self.nets.origin + points * self.nets.scale
         checkpoint()
         touching = [arcs.touching]
-        for line in trace(arcs.ends, arcs.sense, flat, self.tolerance):
+        for line in join_arcs(arcs.ends, arcs.sense, flat, self.tolerance):
             rows = model[line.nodes]
             keep = np.ones(len(rows), bool)
             keep[1:] = (rows[1:] != rows[:-1]).any(axis=1)

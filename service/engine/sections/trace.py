@@ -31,7 +31,7 @@ class Line:
     closed: bool
 
 
-def trace(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> Iterator[Line]:
+def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -> Iterator[Line]:
     """Join arcs to polylines.
 
     Parameters

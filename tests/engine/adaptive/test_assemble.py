@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from service.bases.arrays import RealArray
 from service.engine.adaptive.assemble import assemble
-from service.engine.adaptive.lines import draw_lines
+from service.engine.adaptive.lines import draw_overlays
 from service.engine.adaptive.samples import find_samples
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
@@ -40,7 +40,7 @@ def assemble_regular(
     wanted, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
     made = build_regular(model, divisions)
     origin = storage.choose_origin(*model.bounds)
-    lines = draw_lines(model, made.border, wanted, storage, origin)
+    lines = draw_overlays(model, made.border, wanted, storage, origin)
     return assemble(
         *(model, made.faces, made.made, wanted, lines),
         storage=storage,

@@ -14,7 +14,7 @@ from service.engine.curves.arc_length import arc_lengths
 from service.engine.curves.evaluation import CurveSamples, evaluate_positions, evaluate_tangents
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.polyline import Polyline
-from service.engine.curves.trace import choose_samples, trace
+from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import InvalidRequest, TooLarge
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.curve_pieces import CurvePieces
@@ -73,7 +73,7 @@ def _spread(knots: FloatArray, degree: int) -> FloatArray:
 def traced(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
     pieces = curve.lower()
     at = choose_samples(pieces, options, 1_000_000, single=single)
-    return trace(pieces, at, options, single=single)
+    return trace_curve(pieces, at, options, single=single)
 
 
 def length_of(pieces: CurvePieces, divisions: int) -> float:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from service.engine.measures.cells import Cells, cells_of
-from service.engine.measures.local_nets import LocalNets
+from service.engine.measures.local_nets import CellNets
 from service.engine.measures.remainders import Kind, remainders
 from service.engine.measures.rules import apply_rule
 from service.engine.measures.tables import (
@@ -75,7 +75,7 @@ def test_remainders_hold_the_errors_of_coarse_rules(
     kind: Kind, rational: bool, degree: tuple[int, int]
 ) -> None:
     cells = random_cells(sum(degree), rational, degree)
-    nets = LocalNets(cells)
+    nets = CellNets(cells)
     truth, fine = apply_rule(nets, kind, 24)
     loss = []
     for count in (2, 3, 4):
@@ -91,6 +91,6 @@ def test_remainders_hold_the_errors_of_coarse_rules(
     # Halves are the same surface, and their remainders are smaller.
     parts = [cells.halved(axis) for axis in ((0, 1) if degree[1] else (0,))]
     for part in parts:
-        sums, rounding = apply_rule(LocalNets(part), kind, 24)
+        sums, rounding = apply_rule(CellNets(part), kind, 24)
         assert (np.abs(sums[:, :40] + sums[:, 40:] - truth)[0] <= rounding[0].max() * 3).all()
-        assert remainders(LocalNets(part), kind, 4).errors.max() < bound.max()
+        assert remainders(CellNets(part), kind, 4).errors.max() < bound.max()
