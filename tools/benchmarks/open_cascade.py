@@ -2,7 +2,8 @@
 
 Triangles, time, memory and kept promises at the same deflection. Open CASCADE meshes with a linear
 deflection equal to the tolerance and an angular one of 0.5 rad, in a process of its own; the two
-take turns. Its time is that of the mesher alone, ours that from patches to the mesh in memory. How
+take turns. Its time is that of the mesher alone, ours that from patches to the mesh in memory, with
+the heap set as in the service: by default, glibc returns it again and again in between. How
 far each mesh truly is from its surface is found by sampling. Memory is the most that one mesh takes
 beyond what was there before: ours as tracemalloc counts it, theirs by the high-water mark of their
 process. The uniform grid is the smallest whose own certified bound meets the tolerance; of models
@@ -33,7 +34,7 @@ from service.engine.bounds.second_derivatives import bound_second_derivatives, c
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.settings.runtime import pin_blas
+from service.settings.runtime import pin_blas, share_heap
 from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -298,4 +299,5 @@ def run(python: str, names: Sequence[str] = ()) -> None:
 
 if __name__ == "__main__":
     pin_blas()
+    share_heap()
     run(sys.argv[1], sys.argv[2:])
