@@ -9,7 +9,8 @@ from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import find
-from tools.certify.closing import NEARLY, RESOLUTION
+from tools.certify.crowded import crowded, mixed
+from tools.certify.nearly import noisy
 
 OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
 
@@ -19,9 +20,9 @@ def digests() -> list[str]:
     bodies whose borders are made equal, by resolution and by tolerance.
     """
     lines = []
-    for name in ("noise", "mixed degrees", "crowded knots"):
-        surface = NEARLY[name][1](4).surface
-        for options in (MeshOptions(RESOLUTION), MeshOptions(accuracy=Accuracy(tolerance=0.1))):
+    for build in (noisy, mixed, crowded):
+        surface = build(4).surface
+        for options in (MeshOptions((3, 5)), MeshOptions(accuracy=Accuracy(tolerance=0.1))):
             content = render(surface, options, BY_NAME["glb"])
             lines.append(hashlib.sha256(content).hexdigest())
     for name in ("bourke-1111-colors", "heated-panel", "tea-service"):

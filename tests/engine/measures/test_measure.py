@@ -113,7 +113,7 @@ def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
         surface = FAMILIES[name].surface(seed)
         found = of(surface, 1e-8 if name in SMOOTH else 1e-4)
         truth, error = oracle.area(
-            sheets_of(surface), levels=4 if isinstance(surface, BsplineSurface) else 6
+            sheets_of(surface), levels=4 if isinstance(surface, BsplineSurface) else 5
         )
         assert holds(found.area, truth, error)
         assert found.area.high - found.area.low < (1e-6 if name in SMOOTH else 20) * truth

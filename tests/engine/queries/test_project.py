@@ -57,7 +57,7 @@ def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
 def test_no_point_is_nearer_than_the_interval(name: str) -> None:
     surface = FAMILIES[name].surface(77)
-    points = strewn(surface, 30)
+    points = strewn(surface, 21)
     columns = project(surface, points)
     low, high = columns["distance_bounds"].T
     slack = 1e-14 * np.abs(points).max()
