@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from service.engine.queries import closest, patch_tree, rays
+from service.engine.queries.cells import CellTree
 from service.engine.queries.intersect import RayQuery, intersect_rays
+from service.engine.queries.nets import surface_nets
 from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.surface.bspline import BsplineSurface
 
@@ -21,6 +23,14 @@ def limit(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
     for module, name in ((closest, "ROOM"), (rays, "ROOM_IN_TREE")):
         monkeypatch.setattr(module, name, room)
         monkeypatch.setattr(module, "FREE", 4)
+
+
+def test_the_centre_of_a_sphere_is_that_of_its_cell() -> None:
+    cells = CellTree(surface_nets(CLOUD.batches))
+    tree = patch_tree.PatchTree(cells)
+    assert len(tree.levels) == 3
+    for level, middle in zip(tree.levels, tree.middles, strict=True):
+        np.testing.assert_array_equal(level[:3], cells.models[:3, middle])
 
 
 @pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
