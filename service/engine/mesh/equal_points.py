@@ -137,9 +137,8 @@ def find_weight_tolerance(model: PatchModel, tolerance: float) -> float:
     """
     if not tolerance:
         return 0.0
-    share = max(tolerance, min(KNOT_ROUNDING * find_knot_ratio(model), MAX_WELD_TOLERANCE))
     extent = model.largest_patch
-    return COARSER * share * model.diagonal / extent if extent else share
+    return COARSER * find_weld_distance(model, tolerance) / extent if extent else tolerance
 
 
 def find_knot_ratio(model: PatchModel) -> float:

@@ -136,6 +136,18 @@ def test_near_weights_become_those_of_polynomial_neighbours(
         assert 0 < joined.moved <= 20 * amplitude * model.diagonal
 
 
+@pytest.mark.parametrize(("offset", "count"), [(0.0, 16), (1e6, 8)])
+def test_weights_are_as_coarse_as_coordinates_far_from_zero(offset: float, count: int) -> None:
+    """A ring of four patches whose weights differ by 1e-10, once where 2^-50 of 1e6 is more."""
+    rng = np.random.default_rng(4)
+    pieces = [
+        BezierSurface(net + offset, weights * (1 + 1e-10 * rng.uniform(-1, 1, weights.shape)))
+        for net, weights in rational_ring(rng)
+    ]
+    _, seams = join(MultipatchSurface(tuple(pieces)).lower(), 1e-12)
+    assert seams.connectivity.open_count == count
+
+
 def rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
     """Four patches that close one way: nets (3, 4, 3) and weights (3, 4)."""
     angles = np.linspace(0, 2 * np.pi, 9)[:, None]
