@@ -1,6 +1,6 @@
 """Hypothesis strategies for knot vectors and for splines over them.
 
-Knots are multiples of 1/16: turned about, 3 − U, they are still exact.
+Knots are multiples of 1/16, so reversed knots, 3 − U, are exact too.
 """
 
 from itertools import accumulate
@@ -34,7 +34,7 @@ def knot_vectors(
 ) -> KnotVector:
     """Knots of any domain, clamped, half clamped or not; each inner knot up to p times.
 
-    With `parted` some come p + 1 times, where the curve parts.
+    With `parted` some occur p + 1 times, where the curve is discontinuous.
     """
     p = draw(st.integers(1, 5) if degree is None else degree)
     spans = draw(st.integers(1, max_spans))

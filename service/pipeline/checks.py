@@ -144,7 +144,7 @@ def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolutio
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
-    """Refuses what only the patches tell: places, names and multiplications."""
+    """Checks that need the patches of the surface: places, names and multiplications."""
     if options.has_solid_wires and (furthest := find_reach(model, options)) > MAX_COORDINATE:
         message = "Coordinates are stored in single precision."
         got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"

@@ -30,7 +30,7 @@ texts of any kind."""
 
 BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
 """Memory that a value takes as a Python object and while it becomes part of an array; that a string
-takes, or the error that it is no known key; that an object and the model made of it take."""
+takes, or the error for an unknown key; and those of an object and the model made of it."""
 
 _WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """How UTF-16 and UTF-32 begin: with a byte order mark, or with a zero around the first letter."""

@@ -25,7 +25,7 @@ LISTS_OF_UNIONS = frozenset({"operations", "surfaces"})
 """Fields that hold a list of such."""
 
 MAX_INDEX = 2**53
-"""Whole numbers beyond it are no index of anything."""
+"""The largest whole number that an index may be."""
 
 _KINDS = {
     type(None): "null",

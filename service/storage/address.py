@@ -39,9 +39,9 @@ def open_store(address: str, quota: int) -> SurfaceStore:
     Parameters
     ----------
     address : str
-        A folder, which is made if it is not there, or `file:///folder`; `memory://`, which is gone
-        with the process; or a bucket, `s3://bucket/prefix`, its region, keys and endpoint being
-        those of the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
+        A folder, or `file:///folder`, which is made if it does not exist; `memory://`, which the
+        process loses at its end; or a bucket, `s3://bucket/prefix`, with its region, keys and
+        endpoint in the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
     quota : int
         Bytes that all objects may take together; 0 sets no limit.
 

@@ -24,7 +24,7 @@ class Operations:
 
     @contextmanager
     def count(self, kind: str) -> Iterator[None]:
-        """Counts the operation in the `with` block. A missing object is no failure of the store."""
+        """Counts the operation in the `with` block. A missing object is not a failure."""
         start, outcome = time.perf_counter(), "done"
         try:
             yield

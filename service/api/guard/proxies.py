@@ -53,7 +53,7 @@ class Proxies:
         if not self._trusts(peer):
             return
         said = [value for name, value in scope["headers"] if name == b"x-forwarded-for"]
-        # From the right; hops beyond MOST_HOPS stay joined, which is no address.
+        # From the right; hops beyond MOST_HOPS stay joined, so they are not an address.
         hops = b",".join(said).rsplit(b",", MOST_HOPS)
         for hop in reversed(hops):
             address = address_in(hop)

@@ -73,7 +73,7 @@ class Signer:
     def check(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
         """The query as the client wrote it, without the signature, and its end in Unix time.
 
-        Tries every secret in constant time, so that the time tells nothing about the signature.
+        Tries every secret in constant time, so that the time reveals nothing of the signature.
 
         Raises
         ------

@@ -5,15 +5,15 @@
 Each round proves only the triangles that the round before changed (`drafts`).
 
 **Refined bounds.** Where the parametrisation is very uneven, the surface over a triangle of places
-may be near the mesh but beside the triangle with those corners. Such a part is cut into four at the
+may be near the mesh, but near another triangle than its host. Such a part is cut into four at the
 middles of its edges. Each quarter is certified against the triangle of the part, or else against
-those beside it: any triangle of the mesh will do (`service.engine.bounds.certificate`). The bound
-of the part is the largest bound of its quarters.
+those beside it, because any triangle of the mesh proves it
+(`service.engine.bounds.certificate`). The bound of the part is the largest bound of its quarters.
 
-**Why this ends.** Let ε be the tolerance (the least that is allowed anywhere). Every round in which
-anything fails cuts a leaf in two, or halves the height of a strip twice. There are finitely many
-boxes of places and finitely many heights, so the rounds end, with a mesh or with
-`tolerance_too_small`. That the latter comes only from rounding:
+**Why this ends.** Let ε be the tolerance, or its least value if it differs from place to place.
+Every round with a failure cuts a leaf in two, or halves the height of a strip twice. There are
+finitely many boxes of places and finitely many heights, so the rounds end, with a mesh or with
+`tolerance_too_small`. Only rounding can cause this error:
 
 1. A leaf that is cut is not small. If the net of a leaf is within ε of every one of its points,
    then all its triangles pass: each has a vertex of the leaf, which is on the surface over it, so
@@ -23,9 +23,9 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
    stops bending in it, and is cut in the other. So lengths in both directions go to 0.
 2. The strip over a segment of the border, as it becomes flat, has nets that contract into the hull
    of the segment's own net, which is within 0.95 ε of the segment (`divide_border` sees to that),
-   and the segment is a side of the strip's own base triangle: there all the strip passes.
-3. A leaf leaves a piece of the border bare, or has an edge that exists already, only if two of its
-   corners are one vertex. Two places inside a face never are one vertex, so such a leaf reaches
+   and the segment is a side of the strip's own base triangle, so the strip passes.
+3. A leaf does not cover a piece of the border, or has an edge that exists already, only if two of
+   its corners are one vertex. Two places inside a face never are one vertex, so such a leaf reaches
    from side to side, and it is cut between these sides.
 """
 
@@ -56,8 +56,8 @@ CLOSE = 1.5
 """A part is tried if its bound is at most this factor above the allowed deviation."""
 
 FEW = 64
-"""Quarters up to which all four triangles are tried at once: a step takes as long for one part as
-for a hundred."""
+"""The most quarters for which all four triangles are tried at once: NumPy takes as long for one
+part as for a hundred."""
 
 QUARTERS = np.array(
     [
@@ -218,7 +218,7 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
     triangles, samples = draft.triangles, draft.samples
     corners = triangles.corners[rows]
     places = np.stack([samples.u[corners], samples.v[corners]], axis=2)
-    # Parts in one patch, halved at whole places: then their quarters cover them exactly.
+    # Only parts in one patch whose halved corners are places (integers): so quarters cover them.
     inner = places.max(axis=1) <= (places.min(axis=1) // SPAN + 1) * SPAN
     even = QUARTERS.reshape(12, 3) @ places % 2 == 0
     cut = (inner.all(axis=1) & even.all(axis=(1, 2))).nonzero()[0]
@@ -243,7 +243,7 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
 
 
 def _certify_against(draft: Draft, face: Ints, places: Ints, host: Ints) -> FloatArray:
-    """Bounds of triangles of places (m, 3, 2), each against one of the mesh; inf: it fails."""
+    """Bounds of triangles of places (m, 3, 2), each against one of the mesh; inf if it fails."""
     task, triangles = draft.task, draft.triangles
     task.limits.spend(task.estimate_work(face, places))
     is_own = np.zeros(len(face), dtype=bool)

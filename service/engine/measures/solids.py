@@ -5,13 +5,13 @@
 over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o): any origin o will do,
 and the middle of the box keeps the numbers small. V is positive where normals point outwards.
 
-**Moved control points.** Let the control points of closed patches move along straight lines to
-those of other closed patches, by at most ε₀ each. On the way the patches are closed, and every
-point S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ ∮ d · N_t dt and ∫ x − o dV
+**Moved control points.** Let all control points of a closed surface move along straight lines, by
+at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every point
+S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ ∮ d · N_t dt and ∫ x − o dV
 by ∫ ∮ (x − o) d · N_t dt: by at most ε₀ times the largest area on the way, and times the largest
-|x − o|. So the interval has room for the errors of lowering and placing, and for joining: that
-moved control points by at most m, and a solid whose border lies in the gaps that were closed has
-control points at most m from those that were given, hence at most 2 m from the joined ones.
+|x − o|. So the interval includes the errors of lowering, placing and joining. Joining moves control
+points by at most m. Any other way to close the gaps also moves the given control points by at most
+m, so its control points are at most 2 m from the joined ones.
 """
 
 from typing import TypeAlias

@@ -91,7 +91,7 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
     # The first vertex at every place; written backwards, it is the one that stays.
     first = np.zeros(len(place), dtype=np.intp)
     first[place[samples[::-1]]] = identity[: len(samples)][::-1]
-    # A sample in no face is no vertex, but a grid may show it: then another one at its place does.
+    # A sample without a face is not a vertex. If a grid refers to it, it gets another one's vertex.
     number = first[place]
     number[samples] = identity[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])

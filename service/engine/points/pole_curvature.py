@@ -27,7 +27,7 @@ NEAR_TERMS = 10
 """Terms of a series near a pole: the error of truncation is of the order of NEAR⁶."""
 
 KNOWN = 2.0**-20
-"""A limit that is known less exactly than this, in units of the net or relative, is not told."""
+"""A limit with a larger relative error than this, or error in units of the net, is not reported."""
 
 
 def find_curvatures_near(

@@ -71,7 +71,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
         reached.append(chunk.reached)
         count += len(chunk.sines)
         if count > most_hits:
-            message = "The rays have more hits than this service tells at once."
+            message = "The rays have more hits than one response may list."
             needed = f"at most {most_hits}; fewer rays, or their first hits alone"
             got = f"more than {most_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))

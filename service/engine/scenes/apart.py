@@ -1,4 +1,4 @@
-"""The mesh of joined members told apart again: a node for each member, in its own name and colour.
+"""Separates the mesh of joined members again: a node for each member, with its name and colour.
 
 Positions on a common edge stay the same in all of them; the report is that of the whole mesh.
 """

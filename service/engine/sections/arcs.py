@@ -1,8 +1,9 @@
 """Arcs of a section: pairs of nodes on the border of a cell that are the ends of one piece.
 
-In a graph the nodes, in the order of its parameter, are in turn beginnings and ends. If f ≤ 0 in
-the whole cell, the section meets at most its border. There f = 0 counts as positive: the nodes at
-both ends of a run of places with f = 0 are one piece, without length or along a side in the plane.
+In a graph the nodes, in the order of its parameter, alternate: a beginning, an end, a beginning, ….
+If f ≤ 0 in the whole cell, the section meets at most its border. There f = 0 counts as positive:
+the nodes at both ends of a run of places with f = 0 are one piece, without length or along a side
+in the plane.
 
 Singular cells that touch each other are one place, a *crossing*: an arc leads from it to each node
 on its border. Two such arcs are joined into one. A crossing without nodes is a point at which the

@@ -28,8 +28,8 @@ def build_swept_mesh(
     Parameters
     ----------
     options : MeshOptions
-        Its faces are those that were swept; normals, uvs, weld and the crease angle are read here,
-        and of the overlays the control net.
+        Only normals, uvs, weld, crease_angle and the overlay of the control net are used; `swept`
+        already has the faces.
     single : bool
         float32 positions about a local origin, for formats that store them so.
     polygon : ndarray of float64, shape (K, 3), optional
@@ -91,7 +91,7 @@ def _polygon_overlay(
 
 
 def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
-    """Vertices from samples: all of them, or one for those at one place that agree."""
+    """Vertices from samples: all of them, or one for all samples at one place with near normals."""
     identity = np.arange(len(swept.place))
     if not options.weld:
         return Welding(identity, identity, identity)
