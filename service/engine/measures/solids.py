@@ -6,10 +6,10 @@ over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − 
 and the middle of the box keeps the numbers small. V is positive where normals point outwards.
 
 **Moved control points.** Let all control points of a closed surface move along straight lines, by
-at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every point
-S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ ∮ d · N_t dt and ∫ x − o dV
-by ∫ ∮ (x − o) d · N_t dt: by at most ε₀ times the largest area on the way, and times the largest
-|x − o|. So the interval includes the errors of lowering, placing and joining. Joining moves control
+at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every
+point S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ ∮ d · N_t dt and ∫ x − o dV
+by ∫ ∮ (x − o) d · N_t dt: by at most ε₀ times the largest area on the way, and times the largest |x
+− o|. So the interval includes the errors of lowering, placing and joining. Joining moves control
 points by at most m. Any other way to close the gaps also moves the given control points by at most
 m, so its control points are at most 2 m from the joined ones.
 """
