@@ -87,6 +87,25 @@ async def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
         job.close()
 
 
+async def test_work_that_is_longer_than_its_cost_says_leaves_the_event_loop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(module, "MOST_INLINE_SECONDS", 0.0)
+    places: list[threading.Thread] = []
+
+    def call() -> str:
+        places.append(threading.current_thread())
+        time.sleep(0.001)
+        checkpoint()
+        return "done"
+
+    async with lent() as workers:
+        job = Job(workers)
+        assert await job.run(Work(call=call, long=False), "mesh") == "done"
+        assert [place is threading.main_thread() for place in places] == [True, False]
+        job.close()
+
+
 async def test_short_works_take_turns_on_the_event_loop() -> None:
     """The event loop looks at what else is ready once they have had their time."""
     async with lent() as workers:

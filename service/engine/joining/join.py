@@ -22,9 +22,13 @@ from service.surface.lowered import GroupModel, PatchModel
 ROUNDS = 64
 """How often surfaces are cut: enough for this number of surfaces in one row."""
 
-GROWTH, ALWAYS = 16, 1 << 17
-"""Largest factor by which cuts may multiply the control points of a model, plus some more; else it
-is not cut at all. Cuts that run around a body and never meet would not end."""
+GROWTH, SQUARED, MOST, ALWAYS = 16, 8, 1 << 13, 256
+"""Cuts of P patches may make max(16 P, min(8 P², 8192)) + 256: faces with knots of their own become
+some P². If more come, the model is not cut at all. Cuts that run around a body and never meet would
+not end."""
+
+POINTS = 1 << 17
+"""Control points that cuts may add, besides multiplying them by `GROWTH`."""
 
 
 Allow: TypeAlias = Callable[..., None]
@@ -56,7 +60,9 @@ def join_further(
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams
     known = model, seams
-    most = GROWTH * _count_points(model) + ALWAYS
+    count = model.patch_count
+    most = max(GROWTH * count, min(SQUARED * count**2, MOST)) + ALWAYS
+    most_points = GROWTH * _count_points(model) + POINTS
     for _ in range(ROUNDS):
         cuts = find_cuts(seams, find_weld_distance(model, tolerance))
         if not len(cuts.at):
@@ -66,7 +72,7 @@ def join_further(
             break
         checkpoint()
         model = cut(model, lines)
-        if _count_points(model) > most:
+        if model.patch_count > most or _count_points(model) > most_points:
             return known
         model, seams = _snapped(model, connect_if_apart(model, tolerance), tolerance)
     else:
