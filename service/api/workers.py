@@ -272,8 +272,8 @@ class Job:
                 await workers.take_turn()
                 self._ran_inline = True
             limited = Cancellation(time.monotonic() + MOST_INLINE_SECONDS)
-            with self.timing.step(name), suppress(OutOfTime), cancelled_by(limited):
-                return work.run()
+            with self.timing.step(name), suppress(OutOfTime):
+                return limited.run(work.run)
             self._memory -= cost.memory
             workers.hold(-cost.memory)
         amount = min(cost.memory, workers.max_memory)

@@ -72,7 +72,6 @@ def tessellate(
     checkpoint()
     plan = plan_faces(layout, options, _find_sharing(layout, rows, options), model.sequence)
     rows = fill_vertices(rows, plan)
-    checkpoint()
     bound = find_largest_bound(bounds)
     low, high = find_stored_bounds(rows.positions, origin)
     uvs, colors, attributes = split_by_kind(rows.channels) if rows.channels else (None, None, ())
