@@ -7,15 +7,12 @@ a second (`make bench`). Without a `Cancellation` in the context, as on the comm
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
-from typing import TypeVar
 
 from service.errors import SurfaceError
-
-Result = TypeVar("Result")
 
 
 class Cancelled(Exception):
@@ -56,14 +53,6 @@ class Cancellation:
             raise Cancelled
         if time.monotonic() > self.deadline:
             raise OutOfTime
-
-    def run(self, call: Callable[[], Result]) -> Result:
-        """The result of `call()`, which this may end."""
-        token = _current.set(self)
-        try:
-            return call()
-        finally:
-            _current.reset(token)
 
 
 _current: ContextVar[Cancellation | None] = ContextVar("cancellation", default=None)

@@ -1,9 +1,10 @@
 """Threads and memory for requests: inline work, a bounded queue, deadlines, a memory budget.
 
-Small work runs on the event loop. Other work waits, in order of arrival, until a thread and enough
-memory are free and no thread has just begun (`ALONE_SECONDS`). The queue has a bounded length:
-beyond it the service refuses a request with 429 and `Retry-After`. A request ends at its deadline,
-or when its client goes away; its work in a thread then stops at the next checkpoint.
+Small work runs on the event loop, and leaves it if it takes longer than expected. Other work waits,
+in order of arrival, until a thread and enough memory are free and no thread has just begun
+(`ALONE_SECONDS`). The queue has a bounded length: beyond it the service refuses a request with 429
+and `Retry-After`. A request ends at its deadline, or when its client goes away. Work in a
+thread then stops at the next checkpoint.
 
 Why requests cannot deadlock: bodies hold at most 1/4 of the memory and never wait for it; 1/16 is
 for work on the event loop; a request may ask for the other 11/16 to work in, and asks once. So the
@@ -272,8 +273,8 @@ class Job:
                 await workers.take_turn()
                 self._ran_inline = True
             limited = Cancellation(time.monotonic() + MOST_INLINE_SECONDS)
-            with self.timing.step(name), suppress(OutOfTime):
-                return limited.run(work.run)
+            with self.timing.step(name), suppress(OutOfTime), cancelled_by(limited):
+                return work.run()
             self._memory -= cost.memory
             workers.hold(-cost.memory)
         amount = min(cost.memory, workers.max_memory)

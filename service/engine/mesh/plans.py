@@ -46,7 +46,7 @@ class FacePlan:
         Triangles and quads before each patch, in the order in which patches are written.
     grids, welds
         As in `Mesh`.
-    places : int
+    position_count : int
         Different positions.
     boundary_edges : int
     watertight : bool
