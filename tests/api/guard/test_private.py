@@ -43,6 +43,14 @@ def stored(client: Client) -> dict[str, Any]:
     return links
 
 
+def test_examples_of_the_document_are_signed(client: Client) -> None:
+    operation = client.get("/openapi.json", WITH).json()["paths"]["/v1/sign"]["post"]
+    for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
+        response = client.post("/v1/sign", example["value"], WITH)
+        assert response.status_code == 200, response.text
+        assert client.get(response.json()["url"]).status_code == 200
+
+
 @pytest.mark.parametrize(
     "path", [MESH, "/v1/surfaces/saddle", "/v1/surfaces/none", "/v1/surfaces/a/b/c", "/v1/none"]
 )
