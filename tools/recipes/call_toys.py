@@ -109,7 +109,7 @@ show_responses(
     summary="A crate for a surface",
     response_model=Crate,
     response_description="The crate.",
-    responses={200: answer(), **POST_ERRORS},
+    responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_CRATES),
 )
 async def pack_surface(wanted: CrateRequest, context: ContextDep) -> Response:

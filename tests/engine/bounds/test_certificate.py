@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from service.engine.bounds import piece_bounds
-from service.engine.bounds.certificate import certify
+from service.engine.bounds.certificate import PartBounds, certify
+from service.engine.bounds.clip import clip_parts
+from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
-from service.engine.bounds.piece_bounds import PieceMeasure
+from service.engine.bounds.piece_bounds import PieceMeasure, find_covering_hulls
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from tests.engine.bounds.parting import (
@@ -113,6 +115,33 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
     every = certify(patch_nets, faces, parts, positions, GOAL)
     assert every.deviation.tolist() == bounds.deviation.tolist()
     assert few < 0.5 * sum(looked)
+
+
+def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
+    """Those with all four corners in the part, whatever the directions of its edges are."""
+    net = sheet(np.random.default_rng(15), 15, 15, 0.02)
+    patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 3)).lower()), build_face(13, 13)
+    corners = SPAN * np.array([[[0, 0], [13, 3], [4, 13]], [[0, 1], [12, 0], [10, 13]]])
+    host = np.arange(6).reshape(2, 3)
+    parts = build_parts(corners.reshape(-1, 2), host, np.full((2, 3), -1))
+    pieces = clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0))
+    positions = evaluate_places(patch_nets, faces, corners.reshape(-1, 2))
+    found = find_covering_hulls(PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None))
+    assert found is not None
+    first = SPAN * np.stack([pieces.patch // 13, pieces.patch % 13], axis=1)
+    covered = np.ones(len(first), dtype=bool)
+    for corner in SPAN * np.array([[0, 0], [0, 1], [1, 0], [1, 1]]):
+        for k in range(3):
+            begin, end = corners[pieces.part, k], corners[pieces.part, (k + 1) % 3]
+            along, offset = (end - begin) // SPAN, (first + corner - begin) // SPAN
+            covered &= along[:, 0] * offset[:, 1] >= along[:, 1] * offset[:, 0]
+    assert np.isfinite(found[0]).tolist() == covered.tolist()
+
+
+def test_parts_pass_with_the_allowed_deviation_and_twice_that_for_the_mesh() -> None:
+    deviation, mesh = np.array([1.0, 1.0, 1.1]), np.array([2.0, 2.1, 0.0])
+    assert PartBounds(deviation, mesh, np.ones(3)).passed.tolist() == [True, False, False]
+    assert PartBounds(deviation, None, np.ones(3)).passed.tolist() == [True, True, False]
 
 
 def test_a_plane_has_distance_zero_from_two_triangles_however_it_is_parametrised() -> None:

@@ -126,6 +126,23 @@ def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_w
     assert min(plain, huge) > 1e-8
 
 
+def test_the_bound_of_a_framed_patch_does_not_depend_on_the_batches_before_it() -> None:
+    """A strip joins the second patch of a batch to the edge that it shares with the first one."""
+    x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
+    net = np.stack([x, y, np.random.default_rng(9).uniform(-1, 1, (4, 4))], axis=-1)
+    beside = moved(net, 3.0)
+    beside[0] = net[-1]
+    pair = model_of([turned(beside, 5), net])
+    bounds = []
+    for before in ((), mixed_model([moved(net[:2, :2], 9.0)]).batches):
+        count = len(before)
+        parts = tuple(Part(str(k), k, k + 1) for k in range(count + 2))
+        model = replace(pair, batches=(*before, *pair.batches), parts=parts)
+        found = build(model, MeshOptions(resolution=(9, 4), normals=False)).parts
+        bounds.append([part.deviation_bound for part in found[count:]])
+    assert bounds[0] == bounds[1]
+
+
 def test_bounds_are_rounded_up() -> None:
     assert find_largest_bound(np.array([0.5, 0.123401, 0.2])) == 0.5
     assert find_largest_bound(np.array([0.12340001])) == 0.1235

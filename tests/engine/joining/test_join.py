@@ -10,13 +10,17 @@ from scipy.interpolate import BSpline
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.joining import join as joining
+from service.engine.joining.cutting import Lines, cut
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import plan_mesh
+from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
+from service.surface.lowered import PatchModel
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of, shape_of
@@ -149,6 +153,68 @@ def test_surfaces_that_only_touch_are_not_cut() -> None:
         surface = PatchSurface(np.array(some).reshape(-1, 3), np.arange(48).reshape(3, 4, 4))
         model = surface.lower()
         assert join(model, tolerance)[0].patch_count == 3
+
+
+def square_with_strips(columns: int, rows: int, degree: int) -> MultipatchSurface:
+    """A unit square of some degree, with narrow strips along two of its sides: it is cut into
+    columns × rows pieces.
+    """
+
+    def sheet(u: Array, v: Array) -> BezierSurface:
+        x, y = np.meshgrid(u, v, indexing="ij")
+        return BezierSurface(np.stack([x, y, 0 * x], axis=-1))
+
+    unit = np.linspace(0, 1, degree + 1)
+    x, y = np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1)
+    above = (sheet(x[k : k + 2], np.array([1.0, 2])) for k in range(columns))
+    beside = (sheet(np.array([1.0, 2]), y[k : k + 2]) for k in range(rows))
+    return MultipatchSurface((sheet(unit, unit), *above, *beside))
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "degree", "is_cut"),
+    [
+        (118, 70, 1, True),  # 8448 patches = 8192 + 256
+        (64, 129, 1, False),  # 8449
+        (16, 512, 1, True),  # 8720 patches = 16 · 529 + 256
+        (16, 513, 1, False),  # 8737 > 16 · 530 + 256
+        (27, 29, 12, True),  # 132,551 points < 16 · 393 + 2^17
+        (28, 29, 12, False),  # 137,456 > 16 · 397 + 2^17
+    ],
+)
+def test_cuts_are_made_up_to_a_number_of_pieces_and_of_points(
+    columns: int, rows: int, degree: int, is_cut: bool
+) -> None:
+    """P patches may become max(16 P, min(8 P², 8192)) + 256."""
+    surface = square_with_strips(columns, rows, degree)
+    patch_count = join(surface.lower(), 1e-12)[0].patch_count
+    assert patch_count == columns + rows + (columns * rows if is_cut else 1)
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [[[4, 3], [1, 5]], [[0, 1], [3, 2]]],
+        [[[0, 4], [1, 4]], [[2, 4], [0, 1]], [[0, 4], [0, 3]]],
+    ],
+)
+def test_cuts_that_never_meet_end_soon(
+    corners: list[list[list[float]]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Patches all of whose corners are on one line, each cut where others have corners."""
+    line = np.ones(3)
+    surface = MultipatchSurface(tuple(BezierSurface(np.multiply.outer(c, line)) for c in corners))
+    made: list[int] = []
+
+    def count(model: PatchModel, lines: Lines) -> PatchModel:
+        model = cut(model, lines)
+        made.append(model.patch_count)
+        return model
+
+    monkeypatch.setattr(joining, "cut", count)
+    assert join(surface.lower(), 1e-12)[0].patch_count == len(corners)
+    most = 8 * len(corners) ** 2 + 256
+    assert made[-2] <= most < made[-1] < most + 4
 
 
 def test_cut_surfaces_are_refused_where_they_are_too_large() -> None:

@@ -129,6 +129,13 @@ def test_the_cells_of_many_patches_may_be_halved() -> None:
     assert holds(found.area, of(surface, 1e-9).area.value)
 
 
+def test_cells_are_halved_until_the_budget_is_used_up() -> None:
+    """Four patches may become twelve cells, with three times their control points."""
+    cells = cells_of(RNG(6).uniform(-0.5, 0.5, (4, 3, 3, 3)), np.arange(4), 0.0)
+    found = refine([cells], "size", np.full(1, 1e-30), 0)
+    assert sum(bounded.cells.size for bounded in found.bounded) == 3 * cells.size
+
+
 @pytest.mark.parametrize("degree", [(1, 1), (3, 3), (2, 5)])
 def test_the_flux_of_polynomials_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
     nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
