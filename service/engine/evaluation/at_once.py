@@ -1,16 +1,18 @@
-"""Polynomial patches on small grids: all samples of many patches in a few products.
+"""Polynomial patches on grids that fit the cache: all samples of many patches in a few products.
 
-The everyday way. Coordinates are planes throughout: rows of the products are the coordinates of the
-patches, columns first the control points and their differences, then the samples.
+The everyday way. Control points and their differences are arrays with the patches innermost, and
+samples are planes of coordinates, so that every step is one operation on long rows.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import sample_partials_basis
+from service.bases.bernstein import sample_basis, sample_basis_columns, sample_partials_basis
 from service.cancellation import checkpoint
 from service.engine.extent import is_moved
 from service.engine.scratch import Real, Workspaces
@@ -30,20 +32,31 @@ ORDINARY = 16
 """Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
 far from float32's limits."""
 
-SMALL = 64
-"""Control points of a patch up to which a product takes differences as fast as subtractions."""
-
 
 def can_evaluate_at_once(patches: TensorPatches, resolution: tuple[int, int]) -> bool:
-    """Whether `evaluate_at_once` can evaluate these, at least four at a time."""
-    (p, q), (ru, rv) = patches.degree, resolution
-    is_small = (p + 1) * (q + 1) <= SMALL and (ru + 1) * (rv + 1) <= CHUNK_SAMPLES // 4
-    return is_small and patches.weights is None and is_ordinary(patches)
+    """Whether `evaluate_at_once` can evaluate these."""
+    samples = (resolution[0] + 1) * (resolution[1] + 1)
+    return samples <= CHUNK_SAMPLES and patches.weights is None and is_ordinary(patches)
 
 
 def is_ordinary(patches: Patches) -> bool:
     """Whether patches are evaluated as they are, and not scaled."""
     return 2.0**-ORDINARY <= patches.extent <= 2.0**ORDINARY or patches.extent == 0
+
+
+@lru_cache(256)
+def count_chunk(degree: tuple[int, int], resolution: tuple[int, int]) -> int:
+    """The number of patches that are evaluated at a time."""
+    samples = (resolution[0] + 1) * (resolution[1] + 1)
+    fitting = max(1, CHUNK_SAMPLES // max(samples, sum(count_vectors(degree))))
+    # Sixteen numbers are a cache line: every plane of a chunk begins at one.
+    return fitting // 16 * 16 or fitting
+
+
+def count_vectors(degree: tuple[int, int]) -> tuple[int, int, int]:
+    """Control points of a patch, and their differences along u and along v."""
+    p, q = degree
+    return (p + 1) * (q + 1), p * (q + 1), (p + 1) * q
 
 
 def evaluate_at_once(
@@ -52,12 +65,13 @@ def evaluate_at_once(
     origin: FloatArray | None,
     positions: RealArray,
     normals: RealArray | None,
+    *,
+    is_separable: bool,
 ) -> list[NDArray[np.intp]]:
     """Writes points and unit normals; returns which samples, counted over all, are doubtful.
 
     Their normals are NaN. The vectors S_u × S_v are computed in the precision of the result, from
-    differences of the control points in float64: such a product of a point, its neighbour and
-    zeros is their difference, rounded once.
+    differences of the control points in float64.
 
     Parameters
     ----------
@@ -65,19 +79,20 @@ def evaluate_at_once(
         P polynomial patches.
     positions, normals : ndarray, shape (P, Ru+1, Rv+1, 3)
         Where to write to; `normals` is None where none are wanted.
+    is_separable : bool
+        Whether samples are products along u, then along v; otherwise they are one product with the
+        basis of all samples.
     """
     dtype: Real = positions.dtype.type
     each = (resolution[0] + 1) * (resolution[1] + 1)
     doubtful: list[NDArray[np.intp]] = []
-    # Sixteen numbers are a cache line: every plane of a chunk begins at one.
-    chunk = CHUNK_SAMPLES // each // 16 * 16 or CHUNK_SAMPLES // each
+    chunk = count_chunk(patches.degree, resolution)
     for first in range(0, patches.count, chunk):
         checkpoint()
         points = patches.points[first : first + chunk]
         count = len(points)
-        work = _WORKSPACES.get(patches.degree, resolution, count, dtype)
-        planes = points.reshape(count, -1, 3).transpose(2, 0, 1).reshape(3 * count, -1)
-        work.take_nets(planes, origin)
+        work = _WORKSPACES.get(patches.degree, resolution, count, dtype, is_separable)
+        work.find_points(points.reshape(count, -1, 3), origin)
         out = positions[first : first + chunk].reshape(count, each, 3)
         np.positive(work.at, out=out.transpose(2, 0, 1))
         if normals is None:
@@ -95,87 +110,141 @@ def evaluate_at_once(
 class _Workspace:
     """Memory for a chunk of r patches, cut once into all the arrays that are worked on.
 
-    `nets` are the control points and their differences; `at` (3, r, samples) is S, then the vectors
-    S_u × S_v. Of the partials there are planes x y z x y, so that `du_yzx`, `dv_zxy` and so on are
-    what a cross product multiplies.
+    `nets` (K, 3, r) are the control points, then their differences along u, then those along v;
+    `rounded` is the same in the working precision. `at` (3, r, samples) is S, then the vectors
+    S_u × S_v. `products` has for S, S_u and S_v the factors and results of its products.
     """
 
     def __init__(
-        self, degree: tuple[int, int], resolution: tuple[int, int], count: int, dtype: Real
+        self,
+        degree: tuple[int, int],
+        resolution: tuple[int, int],
+        count: int,
+        dtype: Real,
+        is_separable: bool,
     ) -> None:
-        p, q = degree
-        size, end = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
-        self.steps, means = _operators(p, q)
-        self.means = means * TRUSTED[dtype]
-        basis = sample_partials_basis(degree, resolution, dtype)
-        self.of_at, self.of_du, self.of_dv = basis[:size], basis[size:end], basis[end:]
-        each = basis.shape[1]
-        self.nets = np.empty((3 * count, self.steps.shape[1]))
-        self.points = self.nets.reshape(3, count, -1)[:, :, :size]
-        self.differences = self.nets[:, size:]
-        self.rounded = rounded = np.empty(self.nets.shape, dtype)
-        self.net, self.du_net, self.dv_net = (
-            rounded[:, :size],
-            rounded[:, size:end],
-            rounded[:, end:],
+        (p, q), (points, along_u, _) = degree, count_vectors(degree)
+        vectors = sum(count_vectors(degree))
+        self.nets = np.empty((vectors, 3, count))
+        self.points = self.nets[:points]
+        grid = self.points.reshape(p + 1, q + 1, -1)
+        self.before_u, self.behind_u = grid[:-1], grid[1:]
+        self.before_v, self.behind_v = grid[:, :-1], grid[:, 1:]
+        self.du_net = self.nets[points : points + along_u].reshape(p, q + 1, -1)
+        self.dv_net = self.nets[points + along_u :].reshape(p + 1, q, -1)
+        self.rounded = np.empty(self.nets.shape, dtype)
+        samples = (resolution[0] + 1) * (resolution[1] + 1)
+        planes = np.empty((13, count, samples), dtype)
+        at, du, dv, term = (planes[i : i + 3] for i in (0, 3, 6, 9))
+        self.at, self.term, self.square = at, term, planes[12]
+        # Coordinates y, z of one times z, x of the other; x times y.
+        self.factors = (
+            (du[1:], dv[::-2], at[:2]),
+            (du[0], dv[1], at[2]),
+            (du[::-2], dv[1:], term[:2]),
+            (du[1], dv[0], term[2]),
         )
-        memory = np.empty((17, count, each), dtype)
-        self.at, self.term, self.square = memory[:3], memory[3:6], memory[16]
-        partials = memory[6:16].reshape(2, 5, count, each)
-        self.xyz, self.xy, self.again = partials[:, :3], partials[:, :2], partials[:, 3:]
-        self.at_rows = self.at.reshape(-1, each)
-        self.du_rows, self.dv_rows = (plane[:3].reshape(-1, each) for plane in partials)
-        (self.du_yzx, self.dv_yzx), (self.du_zxy, self.dv_zxy) = partials[:, 1:4], partials[:, 2:5]
-        self.sums = np.empty((3 * count, 2))
-        self.sums_by_axis, self.sizes = self.sums.reshape(3, count, 2), np.empty((count, 2))
-        self.size_u, self.size_v = self.sizes.T
+        self.short = np.empty((count, samples), np.bool_)
+        rows = self.rounded.reshape(vectors, -1)
+        results = (at, du, dv)
+        self.columns = rows.T
+        self.turned = np.empty_like(rows.T, order="C") if is_separable else None
+        if self.turned is None:
+            self.products = _whole_products(rows, degree, resolution, results)
+        else:
+            self.products = _separable_products(self.turned, degree, resolution, results)
+        self.differences = rows[points:]
+        self.squares = np.empty_like(self.differences)
+        self.means = _build_means(degree, dtype)
+        self.axis_sizes = np.empty((2, 3 * count), dtype)
+        self.sizes_by_axis = self.axis_sizes.reshape(2, 3, -1)
+        self.size_u, self.size_v = self.sizes = np.empty((2, count), dtype)
         self.trust = np.empty((count, 1), dtype)
         self.trusts = self.trust[:, 0]
-        self.short = np.empty((count, each), np.bool_)
-        self.subnormal = SUBNORMAL[dtype]
+        self.subnormal = dtype(SUBNORMAL[dtype])
 
-    def take_nets(self, planes: FloatArray, origin: FloatArray | None) -> None:
-        """Finds S from control points (3 r, (p+1)(q+1)), and the differences of these."""
-        np.matmul(planes, self.steps, out=self.nets)
+    def find_points(self, points: FloatArray, origin: FloatArray | None) -> None:
+        """Finds S − origin from control points (r, (p+1)(q+1), 3), and the differences of these."""
+        np.copyto(self.points, points.transpose(1, 2, 0))
+        np.subtract(self.behind_u, self.before_u, out=self.du_net)
+        np.subtract(self.behind_v, self.before_v, out=self.dv_net)
         if origin is not None and is_moved(origin):
-            self.points -= origin[:, np.newaxis, np.newaxis]
+            self.points -= origin[:, np.newaxis]
         np.copyto(self.rounded, self.nets, casting="same_kind")
-        np.matmul(self.net, self.of_at, out=self.at_rows)
+        if self.turned is not None:
+            np.copyto(self.turned, self.columns)
+        for left, right, out in self.products[0]:
+            np.matmul(left, right, out=out)
 
     def find_vectors(self) -> NDArray[np.bool_] | None:
         """Finds S_u × S_v and its squared length; which samples are doubtful, None if none is."""
-        np.matmul(self.du_net, self.of_du, out=self.du_rows)
-        np.matmul(self.dv_net, self.of_dv, out=self.dv_rows)
-        np.copyto(self.again, self.xy)
-        np.multiply(self.du_yzx, self.dv_zxy, out=self.at)
-        np.multiply(self.du_zxy, self.dv_yzx, out=self.term)
-        np.subtract(self.at, self.term, out=self.at)
-        np.multiply(self.at, self.at, out=self.term)
-        np.add.reduce(self.term, out=self.square)
+        for products in self.products[1:]:
+            for left, right, out in products:
+                np.matmul(left, right, out=out)
+        for left, right, out in self.factors:
+            np.multiply(left, right, out=out)
+        at, term = self.at, self.term
+        np.subtract(at, term, out=at)
+        np.multiply(at, at, out=term)
+        np.add.reduce(term, out=self.square)
         # The mean squares of the differences of each patch, along u and along v.
-        np.multiply(self.differences, self.differences, out=self.differences)
-        np.matmul(self.differences, self.means, out=self.sums)
-        np.add.reduce(self.sums_by_axis, out=self.sizes)
-        np.multiply(self.size_u, self.size_v, out=self.size_u)
-        np.maximum(self.size_u, self.subnormal, out=self.trusts, casting="same_kind")
+        np.multiply(self.differences, self.differences, out=self.squares)
+        np.matmul(self.means, self.squares, out=self.axis_sizes)
+        np.add.reduce(self.sizes_by_axis, axis=1, out=self.sizes)
+        np.multiply(self.size_u, self.size_v, out=self.trusts)
+        np.maximum(self.trusts, self.subnormal, out=self.trusts)
         np.less_equal(self.square, self.trust, out=self.short)
         return self.short if np.count_nonzero(self.short) else None
+
+
+Products: TypeAlias = list[list[tuple[RealArray, RealArray, RealArray]]]
+"""For each of S, S_u and S_v: the pairs of matrices that are multiplied, and where to."""
+
+
+def _whole_products(
+    rows: RealArray,
+    degree: tuple[int, int],
+    resolution: tuple[int, int],
+    results: Sequence[RealArray],
+) -> Products:
+    """All samples by one product of the vectors (K, 3 r) with the basis of all samples."""
+    basis = sample_partials_basis(degree, resolution, rows.dtype.type)
+    ends = np.cumsum(count_vectors(degree))[:-1]
+    parts = zip(np.split(rows, ends), np.split(basis, ends), results, strict=True)
+    return [[(net.T, values, out.reshape(-1, basis.shape[1]))] for net, values, out in parts]
+
+
+def _separable_products(
+    turned: RealArray,
+    degree: tuple[int, int],
+    resolution: tuple[int, int],
+    results: Sequence[RealArray],
+) -> Products:
+    """All samples by a product along u, then one along v, of the vectors (3 r, K)."""
+    (p, q), (ru, rv), dtype = degree, resolution, turned.dtype.type
+    u, u_below = (sample_basis(n, ru, dtype) for n in (p, p - 1))
+    v, v_below = (sample_basis_columns(n, rv, dtype) for n in (q, q - 1))
+    bases = ((u, v), (u_below, v), (u, v_below))
+    nets = np.split(turned, np.cumsum(count_vectors(degree))[:-1], axis=1)
+    products: Products = []
+    for net, (along_u, along_v), out in zip(nets, bases, results, strict=True):
+        planes = net.reshape(-1, along_u.shape[1], len(along_v))
+        curves = np.empty((len(planes), ru + 1, len(along_v)), dtype)
+        second = curves.reshape(-1, len(along_v)), along_v, out.reshape(-1, rv + 1)
+        products.append([(along_u, planes, curves), second])
+    return products
 
 
 _WORKSPACES = Workspaces(_Workspace)
 
 
-@lru_cache(64)
-def _operators(p: int, q: int) -> tuple[FloatArray, FloatArray]:
-    """The factors of nets, and those of the squares of their differences.
+def _build_means(degree: tuple[int, int], dtype: Real) -> RealArray:
+    """Factors (2, differences) of the squares of differences in their means along u and along v.
 
-    The columns of the first are those of 1, then differences along u, then those along v. The
-    second has a column for the mean along u, and one for that along v.
+    The means are times `TRUSTED`.
     """
-    rows, columns = np.eye(p + 1), np.eye(q + 1)
-    along_u, along_v = np.diff(rows, axis=0), np.diff(columns, axis=0)
-    kinds = [np.kron(*pair).T for pair in ((rows, columns), (along_u, columns), (rows, along_v))]
-    means = np.zeros((kinds[1].shape[1] + kinds[2].shape[1], 2))
-    for column, part in enumerate((slice(0, p * (q + 1)), slice(p * (q + 1), None))):
-        means[part, column] = 1 / len(means[part])
-    return np.concatenate(kinds, axis=1), means
+    _, along_u, along_v = count_vectors(degree)
+    means = np.zeros((2, along_u + along_v), dtype)
+    means[0, :along_u] = TRUSTED[dtype] / along_u
+    means[1, along_u:] = TRUSTED[dtype] / along_v
+    return means

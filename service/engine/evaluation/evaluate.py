@@ -5,7 +5,7 @@ shape of the batch. `triangle_evaluation` computes them on triangles.
 """
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 from math import prod
 from types import MappingProxyType
 from typing import Literal, TypeAlias
@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
-from service.engine.evaluation.at_once import CHUNK_SAMPLES, can_evaluate_at_once, evaluate_at_once
+from service.engine.evaluation.at_once import (
+    CHUNK_SAMPLES,
+    can_evaluate_at_once,
+    count_chunk,
+    count_vectors,
+    evaluate_at_once,
+)
 from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
@@ -36,6 +42,9 @@ FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingPr
         "normal_polynomial": normal_polynomial,
     }
 )
+
+AT_ONCE: tuple[Formulation, ...] = ("kronecker", "separable")
+"""Formulations that `at_once` has, too, for the grids that it can evaluate."""
 
 LARGEST = 1 << 20
 """The most numbers of a matrix that is kept: 8 MiB, the largest value that the cache accepts."""
@@ -116,9 +125,16 @@ def evaluate(
         formulation = None
     elif formulation is None:
         formulation = choose_formulation(patches, resolution, normals)
-    if formulation == "kronecker" and can_evaluate_at_once(patches, resolution):
+    if formulation in AT_ONCE and can_evaluate_at_once(patches, resolution):
         with Measured(formulation):
-            doubtful = evaluate_at_once(patches, resolution, origin, out.positions, out.normals)
+            doubtful = evaluate_at_once(
+                patches,
+                resolution,
+                origin,
+                out.positions,
+                out.normals,
+                is_separable=formulation == "separable",
+            )
         if not doubtful:
             return out
         work = GridEvaluation(patches, resolution, dtype, out, origin)
@@ -154,14 +170,37 @@ def choose_formulation(
     patches: TensorPatches, resolution: tuple[int, int], normals: bool
 ) -> Formulation:
     """The formulation expected to be fastest, by counting multiplications and numpy calls."""
+    if can_evaluate_at_once(patches, resolution):
+        fastest: Formulation = _choose_at_once(patches.degree, resolution, patches.count)
+        return fastest
     p, q = patches.degree
     samples = (resolution[0] + 1) * (resolution[1] + 1)
-    # The cost of reading the matrix is divided by the number of patches. NumPy calls for each patch
-    # cost as much as some 180 000 multiplications, calls for the batch as much as 120 000.
-    at_once = (p + 1) * (q + 1) * (1 + 1 / patches.count)
-    in_turn = p + q + 2 + (180_000 - 120_000 / patches.count) / samples
     if normals and patches.weights is None and samples >= 12_000 and max(p, q) <= 4:
         return "normal_polynomial"
-    if at_once <= in_turn and 3 * (p + 1) * (q + 1) * samples <= LARGEST:
-        return "kronecker"
-    return "separable"
+    # The cost of reading the matrix is divided by the number of patches. NumPy calls for each patch
+    # cost as much as some 180 000 multiplications, calls for the batch as much as 120 000.
+    whole = (p + 1) * (q + 1) * (1 + 1 / patches.count)
+    in_turn = p + q + 2 + (180_000 - 120_000 / patches.count) / samples
+    return "kronecker" if whole <= in_turn and _is_kept(p, q, samples) else "separable"
+
+
+@lru_cache(256)
+def _choose_at_once(
+    degree: tuple[int, int], resolution: tuple[int, int], count: int
+) -> Formulation:
+    """The faster formulation of `evaluate_at_once`.
+
+    The unit is a multiplication of three coordinates in one large product. In two products it takes
+    twice as long, and calls take as long as 20 000, for each patch and for each chunk of patches.
+    """
+    (p, q), vectors = degree, sum(count_vectors(degree))
+    samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)
+    share = 1 / min(count, chunk)
+    whole = vectors * (1 + 2 * share)
+    in_turn = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
+    return "kronecker" if whole <= in_turn and _is_kept(p, q, samples) else "separable"
+
+
+def _is_kept(p: int, q: int, samples: int) -> bool:
+    """Whether the cache keeps the basis of all samples."""
+    return 3 * (p + 1) * (q + 1) * samples <= LARGEST

@@ -95,8 +95,8 @@ def test_every_formulation_is_chosen_somewhere() -> None:
     assert choose_formulation(smooth((15, 15), False), (128, 128), True) == "separable"
     assert choose_formulation(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
     # What each patch takes by itself is paid for every patch.
-    assert choose_formulation(teapot, (64, 64), True) == "kronecker"
-    assert choose_formulation(teapot.take(np.array([0])), (64, 64), True) == "separable"
+    assert choose_formulation(teapot, (24, 24), True) == "kronecker"
+    assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
 
 
 def test_steep_patches_get_their_normals_in_double_precision() -> None:
