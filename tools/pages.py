@@ -17,21 +17,19 @@ from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
 from service.api.body import BodyRoute
-from service.decoders.registry import DECODERS
-from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.mesh import plan_mesh
 from service.schemas.accuracy import ACCURACY
-from service.schemas.convert import OPERATIONS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import KINDS, SurfaceDefinition
 from service.settings.environment import describe_values, variable
 from service.settings.values import Settings, result_limits
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples import find
 from service.surface.sizes import SurfaceKind
+from tools.contract import CONTRACT, add_names, list_metrics
 from tools.processes import ROOT
 
 ALERTS = ROOT / "deploy" / "prometheus" / "alerts.yaml"
@@ -57,15 +55,15 @@ def settings_page(text: str) -> str:
 
 def metrics_page(text: str) -> str:
     """The page on observability, with the table of metrics."""
-    registry = create_app(Settings()).state.observed.registry
-    rows = []
-    for collector in vars(registry)["_collector_to_names"]:
-        for family in collector.collect():
-            if family.name.startswith("surface_"):
-                end = {"counter": "_total", "info": "_info"}.get(family.type, "")
-                names = vars(collector).get("_labelnames") or vars(family).get("_labelnames", ())
-                labels = ", ".join(f"`{label}`" for label in names)
-                rows.append((f"`{family.name}{end}`", family.type, labels, family.documentation))
+    rows = [
+        (
+            f"`{metric.name}`",
+            metric.kind,
+            ", ".join(f"`{label}`" for label in metric.labels),
+            metric.text,
+        )
+        for metric in list_metrics()
+    ]
     return _with_table(text, ("metric", "kind", "labels", "what it is"), rows)
 
 
@@ -131,20 +129,6 @@ def flags(_: str) -> str:
     return "[\n" + ",\n".join(rows) + "\n]\n"
 
 
-def names(_: str) -> str:
-    """Every name that a client may use: the history of this file shows what is new or gone."""
-    registries: dict[str, Iterable[str]] = {
-        "formats": (fmt.name for fmt in FORMATS),
-        "curve formats": (fmt.name for fmt in CURVE_FORMATS),
-        "files": (decoder.name for decoder in DECODERS),
-        "kinds": KINDS,
-        "operations": OPERATIONS,
-        "options": MeshOptionFields.model_fields,
-        "examples": EXAMPLES,
-    }
-    return json.dumps({title: list(names) for title, names in registries.items()}, indent=1) + "\n"
-
-
 PAGES: dict[Path, Callable[[str], str]] = {
     ROOT / "README.md": readme,
     ROOT / "docs" / "reference.md": reference_page,
@@ -152,7 +136,7 @@ PAGES: dict[Path, Callable[[str], str]] = {
     ROOT / "docs" / "observability.md": metrics_page,
     ROOT / "deploy" / "kubernetes" / "monitoring" / "rules.yaml": rules_page,
     ROOT / "service" / "cli" / "flags.json": flags,
-    ROOT / "tests" / "golden" / "names.json": names,
+    CONTRACT: add_names,
 }
 """Files, and functions that return the new text of a file from its present text."""
 

@@ -58,7 +58,7 @@ INTERRUPTED = 128 + 2
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     try:
-        return _run(_parser().parse_args(arguments))
+        return _run(build_parser().parse_args(arguments))
     except KeyboardInterrupt:
         return INTERRUPTED
 
@@ -86,7 +86,8 @@ def _run(options: argparse.Namespace) -> int:
         return REFUSED
 
 
-def _parser() -> argparse.ArgumentParser:
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
     parser = argparse.ArgumentParser(
         prog="surface",
         description="Parametric surfaces in, meshes out.",
