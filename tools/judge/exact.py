@@ -57,26 +57,34 @@ def nets_of(surface: dict[str, Any], origin: Array) -> list[Array]:
     Each array is (m, p+1, q+1, 4), its numbers rounded once. Triangles are patches with one side in
     a point: u leads away from their first corner, v along the side opposite.
     """
-    kind = surface.get("type", "bezier")
-    found: list[Exact] = []
-    if kind == "bezier":
-        found = [_homogeneous(surface["control_net"], surface.get("weights"), origin)]
-    elif kind == "bspline":
-        net = _homogeneous(surface["control_net"], surface.get("weights"), origin)
-        found = list(_spans(net, surface["degree"], surface["knots"]))
-    elif kind == "triangle":
-        weights = surface.get("weights") or [None] * len(surface["control_net"])
-        rows = zip(surface["control_net"], weights, strict=True)
-        found = [_square([_homogeneous(row, load, origin) for row, load in rows])]
-    else:
-        points = _homogeneous(surface["vertices"], surface.get("weights"), origin)
-        found = [points[np.array(grid)] for grid in surface.get("patches", [])]
-        found += [_square([points[row] for row in rows]) for rows in surface.get("triangles", [])]
+    found = list(_pieces(surface, origin))
     shapes = dict.fromkeys(net.shape for net in found)
     return [
         np.stack([net.astype(np.float64) for net in found if net.shape == shape])
         for shape in shapes
     ]
+
+
+def _pieces(surface: dict[str, Any], origin: Array) -> Iterator[Exact]:
+    """The Bézier pieces of a surface, exact, as `nets_of` has them."""
+    kind = surface.get("type", "bezier")
+    if kind == "bezier":
+        yield _homogeneous(surface["control_net"], surface.get("weights"), origin)
+    elif kind == "bspline":
+        net = _homogeneous(surface["control_net"], surface.get("weights"), origin)
+        yield from _spans(net, surface["degree"], surface["knots"])
+    elif kind == "triangle":
+        weights = surface.get("weights") or [None] * len(surface["control_net"])
+        rows = zip(surface["control_net"], weights, strict=True)
+        yield _square([_homogeneous(row, load, origin) for row, load in rows])
+    elif kind == "multipatch":
+        for member in surface["surfaces"]:
+            yield from _pieces(member, origin)
+    else:
+        points = _homogeneous(surface["vertices"], surface.get("weights"), origin)
+        yield from (points[np.array(grid)] for grid in surface.get("patches", []))
+        for rows in surface.get("triangles", []):
+            yield _square([points[row] for row in rows])
 
 
 _fractions = np.vectorize(Fraction, otypes=[object])
