@@ -63,9 +63,9 @@ export interface paths {
          * Points of a surface, with derivatives and curvatures
          * @description Evaluates the surface at the given parameters, in float64, and returns columns.
          *
-         *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
-         *     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have no
-         *     parameters (`not_parametric`).
+         *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are by the
+         *     surface's own parameters; at a knot they are the limits from the right. Tubes, ribbons and
+         *     groups have no parameters (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -133,12 +133,12 @@ export interface paths {
          * The closest points of a surface or a curve, with proved distances
          * @description Looks for the closest points, and proves how near the surface can be.
          *
-         *     Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
-         *     minimum is lost for want of a seed. Tubes and ribbons have no closest points
+         *     Row k of each column belongs to point k. The search subdivides the whole surface, so it does not
+         *     depend on a starting point and misses no minimum. Tubes and ribbons have no closest points
          *     (`not_parametric`).
          *
-         *     Many points are sent sooner as a file of NumPy: the query then names a surface that is stored,
-         *     or built in, and has the other fields.
+         *     Many points are sent faster as a NumPy file. The query then names a stored or built-in surface,
+         *     and has the other fields.
          */
         post: operations["projectPoints"];
         delete?: never;
@@ -164,12 +164,12 @@ export interface paths {
          *     hit; every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
          *     share count once.
          *
-         *     **Planes.** A section is a set of polylines within a tolerance of it. No part of it is lost,
-         *     however small; polylines are closed where the surface is. The response is in the format that
+         *     **Planes.** A section is a set of polylines within a tolerance of it. Even its smallest part is
+         *     found. Polylines are closed where the surface is closed. The response is in the format that
          *     `format` names or `Accept` prefers; JSON without either.
          *
-         *     Many rays are sent sooner as a file of NumPy, a point and a direction in each row: the query
-         *     then names a surface that is stored, or built in, and has the other fields.
+         *     Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
+         *     then names a stored or built-in surface, and has the other fields.
          *
          *     Tubes and ribbons have no hits and no sections (`not_parametric`).
          */
@@ -191,12 +191,12 @@ export interface paths {
         put?: never;
         /**
          * Area, volume, centroid and lengths of borders, each with a proved interval
-         * @description Measures a surface: every number comes with an interval that provably holds the truth.
+         * @description Measures a surface: every number has an interval that provably contains the exact value.
          *
-         *     A surface has a volume if all of its edges meet, and its patches are oriented consistently;
-         *     `faulty_edges` are the reason where they do not. A `tolerance` that takes more work than one
-         *     request may have is refused (`too_costly`), and the refusal names the tolerance that can be
-         *     reached for each quantity. Tubes and ribbons are not measured (`not_parametric`).
+         *     A surface has a volume if all of its edges meet and its patches are oriented consistently;
+         *     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
+         *     may have is refused (`too_costly`), and the refusal names the tolerance that can be reached for
+         *     each quantity. Tubes and ribbons are not measured (`not_parametric`).
          */
         post: operations["measureSurface"];
         delete?: never;
@@ -255,8 +255,8 @@ export interface paths {
          * Removes a stored surface
          * @description Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
          *
-         *     Built-in surfaces stay: 405. Caches may keep its meshes: a URL that may be kept for ever cannot
-         *     be called back. Storing the surface again gives it the same id.
+         *     Built-in surfaces cannot be removed (405). Caches may still have its meshes: the service cannot
+         *     take back a URL that caches may keep for ever. Storing the surface again gives it the same id.
          */
         delete: operations["deleteSurface"];
         options?: never;
@@ -280,10 +280,10 @@ export interface paths {
          *     differently; then the entity tag differs too. `Link` names the canonical form of the URL:
          *     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
          *     the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
-         *     tells whether they changed.
+         *     shows whether they changed.
          *
-         *     Equal requests at the same time are computed once. Responses are kept in memory, also
-         *     compressed.
+         *     Equal requests at the same time are computed once. The service keeps responses in memory,
+         *     compressed ones too.
          */
         get: operations["getSurfaceMesh"];
         put?: never;
@@ -428,9 +428,9 @@ export interface components {
     schemas: {
         /**
          * BezierConversion
-         * @description Makes `patches` of a B-spline: one Bézier patch a span, over shared vertices.
+         * @description Converts a B-spline to `patches`: one Bézier patch for each span, over shared vertices.
          *
-         *     What is made of Bézier patches already stays as it is.
+         *     Surfaces that consist of Bézier patches stay as they are.
          */
         BezierConversion: {
             /**
@@ -632,7 +632,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -662,7 +662,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
              * @example {
              *       "temperature": [
              *         [
@@ -1029,7 +1029,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -1060,7 +1060,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -1090,7 +1090,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
              * @example {
              *       "temperature": [
              *         [
@@ -1133,14 +1133,14 @@ export interface components {
         };
         /**
          * CameraDefinition
-         * @description A perspective camera: as much of it as tells how large an error looks.
+         * @description A perspective camera: its position, and how large an error appears in its picture.
          *
-         *     Where it looks to does not matter: what lies behind it may be seen next.
+         *     Its direction does not matter, because the camera may turn.
          */
         CameraDefinition: {
             /**
              * Position
-             * @description The point where it stands, in model coordinates.
+             * @description The position of the camera, in model coordinates.
              * @example [
              *       4,
              *       3,
@@ -1253,14 +1253,14 @@ export interface components {
         };
         /**
          * ConvertRequest
-         * @description A surface, and the operations that it shall go through, one after the other.
+         * @description A surface, and the operations to apply to it, one after the other.
          */
         ConvertRequest: {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * Operations
-             * @description What to do, each with the surface that the one before has made.
+             * @description The operations; each is applied to the result of the one before.
              * @example [
              *       {
              *         "degree": [
@@ -1343,7 +1343,7 @@ export interface components {
              */
             max: number[];
         };
-        /** @description A curve: its `type` tells the kind, `bezier` if there is none. */
+        /** @description A curve: its `type` names the kind; the default is `bezier`. */
         CurveDefinition: components["schemas"]["BezierCurveDefinition"] | components["schemas"]["BsplineCurveDefinition"];
         /**
          * CurveReport
@@ -1451,8 +1451,8 @@ export interface components {
          * ElevateDefinition
          * @description Raises the degree; the points stay. Degrees can be raised, not lowered.
          *
-         *     Raised to [n, n] a patch has p = q, as forms with one degree ask for. The continuity of a
-         *     B-spline stays: each knot stands as many times more as the degree rises, and it is clamped.
+         *     Raised to [n, n] a patch has p = q, which some formats need. A B-spline keeps its continuity,
+         *     because the multiplicity of each knot increases as much as the degree; the result is clamped.
          */
         ElevateDefinition: {
             /**
@@ -1482,7 +1482,7 @@ export interface components {
         Estimate: {
             /**
              * Vertices
-             * @description Number of positions, as in the report: one with several normals counts once.
+             * @description Number of positions, as in the report: a position with several normals counts once.
              */
             vertices: number;
             /**
@@ -1573,7 +1573,7 @@ export interface components {
         };
         /**
          * FaultyEdge
-         * @description A side because of which the surface has no volume.
+         * @description A side that is a reason why the surface encloses no volume.
          */
         FaultyEdge: {
             /**
@@ -1884,7 +1884,7 @@ export interface components {
         };
         /**
          * MemberDefinition
-         * @description One surface of a group: what it is, what it is called, how it looks, where it stands.
+         * @description One surface of a group, with its name, its base colour and its place.
          */
         MemberDefinition: {
             /**
@@ -2001,7 +2001,8 @@ export interface components {
         Mesh: {
             /**
              * Vertices
-             * @description Positions [x, y, z], welded ones once; float64, shortest digits that round-trip.
+             * @description Positions [x, y, z]; a welded vertex is one row. Float64, with the fewest digits that give
+             *     the same number.
              */
             vertices: [
                 number,
@@ -2016,8 +2017,8 @@ export interface components {
             faces: number[][];
             /**
              * Normals
-             * @description Unit normals, float32; left out if `normals` is false. Row by row those of `vertices`, unless
-             *     there are `attribute_faces`.
+             * @description Unit normals, float32; left out if `normals` is false. Row k belongs to row k of `vertices`,
+             *     unless the mesh has `attribute_faces`.
              */
             normals?: [
                 number,
@@ -2027,7 +2028,7 @@ export interface components {
             /**
              * Uvs
              * @description Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
-             *     float64, so that they lead back to the point. In the rows of `normals`.
+             *     float64, so that the surface has the same point at them. Row k belongs to row k of `normals`.
              */
             uvs?: [
                 number,
@@ -2035,13 +2036,13 @@ export interface components {
             ][];
             /**
              * Colors
-             * @description Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In
-             *     the rows of `normals`.
+             * @description Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. Row k
+             *     belongs to row k of `normals`.
              */
             colors?: number[][];
             /**
              * Attributes
-             * @description Values of the surface's attributes by name, float64. In the rows of `normals`.
+             * @description Values of the surface's attributes by name, float64. Row k belongs to row k of `normals`.
              */
             attributes?: {
                 [key: string]: number[][];
@@ -2129,7 +2130,7 @@ export interface components {
         MeshReport: {
             /**
              * Vertices
-             * @description Number of positions: one with several normals counts once.
+             * @description Number of positions: a position with several normals counts once.
              */
             vertices: number;
             /**
@@ -2165,8 +2166,8 @@ export interface components {
             poles_repaired: number;
             /**
              * Closed U
-             * @description Whether the surface closes along u: its last line is its first one. This and the next three
-             *     fields are left out for several patches without a common domain.
+             * @description Whether the surface closes along u: its curves at the least and the greatest u are the same.
+             *     This and the next three fields are left out for several patches without a common domain.
              */
             closed_u?: boolean;
             /**
@@ -2176,14 +2177,14 @@ export interface components {
             closed_v?: boolean;
             /**
              * Continuity U
-             * @description If the surface closes along u: with equal partials du (C1), with equal tangent planes (G1),
-             *     or neither (C0).
+             * @description If the surface closes along u, its continuity there: C1 for equal partials du, G1 for equal
+             *     tangent planes, else C0.
              * @enum {string}
              */
             continuity_u?: "C0" | "G1" | "C1";
             /**
              * Continuity V
-             * @description If the surface closes along v: as `continuity_u`, with dv.
+             * @description If the surface closes along v, its continuity there: as `continuity_u`, with dv.
              * @enum {string}
              */
             continuity_v?: "C0" | "G1" | "C1";
@@ -2439,8 +2440,8 @@ export interface components {
          * MultipatchDefinition
          * @description Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
          *
-         *     Each of them is a part, with its own degrees, knots and parameters; its `name` is the name of
-         *     the part. Where their borders are equal, they share vertices.
+         *     Each of these surfaces is a part, with its own degrees, knots and parameters; its `name` is the
+         *     name of the part. Parts share vertices where their borders are equal.
          */
         MultipatchDefinition: {
             /**
@@ -2532,7 +2533,7 @@ export interface components {
              */
             name?: string;
         };
-        /** @description A step of a conversion: `op` tells the kind. */
+        /** @description A step of a conversion: `op` names its kind. */
         OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
         /**
          * PartMeasures
@@ -2548,7 +2549,7 @@ export interface components {
             area: components["schemas"]["Interval"];
             /**
              * Volume
-             * @description The volume that it encloses. Left out if the part by itself is open.
+             * @description The volume that the part encloses. Left out if the part by itself is open.
              */
             volume?: components["schemas"]["Interval"];
             /**
@@ -2686,7 +2687,7 @@ export interface components {
             triangles?: number[][][];
             /**
              * Parts
-             * @description Named groups of patches, by patch number from 0: grids first, triangles after them. A patch belongs to at most one group; those in none form a part of the surface's name. Parts come in the order of the first patch that each lists.
+             * @description Named groups of patches, by patch number from 0: grids first, triangles after them. A patch belongs to at most one group; all others form a part of the surface's name. Parts come in the order of the first patch that each lists.
              * @example {
              *       "left": [
              *         0
@@ -2738,7 +2739,7 @@ export interface components {
             colors?: number[][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. One value for every vertex, blended over the patches as the vertices are.
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. One value for every vertex, blended over the patches as the vertices are.
              * @example [
              *       [
              *         0,
@@ -2772,7 +2773,7 @@ export interface components {
             ][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. One value for every vertex, blended over the patches as the vertices are.
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. One value for every vertex, blended over the patches as the vertices are.
              * @example {
              *       "temperature": [
              *         [
@@ -3008,7 +3009,7 @@ export interface components {
             ][];
             /**
              * Patch
-             * @description Where the surface is a list of patches, or of the surfaces of a `multipatch`, the number (from 0, in the order of the request) of that on which the points lie, or one number for every point. Needed where there are several, and only there.
+             * @description For a list of patches, or for the surfaces of a `multipatch`: the number (from 0, in the order of the request) of that on which the points lie, or one number for every point. Needed where there are several, and only there.
              * @example 0
              */
             patch?: number | number[];
@@ -3063,16 +3064,16 @@ export interface components {
         };
         /**
          * RayHits
-         * @description Hits in columns, float64: rows of the first two belong to rays, of the others to hits.
+         * @description Hits in columns, float64: `reached` and `counts` have a row per ray, the others one per hit.
          *
-         *     Hits are in the order of rays, and along each ray.
+         *     Hits are sorted by ray, and for each ray by t.
          */
         RayHits: {
             /**
              * Reached
              * @description For each ray, whether its first hit, or all of its hits, are listed. False if the limit of
-             *     work was reached, as where the surface is a line along the ray, or if the ray begins so far away
-             *     that rounding is larger than the thickness.
+             *     work was reached, for example because the surface is a line along the ray; or if the ray begins
+             *     so far away that rounding is larger than the thickness.
              */
             reached: boolean[];
             /**
@@ -3087,8 +3088,8 @@ export interface components {
             ray: number[];
             /**
              * T
-             * @description The hit is at origin + t · direction, with the direction of the request. For a segment, its
-             *     beginning.
+             * @description The hit is at origin + t · direction, with the direction of the request. For a segment, this
+             *     is its beginning.
              */
             t: number[];
             /**
@@ -3198,7 +3199,7 @@ export interface components {
             formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
             /**
              * Code
-             * @description As in an error of `POST /v1/mesh`.
+             * @description The code of the error that `POST /v1/mesh` would return.
              */
             code: string;
             /**
@@ -3238,7 +3239,7 @@ export interface components {
             op: "restrict";
             /**
              * U
-             * @description First and last u of the piece; left out, all of them.
+             * @description First and last u of the piece; by default the whole range.
              * @example [
              *       0.25,
              *       0.75
@@ -3250,7 +3251,7 @@ export interface components {
             ];
             /**
              * V
-             * @description First and last v of the piece; left out, all of them.
+             * @description First and last v of the piece; by default the whole range.
              * @example [
              *       0,
              *       0.5
@@ -3263,11 +3264,11 @@ export interface components {
         };
         /**
          * ReverseDefinition
-         * @description Runs u or v of every patch backwards; normals turn to the other side.
+         * @description Reverses u or v of every patch; normals turn to the other side.
          *
-         *     Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline whose knots are numbers
-         *     over [a, b] is one over [−b, −a] then, for these are exact; named knots stay. Reversed twice a
-         *     surface is as it was.
+         *     In a triangle, `u` exchanges r and s, `v` exchanges r and t. Knots over [a, b] that are numbers
+         *     become knots over [−b, −a], which are exact; named knots stay. A surface that is reversed twice
+         *     is unchanged.
          */
         ReverseDefinition: {
             /**
@@ -3288,8 +3289,8 @@ export interface components {
          * RibbonDefinition
          * @description A flat stripe along a curve that faces a direction, or a camera.
          *
-         *     Its crossbars are at right angles to the curve and to where it faces. `resolution` counts the
-         *     divisions of each piece of the curve; corners are those of a tube.
+         *     Its crossbars are at right angles to the curve and to the direction that it faces. `resolution`
+         *     counts the divisions of each piece of the curve; corners are those of a tube.
          */
         RibbonDefinition: {
             /**
@@ -3411,7 +3412,7 @@ export interface components {
             ];
             /**
              * Y Axis
-             * @description Unit vector along y there: x × y is the normal.
+             * @description Unit vector along y in these coordinates: x × y is the normal.
              */
             y_axis: [
                 number,
@@ -3425,7 +3426,7 @@ export interface components {
             polylines: components["schemas"]["SectionLine"][];
             /**
              * Touching
-             * @description Points where the surface touches the plane, or is so close that rounding cannot tell.
+             * @description Points where the surface touches the plane, or is closer to it than rounding can resolve.
              */
             touching: [
                 number,
@@ -3547,10 +3548,10 @@ export interface components {
          * SplitDefinition
          * @description Cuts one patch or a B-spline in two or four, a triangle in three.
          *
-         *     A patch becomes `patches` over shared vertices, a B-spline a `group` of B-splines that keep
-         *     their parameters: piece (k, l) of the pieces along u and v has number
-         *     k · (pieces along v) + l. A triangle is cut at a point: the three triangles between it and the
-         *     sides, first the one that has the point instead of the corner r = 1, last instead of t = 1.
+         *     A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
+         *     keep their parameters: piece (k, l) of the pieces along u and v has number k · (pieces along v)
+         *     + l. A triangle is cut at a point: the three triangles join it with the sides. In the first, the
+         *     point replaces the corner r = 1, in the last the corner t = 1.
          */
         SplitDefinition: {
             /**
@@ -3632,11 +3633,11 @@ export interface components {
             id: string;
             links: components["schemas"]["StoredLinks"];
         };
-        /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
+        /** @description A surface: its `type` names the kind; the default is `bezier`. */
         SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
         /**
          * SurfaceDocument
-         * @description A surface alone: a body for the other calls; options may be added.
+         * @description A surface without options: a body for the other calls, to which options may be added.
          */
         SurfaceDocument: {
             /** @description The definition, in the form of a request. */
@@ -3809,7 +3810,7 @@ export interface components {
         };
         /**
          * TransposeDefinition
-         * @description Exchanges u and v, of every patch; s and t of a triangle. Normals turn to the other side.
+         * @description Exchanges u and v of every patch; s and t of a triangle. Normals turn to the other side.
          */
         TransposeDefinition: {
             /**
@@ -3950,7 +3951,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -3976,7 +3977,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
              * @example {
              *       "temperature": [
              *         [
@@ -4020,7 +4021,7 @@ export interface components {
          *
          *     Its rings turn about the curve as little as they can; a closed curve gives a closed tube without
          *     a jump. `resolution` counts the divisions of each piece of the curve. Corners up to 90° are
-         *     mitred, sharper ones rounded. Where radius × curvature exceeds 1 it runs through itself.
+         *     mitred, sharper ones rounded. Where radius × curvature exceeds 1, the tube intersects itself.
          */
         TubeDefinition: {
             /**
@@ -4937,7 +4938,7 @@ export interface operations {
     projectPoints: {
         parameters: {
             query?: {
-                /** @description With a file: id of the surface, the name of a built-in one, or that of a stored one. */
+                /** @description With a file: the id of a built-in or a stored surface. */
                 surface?: string;
                 /** @description With a file: The largest width of an interval in `distance_bounds`, as a share of the diagonal of the bounding box of the control points. Default: 1e-09. */
                 relative_tolerance?: number;
@@ -4992,7 +4993,7 @@ export interface operations {
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj" | "svg";
-                /** @description With a file: id of the surface, the name of a built-in one, or that of a stored one. */
+                /** @description With a file: the id of a built-in or a stored surface. */
                 surface?: string;
                 /** @description With a file: Which hits of a ray are returned: the first, or all. Default: "first". */
                 hits?: "first" | "all";

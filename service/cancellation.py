@@ -1,4 +1,4 @@
-"""Cancels work whose client has gone away, or whose time is over.
+"""Cancels work when its client has gone away, or its time is over.
 
 The caller that starts work in a thread puts a `Cancellation` into the context, which the thread
 inherits. Long work calls `checkpoint()` about every 100 ms; a step on large arrays takes up to half
@@ -29,7 +29,7 @@ class Cancellation:
     Parameters
     ----------
     deadline : float
-        When its time is over, on the clock `time.monotonic`.
+        The time at which the work must end, on the clock `time.monotonic`.
     """
 
     __slots__ = ("_is_cancelled", "deadline")

@@ -63,7 +63,7 @@ class UnsupportedByFormat(SurfaceError):
 
 
 class TooLarge(SurfaceError):
-    """The result would exceed a limit; known from the request's shapes, before any allocation."""
+    """The result would exceed a limit; the shapes of the request show it before any allocation."""
 
 
 class StoreFull(SurfaceError):

@@ -1,4 +1,4 @@
-"""Measures the seconds of named parts of the work.
+"""Measures how many seconds each named part of the work takes.
 
 `with Measured(name):` surrounds a part. A caller that wants the times sets a function in the
 context, which threads inherit; without it, as on the command line, nothing is measured.

@@ -1,7 +1,7 @@
 """Routes whose body may also be an array in a .npy file, about a surface that has an id.
 
 The query then names the surface, and has the document's other fields: `?surface=sphere&sign=true`.
-A hundred thousand points are 2.4 MB so, and are not parsed number by number.
+In such a file 100,000 points take 2.4 MB, and the service need not parse them number by number.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ class ArrayRoute(BodyRoute):
     array: ClassVar[str] = "points"
 
     def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
-        """Beside an array, the document's other fields."""
+        """The format that the query names; beside an array also the document's other fields."""
         if decoder is None:
             return super()._query(request, decoder)
         try:
@@ -61,7 +61,7 @@ class ArrayRoute(BodyRoute):
     async def _decode(
         self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
-        """From the bytes of a file to the document about the surface that the query names."""
+        """The function that makes the document from the bytes; loads the named surface."""
         del decoder
         try:
             stored = await surface_of(services, job, beside["surface"])
@@ -76,7 +76,7 @@ class ArrayRoute(BodyRoute):
 
 
 def _value(text: object) -> object:
-    """The value of a parameter as a document would hold it; what is malformed stays a text."""
+    """The value of a parameter in JSON; a text that is not JSON stays a text."""
     if not isinstance(text, str):
         return text
     return {"true": True, "false": False}.get(text, number_from_text(text))

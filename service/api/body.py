@@ -3,8 +3,8 @@
 `BodyRoute` does this in place of FastAPI, in a thread if the body is long, and calls the route's
 function with the model and the `Context` (the pattern "Custom Request and APIRoute class" of
 FastAPI's documentation). So every error in a body is a problem document of ours, and a file of
-control points takes the same way as JSON: its other fields stand in the query. FastAPI finds the
-route, handles errors, and reads the function's signature for the OpenAPI document.
+control points is read like JSON, with its other fields in the query. FastAPI finds the route,
+handles errors, and reads the function's signature for the OpenAPI document.
 """
 
 import re
@@ -79,7 +79,7 @@ class BodyRoute(APIRoute):
         return response
 
     def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
-        """The format that the query names; beside a file also the document's other fields."""
+        """The format that the query names; for a file also the document's other fields."""
         query: bytes = request.scope["query_string"]
         if decoder is None:
             if not self.formats:
@@ -94,7 +94,7 @@ class BodyRoute(APIRoute):
     async def _decode(
         self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
-        """From the bytes of a file to the document that it stands for with the query."""
+        """The function that makes the document from the bytes of a file and the query's fields."""
         del job
         fields, most = beside["surface"], services.documents.max_control_points
 

@@ -30,7 +30,7 @@ EXPOSED = (
     TRIANGLES_HEADER,
     VERTICES_HEADER,
 )
-"""Response headers that scripts may read, beside those they always may."""
+"""Response headers that scripts may read, besides those that the standard always allows."""
 
 _PREFLIGHT: RawHeaders = (
     (b"access-control-allow-methods", b"GET, HEAD, POST"),
@@ -51,7 +51,7 @@ class Origins:
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
-        # Pages that isolate themselves (COEP) load from other origins only with this header.
+        # Pages that isolate themselves (COEP) load only files with this header from other origins.
         embedded = b"cross-origin" if is_any else b"same-origin"
         self._always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
         if is_any:
@@ -76,7 +76,7 @@ class Origins:
 
 
 def is_preflight(scope: Scope) -> bool:
-    """Whether a browser asks for permission first; such a request never has a key."""
+    """Whether a browser asks for permission before the real request, still without a key."""
     return scope["method"] == "OPTIONS" and any(
         name == b"access-control-request-method" for name, _ in scope["headers"]
     )

@@ -17,7 +17,7 @@ def mesh_url_path(root: str, surface: str, suffix: str) -> str:
 
 
 def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
-    """The URL of a mesh; without `query`, the mesh of all defaults in this engine's numbers."""
+    """The URL of a mesh; by default of the mesh with all defaults, by the present engine."""
     return f"{mesh_url_path(root, surface, suffix)}?{query}"
 
 

@@ -62,8 +62,8 @@ def format_by_suffix(suffix: str) -> Format:
 def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format that an Accept header prefers; JSON if it has no preference.
 
-    For each format the most specific media range counts. Of equal quality values the more specific
-    wins, then JSON, then the order of `formats`.
+    For each format the most specific media range counts. Among equal quality values, the more
+    specific range wins, then JSON, then the order of `formats`.
 
     Raises
     ------
@@ -125,7 +125,7 @@ _remembered_format = lru_cache(maxsize=256)(_named_format)
 
 
 def refuse_parameters(names: Iterable[str]) -> None:
-    """Refuses every query parameter, for calls that have none."""
+    """Refuses every query parameter, for calls that take none."""
     _refuse_unknown(names, "no parameters")
 
 

@@ -37,7 +37,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
             problem = METHOD_NOT_ALLOWED
             allowed = allowed_methods(routes, request)
             if request.method not in allowed:
-                # FastAPI names the methods of the first route of the path only.
+                # FastAPI names only the methods of the first route of the path.
                 headers = {"Allow": ", ".join(allowed)}
         record_of(request.scope).code = problem.code
         return problem_response(problem, headers=headers)

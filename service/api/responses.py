@@ -17,13 +17,13 @@ from service.encoders.pieces import Content, Pieces
 from service.engine.mesh.report import MeshReport
 
 CHUNK = 1 << 19
-"""Bytes handed to the server at a time: it waits for a slow client after each. Chunks are views,
-not copies, so a slow client takes no memory beside the response. Most responses are one chunk;
-chunks of 64 KiB take a tenth more processor time."""
+"""Bytes handed to the server at a time: the server waits for a slow client after each chunk. Chunks
+are views, not copies, so a slow client takes no memory beside the response. Most responses are one
+chunk; chunks of 64 KiB take a tenth more processor time."""
 
 UNTRACKED = 1 << 16
-"""Bytes that the server may buffer of a sent response. The service does not wait until a client has
-received a shorter one."""
+"""Most bytes of a response that the server may buffer. The service does not wait until a client has
+received a shorter response."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """Headers of every response: a browser must not guess another media type."""
@@ -80,9 +80,9 @@ class FileResponse(ChunkedResponse):
 
 
 async def send_pieces(body: Content | memoryview, send: Send) -> None:
-    """Sends a body in chunks: the server waits for a slow client after each.
+    """Sends a body in chunks: the server waits for a slow client after each chunk.
 
-    Only pieces that are shorter are copied, into one chunk: sending costs more than copying.
+    It copies pieces that are shorter into one chunk, because sending costs more than copying.
     """
     for content in body.join_short(CHUNK) if isinstance(body, Pieces) else (body,):
         view = memoryview(content)
@@ -101,20 +101,20 @@ def json_response(
     headers: Mapping[str, str] = HEADERS,
     media_type: str = "application/json",
 ) -> Response:
-    """A JSON document."""
+    """The response with a JSON document."""
     body = orjson.dumps(content)
     return ChunkedResponse(body, status, headers, media_type)
 
 
 def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:
-    """A response with a JSON document that a job wrote, and `Server-Timing`."""
+    """The response with a JSON document that a job wrote, and with `Server-Timing`."""
     job.finish_work(len(content))
     timed = {**headers, "Server-Timing": str(job.timing)}
     return ChunkedResponse(content, 200, timed, "application/json")
 
 
 def report_headers(report: MeshReport | None) -> RawHeaders:
-    """Counts and deviation bound of a mesh as headers; many formats have no room for its report."""
+    """Counts and deviation bound of a mesh as headers: many formats cannot store a report."""
     if report is None:
         return ()
     counts = (_VERTICES, b"%d" % report.vertices), (_TRIANGLES, b"%d" % report.triangles)
@@ -126,7 +126,7 @@ def report_headers(report: MeshReport | None) -> RawHeaders:
 def file_response(
     content: Content, fmt: FileFormat, name: str, job: Job, report: MeshReport | None = None
 ) -> Response:
-    """A response with a job's file; with a file name, unless it is JSON."""
+    """The response with a job's file; with a file name, unless it is JSON."""
     job.finish_work(len(content))
     body_headers = (
         (b"content-length", b"%d" % len(content)),

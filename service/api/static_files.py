@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.caching.cached_response import entity_tag, held, is_any
+from service.api.caching.cached_response import entity_tag, find_held, is_any
 from service.api.caching.codings import Coding, compressed
 from service.api.negotiation import codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
@@ -56,7 +56,7 @@ class StaticFiles:
         accepted, condition = codings_of(request), condition_of(request)
         kept = await self._read(name)
         coding, body = await self._coded(kept, accepted.order[0])
-        same = held(condition, accepted.order, partial(entity_tag, kept.name))
+        same = find_held(condition, accepted.order, partial(entity_tag, kept.name))
         if condition is not None and is_any(condition):
             same = coding
         headers = {

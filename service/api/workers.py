@@ -33,8 +33,9 @@ from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 
 INLINE_SECONDS = 0.0075
-"""Cost up to which work runs on the event loop: changing threads, which take turns of 5 ms, would
-take as long. The teapot at 16 divisions costs 0.0045; it takes 0.8 ms, without a plan 2.4 ms."""
+"""Cost up to which work runs on the event loop. A change of threads would take as long, because
+threads take turns of 5 ms. The teapot at 16 divisions costs 0.0045; it takes 0.8 ms, without a plan
+2.4 ms."""
 
 MOST_INLINE_SECONDS = 0.1
 """Work on the event loop that takes longer than its cost says begins anew in a thread, at the first
@@ -53,7 +54,8 @@ TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
 system."""
 
 SMALL_BODY, MAX_RETRY_AFTER = 1 << 20, 60
-"""Bytes: a body up to this size may use the last 1/10 of the bodies' memory. Seconds."""
+"""A body of at most `SMALL_BODY` bytes may use the last 1/10 of the bodies' memory. `Retry-After`
+names at most `MAX_RETRY_AFTER` seconds."""
 
 Callbacks: TypeAlias = list[Callable[[], None]]
 Result = TypeVar("Result")
@@ -142,7 +144,7 @@ class Workers:
             return await granted
         except asyncio.CancelledError:
             if granted.cancelled():
-                with suppress(ValueError):  # another request left first, and settled
+                with suppress(ValueError):  # no longer queued
                     self._queue.remove(entry)
                 self.settle()  # the next one may fit
             else:
@@ -153,7 +155,7 @@ class Workers:
             self.seconds_waited += time.monotonic() - since
 
     def release_thread(self, start: float) -> None:
-        """Returns the thread that began at `start`."""
+        """Gives back the thread that began at `start`."""
         self.computing -= 1
         if start == self._newest:
             self._newest = -math.inf
@@ -188,7 +190,7 @@ class Workers:
         self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
 
     def _start(self, amount: int) -> float | None:
-        """Takes a thread and the memory, if both are free; returns when, or None."""
+        """Takes a thread and the memory if both are free; returns the start time, else None."""
         now = time.monotonic()
         is_alone = now < self._newest + ALONE_SECONDS
         if is_alone or self.computing >= self.threads or not self.has(amount):
@@ -203,9 +205,9 @@ class Workers:
 class Job:
     """Memory and threads of one request, or of one computation that several requests share.
 
-    Its end returns everything, but what a thread still uses only when that thread has ended: it
-    may take half a second to notice the cancellation. `receive` tells when the client goes away; a
-    shared computation has none, its users end it.
+    A job that ends returns everything. Memory that a thread still uses is returned when that thread
+    ends: it may take half a second to notice the cancellation. `receive` shows when the client goes
+    away; a shared computation has no `receive`, because it ends with its last user.
     """
 
     def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
@@ -213,7 +215,8 @@ class Job:
         self.cancellation = Cancellation()
         self.until_ready: Callbacks = []
         self.until_end: Callbacks = []
-        """Called when the response is ready; when it has been sent or the client has gone."""
+        """`until_ready` is called when the response is ready, `until_end` when it has been sent or
+        the client has gone."""
         self.timing = Timing()
         self._receive = receive
         self._deadline = math.inf
@@ -261,7 +264,7 @@ class Job:
                 return await self._in_thread(call, self.workers.parsing.release)
 
     async def run(self, work: Work[Result], name: str) -> Result:
-        """Returns the result of `work`: in a thread, unless it is as short as its cost says.
+        """Returns the result of `work`: short work runs on the event loop, other work in a thread.
 
         Raises `Busy`, `OutOfTime`, `ClientDisconnect` or the error of the work.
         """
@@ -380,6 +383,6 @@ def _run_catching(call: Callable[[], Result]) -> tuple[Result | None, Exception 
     try:
         return call(), None
     except Exception as error:
-        clear_frames(error.__traceback__)  # but this frame, which runs
+        clear_frames(error.__traceback__)  # except this frame, which runs
         del call
         return None, error

@@ -1,1 +1,1 @@
-"""Bases of polynomials and splines: mathematics that knows no surface; NumPy only."""
+"""Bases of polynomials and splines: mathematics without surfaces, with NumPy only."""

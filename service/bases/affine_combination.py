@@ -18,15 +18,15 @@ def combine(
         v_j = Σ_k s_kj w_{i(k, j)},   Q_j = Σ_k (s_kj w_{i(k, j)} / v_j) P_{i(k, j)}
 
     Shares are not negative and add up to one over k. A mean lies between the least and the
-    greatest of its terms, and is clipped to these when rounding leads beyond: hence the mean of
+    greatest of its terms, and is clipped to these when rounding leads beyond. Hence the mean of
     equal points is that point, bit for bit, and points with one coordinate in common keep it. Two
-    terms give the same bits in either order.
+    terms in exchanged order give the same bits.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n, …, d)
     weights : ndarray of float64, shape (n, …), or None
-        None where all are one.
+        None if all are one.
     index, shares : ndarray of int and of float64, shape (K, m)
         Row i(k, j) contributes the share s_kj to mean j.
 

@@ -20,8 +20,8 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
         B_i^n(t) = (1 − t) B_i^{n−1}(t) + t B_{i−1}^{n−1}(t),  B_0^0 = 1
 
     The recurrence only adds products of non-negative numbers, so each value is right to about n
-    units in its last place (3e-15 at degree 100), where binomials times powers over- and
-    underflow.
+    units in its last place (3e-15 at degree 100). Binomials times powers would overflow and
+    underflow there.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def sample_parameters(divisions: int) -> FloatArray:
 def sample_basis(degree: int, divisions: int, dtype: type[np.floating] = np.float64) -> RealArray:
     """Bernstein basis at R equal divisions of [0, 1], shape (R+1, n+1); cached, read-only.
 
-    Row R − k is row k from its end, bit for bit.
+    Row R − k is row k in reverse order, bit for bit.
     """
 
     def build() -> RealArray:
@@ -118,7 +118,7 @@ def sample_partials_basis(
 ) -> RealArray:
     """The bases for S, S_u and S_v at every sample of a grid, one below another.
 
-    Those of `sample_grid_basis` of the degrees (p, q), (p − 1, q) and (p, q − 1).
+    They are the results of `sample_grid_basis` for the degrees (p, q), (p − 1, q) and (p, q − 1).
 
     Returns
     -------
@@ -237,8 +237,8 @@ def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> Flo
     Returns
     -------
     ndarray of float64, shape ((p+1)(q+1)(r+1)(s+1), (p+r+1)(q+s+1)); cached, read-only
-        Coefficients of the product of one polynomial of each basis, those of the first degree
-        slowest.
+        Coefficients of the product of one polynomial of each basis; the index of the first basis
+        varies slowest.
     """
 
     def build() -> FloatArray:

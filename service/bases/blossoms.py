@@ -28,8 +28,7 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
     -------
     ndarray of float64, shape (spans, p+1, p+1)
         Row j times the control points s − p … s is Bézier point j of span s. No entry is negative
-        and the rows add up to one. Of reversed knots these are the reversed operators, bit for
-        bit.
+        and the rows add up to one. Reversed knots give the reversed operators, bit for bit.
     """
     places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
     around = knots[places]
@@ -42,7 +41,7 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
 
 
 def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
-    """The operators, by replacing first the knots on the left of [a, b] by a, then others by b.
+    """The operators: replaces the knots on the left of [a, b] by a, then the others by b.
 
     Parameters
     ----------

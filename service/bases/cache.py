@@ -37,7 +37,7 @@ class Cache(Generic[Value]):
     """Least-recently-used values by key, at most `capacity` bytes of them.
 
     Requests and threads share the values, which must therefore be read-only. A value larger than
-    1/`share` of the capacity is built and returned, not kept: one unusual request must not empty
+    1/`share` of the capacity is returned but not kept, because one unusual request must not empty
     the cache for the others. Threads that need the same key at once build its value once.
     """
 
@@ -128,7 +128,7 @@ PLANS = ArrayCache(64 << 20)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _DerivedValue:
-    """A value derived from arrays, and a reference to these: so no other array gets their ids."""
+    """A value derived from arrays, and a reference to these, which keeps their ids in use."""
 
     sources: tuple[NDArray[Any], ...]
     value: Any
@@ -164,7 +164,7 @@ LONGEST_TEXT = 1 << 16
 
 
 def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
-    """The array that `build` makes of lists of numbers, cached by their JSON text.
+    """The array that `build` makes from lists of numbers, cached by their JSON text.
 
     The text distinguishes 1, 1.0 and true. Arrays, and values without a JSON text, are not cached.
     """

@@ -2,8 +2,8 @@
 
 Each Bézier point is a combination of control points (`service.bases.blossoms`). The combinations
 depend on differences of knots alone, are symmetric in the direction of the curve, and are computed
-once where two spans meet. Hence a B-spline and its reverse have the same Bézier points bit for bit,
-and neighbouring patches the same edges.
+once at each point where two spans meet. Hence a B-spline and its reverse have the same Bézier
+points bit for bit, and neighbouring patches the same edges.
 """
 
 from collections.abc import Iterator
@@ -55,8 +55,8 @@ class Extraction:
     copies : ndarray of int, shape (2, c)
         Bézier points that are control points: their numbers, and those of the control points.
     repeated : (int, int, int), or None
-        (m, i, j): the ends of the curve are one point if the m control points from i on equal those
-        from j on.
+        (m, i, j): the ends of the curve are one point if control points i … i + m − 1 equal control
+        points j … j + m − 1.
     """
 
     count: int

@@ -42,7 +42,7 @@ def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
 
 
 def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
-    """The knots, with those made equal that differ by less than `least`, hence by rounding alone.
+    """The knots; neighbours that differ by less than `least`, by rounding alone, become equal.
 
     Multiplicities reach at most p inside the domain and p + 1 at its ends, which do not move;
     knots that would exceed these stay as they are.

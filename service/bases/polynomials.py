@@ -33,7 +33,7 @@ def elevate(net: Net, degree: int) -> Net:
 
 
 def split(net: Net, t: float) -> tuple[Net, Net]:
-    """The polynomials over [0, t] and over [t, 1], each in parameters of its own from 0 to 1.
+    """The polynomials over [0, t] and over [t, 1], each with its own parameter from 0 to 1.
 
     de Casteljau: the first and the last points of b_i ← (1 − t) b_i + t b_{i+1} at every step. The
     last row of one half is the first of the other.
@@ -50,7 +50,7 @@ def split(net: Net, t: float) -> tuple[Net, Net]:
 
 
 def restrict(net: Net, first: float, last: float) -> Net:
-    """The polynomials over [first, last] ⊆ [0, 1], in parameters of their own from 0 to 1."""
+    """The polynomials over [first, last] ⊆ [0, 1], with their own parameter from 0 to 1."""
     if first > 0:
         _, net = split(net, first)
     if last < 1:

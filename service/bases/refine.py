@@ -1,14 +1,14 @@
 """Control points of B-splines over other knots, by blossoms: knot insertion, degree elevation.
 
-A spline of degree p is on each of its spans a polynomial, and that has one symmetric function of
-p parameters, affine in each, its blossom f: f(t, …, t) is the curve at t, and the control point
-P_i is f(U_{i+1}, …, U_{i+p}). So for any new knots V the new control points are values of f. In a
-higher degree n the blossom is the mean over all choices,
+On each of its spans a spline of degree p is a polynomial. Its blossom f is the one symmetric
+function of p parameters that is affine in each and has f(t, …, t) equal to the curve at t. The
+control point P_i is f(U_{i+1}, …, U_{i+p}). So for any new knots V the new control points are
+values of f. In a higher degree n the blossom is the mean over all choices,
 
     F(t_1, …, t_n) = Σ f(t_{k_1}, …, t_{k_p}) / C(n, p).
 
-If V has every knot of U, n − p times more often where the degree rises, every value is a mean of
-control points with shares that are not negative: nothing cancels.
+If V has every knot of U, with a multiplicity n − p higher, every value is a mean of control points
+with shares that are not negative: nothing cancels.
 
 Ramshaw, Blossoms are polar forms, CAGD 6 (1989); Cohen, Lyche and Riesenfeld, Discrete B-splines
 and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree elevation of B-spline curves, CAGD 1
@@ -27,15 +27,16 @@ CHUNK = 1024
 def find_refinement(
     knots: FloatArray, degree: int, target: FloatArray, raised: int
 ) -> tuple[Ints, FloatArray]:
-    """Shares of the control points in those over other knots.
+    """Shares of the old control points in the new ones, over other knots.
 
     Parameters
     ----------
     knots : ndarray of float64, shape (m,)
-        U, with p + 1 knots up to the first and from the last parameter of the domain on.
+        U: p + 1 knots up to the first parameter of the domain, and p + 1 from its last parameter
+        on.
     target : ndarray of float64, shape (N+n+1,)
-        V: the knots of U strictly within, n − p times more often each, and any others within the
-        domain; at both ends n + 1 times the same.
+        V: the interior knots of U, each with a multiplicity n − p higher, and any other knots
+        within the domain; each end has multiplicity n + 1.
     raised : int
         n ≥ p.
 
@@ -44,7 +45,7 @@ def find_refinement(
     index : ndarray of int, shape (p+1, N)
         Rows of the control net.
     shares : ndarray of float64, shape (p+1, N)
-        Exactly one and zeros where the new control point is an old one.
+        If the new control point is an old one, its shares are exactly one and zeros.
     """
     windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], raised)
     count, first = len(windows), windows[:, 0]
@@ -102,8 +103,8 @@ def raise_knots(
 ) -> FloatArray:
     """Knots of the spline over [first, last] in the degree `raised` ≥ `degree`.
 
-    The multiplicity of interior knots rises with the degree, which keeps the continuity there; the
-    ends have multiplicity `raised` + 1.
+    The multiplicity of interior knots increases as much as the degree, which keeps the continuity
+    there; the ends have multiplicity `raised` + 1.
     """
     within = knots[(knots > first) & (knots < last)]
     breaks, many = np.unique(within, return_counts=True)

@@ -1,4 +1,4 @@
-"""Runs of rows: batches that keep arrays small, and runs of any lengths one after another."""
+"""Runs of consecutive rows: batches that keep arrays small, and runs of various lengths."""
 
 from collections.abc import Iterator
 
@@ -16,15 +16,16 @@ def row_runs(count: int, step: int) -> Iterator[tuple[int, int]]:
 
 
 def row_slices(count: int, width: int, room: int) -> Iterator[slice]:
-    """Slices of `count` rows, room // width rows at a time (at least 1): `room` numbers in all."""
+    """Slices of `count` rows of `width` numbers; a slice has at most `room` numbers, or one row."""
     for first, last in row_runs(count, max(1, room // width)):
         yield slice(first, last)
 
 
 def expand_runs(count: Ints, first: Ints | int = 0) -> tuple[Ints, Ints]:
-    """The runs that rows belong to, and their numbers, for n runs of `count` rows, run after run.
+    """For n runs of `count` (n,) rows each: the run and the number of every row, run after run.
 
-    The rows of each run are numbered from its `first`, shape (n,), upwards. Shape (Σ count,) each.
+    The rows of each run are numbered upwards from its `first`, shape (n,). Both results have shape
+    (Σ count,).
     """
     run = np.arange(len(count)).repeat(count)
     return run, np.arange(len(run)) + (first - count.cumsum() + count)[run]

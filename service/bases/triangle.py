@@ -14,7 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 
 
 def count_points(degree: int) -> int:
-    """Control points of a net of degree n, samples at n divisions: (n+1)(n+2)/2."""
+    """Number of control points of a net of degree n, or of samples at n divisions: (n+1)(n+2)/2."""
     return (degree + 1) * (degree + 2) // 2
 
 

@@ -88,7 +88,7 @@ def row_curves(nets: FloatArray) -> FloatArray:
 def evaluate_rows(
     curves: FloatArray, divisions: int, rows: range, dtype: type[np.floating], out: RealArray
 ) -> None:
-    """Polynomials at some rows of samples, row by row as curves.
+    """Polynomials at some rows of samples; evaluates each row as a curve.
 
     For fixed t the surface is the curve Σ_k B_k^n(t) c_k. It is sampled at the divisions of the row
     of samples: n + 1 multiplications a value instead of n²/2, and no basis to cache.
@@ -140,7 +140,7 @@ def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArr
 
 
 def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
-    """Polynomials over triangles at R divisions, their values of any dimension d.
+    """Values of polynomials over triangles at R divisions, in any dimension d.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ def elevate(net: Net, degree: int) -> Net:
 
         b*_ijk = (i b_{i−1,j,k} + j b_{i,j−1,k} + k b_{i,j,k−1})/(n+1)
 
-    Sides come out as `service.bases.polynomials.elevate` raises them, bit for bit.
+    The sides are those that `service.bases.polynomials.elevate` computes, bit for bit.
     """
     points, weights = net
     for n in range(degree_of(len(points)), degree):
@@ -48,7 +48,7 @@ def elevate(net: Net, degree: int) -> Net:
 def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
     """The three triangles into which a point (r, s, t) divides a triangle.
 
-    The point takes the place of one corner in each: of b_n00 in the first, of b_00n in the last.
+    The point replaces one corner in each triangle: b_n00 in the first, b_00n in the last.
     de Casteljau; edges that two of them share are computed once.
     """
     points, weights = net
@@ -92,8 +92,9 @@ def lower_half(net: Net) -> Net:
 
         b_ijk = Σ_bc C(i, p−b−k+c) C(j, b) C(k, c) / C(p+q, p) P_bc
 
-    Choose which p of the p + q arguments, i times the first corner, j times the second and k times
-    the third, are parameters u: those that stand at the second give b, the others at the third c.
+    The blossom has p + q arguments: the first corner i times, the second j times, the third k
+    times. The sum is over all choices of p arguments as parameters u; b of them are at the second
+    corner. The q others are parameters v; c of them are at the third.
 
     Parameters
     ----------

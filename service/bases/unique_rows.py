@@ -27,8 +27,9 @@ def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
 def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     """First position of every distinct row, and the number of each row among these.
 
-    Rows are equal if their numbers are; the caller gives no −0. The hash of the bits is checked: if
-    two different rows share one, the rows themselves are sorted instead.
+    Rows are equal if their numbers are equal; they must not contain −0. The rows are found by a
+    hash of their bits, which is checked: if two different rows share a hash, the rows themselves
+    are sorted instead.
 
     Returns
     -------

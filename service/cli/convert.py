@@ -41,7 +41,7 @@ class _Append(argparse.Action):
         values: str | Sequence[Any] | None,
         option_string: str | None = None,
     ) -> None:
-        """The flags, in the order in which they stand: the operations run in this order."""
+        """Called for each flag, in their order: the operations run in this order."""
         del parser, option_string
         text = values if isinstance(values, str) else ""
         namespace.operations = [*(namespace.operations or []), (self.metavar_name, text)]

@@ -54,11 +54,11 @@ def perform_document(
     Parameters
     ----------
     path : str
-        Where the document is posted at a service.
+        The path of the URL to which the document is posted.
     flags : collection of str
-        Fields of the document that flags set: an error in one names its flag.
+        Fields of the document that flags set; an error in such a field names its flag.
     fmt : FileFormat, optional
-        Of the response; default: JSON.
+        The format of the response; default: JSON.
     query : Mapping
         Further parameters of the URL.
     line : callable, optional

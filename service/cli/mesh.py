@@ -62,8 +62,7 @@ def add_options(mesh: argparse.ArgumentParser) -> None:
 def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:
     """The request, without the options that those of the command line replace.
 
-    A resolution replaces a tolerance, a tolerance replaces a resolution, and of the two tolerances
-    one replaces the other.
+    A resolution and a tolerance replace each other, and so do `tolerance` and `relative_tolerance`.
     """
     gone: set[str] = set()
     if "resolution" in chosen:

@@ -18,7 +18,7 @@ def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str
     Raises
     ------
     InvalidRequest
-        A text is no JSON list, or a name is repeated.
+        A text is not a JSON list, or a name is repeated.
     """
     flags: list[str] = []
     operations: list[Any] = []

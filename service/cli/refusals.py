@@ -40,5 +40,5 @@ def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -
 
 def print_error(line: str) -> None:
     """Writes a line to standard error."""
-    if sys.stderr is not None:  # without it, `print` would write to standard output
+    if sys.stderr is not None:  # if it is closed, `print` would write to standard output
         print(f"surface: {line}", file=sys.stderr)

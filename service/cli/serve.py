@@ -50,7 +50,7 @@ def _run(arguments: argparse.Namespace) -> int:
         serve(app, settings, app.state)
     except SystemExit:
         others.flush()
-        # uvicorn has logged why; its exit code has another meaning here.
+        # uvicorn has logged why. Its exit code has another meaning for this program.
         place = f"{settings.host}, port {settings.port}"
         raise Refused(f"cannot serve at {place}; the lines above say why") from None
 

@@ -1,1 +1,1 @@
-"""Reads files of control nets as documents in the language of requests: one format a file."""
+"""Reads files of control nets as documents like those of requests: a module for each format."""

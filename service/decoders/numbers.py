@@ -44,7 +44,7 @@ def read_numbers(
     Raises
     ------
     MalformedBody, InvalidRequest
-        A word is not a number, or not a finite one; the message names its line.
+        A word is not a number, or the number is not finite; the message names its line.
     """
     if (end - start) // 2 >= most and _words(text, start, end) > most:
         raise refused()
@@ -62,7 +62,7 @@ def read_numbers(
 
 
 def line_of_number(text: bytes, start: int, index: int) -> int:
-    """The line, from 1, of number `index` (from 0) of those after the place `start` of the text."""
+    """The line, from 1, of number `index`, from 0, among the numbers after the place `start`."""
     word = next(islice(_WORD.finditer(text, start), index, None))
     return line_at(text, word.start())
 

@@ -2,7 +2,8 @@
 
 It reads what Geomview reads of such objects: keywords with letters for texture coordinates and
 colours, `BEZ p q d` with blanks, braces, `=`, names, appearances, comments. It skips lines (SKEL,
-VECT), which the exact form contains for overlays. It refuses all other objects, and names the line.
+VECT), which files of `oogl=bez` contain for overlays. It refuses all other objects, and names the
+line.
 
 References
 ----------
@@ -58,7 +59,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     Raises
     ------
     MalformedBody
-        This is no OOGL file, or has other objects.
+        The text is not an OOGL file, or has other objects.
     InvalidRequest
         A number is not finite, a weight is not positive, or the file has more than `most` control
         points.

@@ -62,9 +62,10 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
     """The number of patches, and the number of vertices of each.
 
-    The number V of vertices follows the indices, and 3 V numbers follow it. Each square number of
-    vertices is tried in ascending order, and the first one that fits this count is right: with too
-    small a square an index would stand in the place of V, and 3 times an index is too small.
+    The number V of vertices follows the indices, and 3 V coordinates follow V. The squares 4, 9,
+    16, … are tried as the number of vertices of a patch; the first that fits the count of numbers
+    is right. With a smaller square an index is at the place of V, and 3 times an index is too
+    small.
     """
     patches = int(numbers[0]) if len(numbers) else 0
     if patches > 0 and numbers[0] == patches:

@@ -1,4 +1,4 @@
 """From requests to bytes: each product as a list of steps, one file for each product.
 
-HTTP, the command line and whatever else comes call these functions and nothing below them.
+HTTP and the command line call these functions, and none of the layers below.
 """

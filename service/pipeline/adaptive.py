@@ -32,18 +32,18 @@ Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
 Encode: TypeAlias = Callable[[AnyMesh], Content]
 
 ATTEMPTS = 3
-"""A search may take the work of this many meshes of the largest cost; most meshes cost less."""
+"""A search may take the work of 3 meshes of the largest cost; most meshes cost less."""
 
 FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
-"""The finest tolerances of a search, as shares of the model's diagonal: some times the rounding of
-double and of single precision."""
+"""The finest tolerances of a search, as shares of the model's diagonal: a small multiple of the
+rounding error in double and in single precision."""
 
 ANY = 2**62
 """A limit above all numbers of triangles."""
 
 
 class AdaptiveMesher:
-    """Builds meshes of a model by tolerance; computes once what all of them need.
+    """Builds meshes of a model by tolerance; computes the data that they share only once.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class AdaptiveMesher:
         Raises
         ------
         InvalidRequest, TooLarge
-            With pointers to the option that is the cause.
+            The pointer is that of the option which is the cause.
         """
         work = self._work
         most, limit = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
@@ -108,7 +108,7 @@ class AdaptiveMesher:
 def build_within_budget(
     work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
-    """The mesh of the least certified deviation that the budget allows, and its file."""
+    """The mesh with the least certified deviation within the budget, and its file."""
     finest = (FINEST_SINGLE if work.fmt.single else FINEST) * model.diagonal
     effort = Effort(EFFORT * work.limits.max_multiplications)
     build = AdaptiveMesher(work, model, options, effort).build
@@ -154,7 +154,7 @@ def search_budget(
         except TooLarge:
             return None
         except InvalidRequest as error:
-            # The mesh before is as near as the precision of the numbers allows.
+            # The precision of the numbers allows no nearer mesh than the one before.
             if any(issue.code != "tolerance_too_small" for issue in error.issues):
                 raise
             return None

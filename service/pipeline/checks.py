@@ -1,6 +1,6 @@
 """Checks before a mesh is computed: valid options, a format that can hold it, limits of size.
 
-Some checks need the shapes of the surface alone; others its patches.
+Some checks need only the shapes of the surface, others need its patches.
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ def check_surface(size: SurfaceSize, limits: Limits) -> None:
 def check_options(
     size: SurfaceSize, options: MeshOptions, fmt: Format, encode: EncodeOptions
 ) -> None:
-    """Refuses what cannot be of a surface of this size, or not in this format."""
+    """Refuses options that are impossible for a surface of this size, or in this format."""
     if size.curves:
         _check_swept(options, fmt, encode)
     if options.accuracy is not None:
@@ -62,7 +62,7 @@ def check_options(
 
 
 def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses what tubes and ribbons do not have, which are not made of patches."""
+    """Refuses options that tubes and ribbons do not have, because they have no patches."""
     where = None
     if encode.exact and fmt.encode_exact is not None:
         where = "/surface"
@@ -82,7 +82,7 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
 
 
 def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses a tolerance or a budget where nothing is divided by it."""
+    """Refuses a tolerance or a budget for a mesh that is not divided by it."""
     if options.faces == "quads":
         what = "The bound is one of triangles: a quad has four corners that are in no plane."
         raise _conflict_issue(what, "/faces", where)
@@ -102,7 +102,7 @@ def _conflict_issue(message: str, pointer: str, stated_by: str) -> InvalidReques
 
 
 def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses what the format cannot hold, and a compression that is not installed."""
+    """Refuses data that the format cannot hold, and a compression that is not installed."""
     no_lines = f"The format {fmt.name} has no place for lines."
     if options.faces == "quads" and not fmt.quads:
         message = f"The format {fmt.name} has only triangles."
@@ -168,7 +168,7 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
 
 
 def _check_names(model: PatchModel) -> None:
-    """Refuses an attribute of the name that a curvature gets."""
+    """Refuses an attribute that has the name of a curvature."""
     channels = model.batches[0].channels
     if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
         message = "The surface has an attribute of the name that its curvature would get."
@@ -178,9 +178,10 @@ def _check_names(model: PatchModel) -> None:
 
 
 def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
-    """Counts of each different model once, and of all copies, at most: their patches tell more.
+    """Upper bounds of the counts: of each different model once, and of all copies.
 
-    Which neighbours divide an edge more finely, and how a curve bends, is known only from these.
+    They are closer than bounds from shapes: only the patches show which neighbours divide an edge
+    more finely, and how a curve bends.
     """
     models = model.models if isinstance(model, GroupModel) else (model,)
     return sum_counts(model, [_count(own, options) for own in models])

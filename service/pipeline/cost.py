@@ -1,7 +1,7 @@
 """The cost of a request, from the shapes of its surface, before anything is allocated.
 
-Bounds are coarse and safe. They count vertices, faces and bytes of the file, and give memory as a
-number of bytes for each of these, in the step of the work that takes most.
+Bounds are coarse and safe. They count the vertices, the faces and the bytes of the file. The bound
+of memory is a number of bytes for each of these, in the step of the work that takes most.
 """
 
 import sys
@@ -44,16 +44,16 @@ CERTIFIED, CELLS = 416, 16 << 20
 which do not depend on the number of triangles."""
 
 SHARE = 3
-"""How large a mesh by tolerance or a curve becomes is not known beforehand: it may take 1/3 of the
-memory that a request may take. A mesh by tolerance may take as much as its surface in any case."""
+"""The size of a mesh by tolerance or of a curve is not known beforehand: it may take 1/SHARE of the
+memory that a request may take. A mesh by tolerance may always take as much as its surface."""
 
 COARSEST, LEAST_BYTES = 64, 1
 """The most triangles for each patch of the coarsest mesh by tolerance; and the fewest bytes for a
 triangle in any format."""
 
 EFFORT, TRIANGLE = 2, 5_000
-"""A mesh by tolerance, or the search for a mesh within a budget, may take this many times the
-multiplications of other work; and the fewest multiplications that one triangle takes."""
+"""A mesh by tolerance, or the search for a mesh within a budget, may take `EFFORT` times the
+multiplications of other work; one triangle takes at least `TRIANGLE` multiplications."""
 
 POINT, CONVERTED = 700, 100
 """Bytes for each point of a curve, and for each number of a conversion."""
@@ -65,8 +65,7 @@ class Cost:
 
     Attributes
     ----------
-    vertices, triangles : int
-        Of the result.
+    vertices, triangles : int  Of the result.
     bytes : int
         Of the file.
     memory : int
@@ -83,7 +82,7 @@ class Cost:
 
 
 def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
-    """Bytes of lowering: of the patches, their shared edges and `other` bytes, or of its peak."""
+    """Bytes of lowering: its peak, or the patches with their shared edges and `other` bytes."""
     patches = size.arrays + SEAMS * size.patches + 4 * size.sides
     return LEAST + max(size.peak, patches + other)
 
@@ -102,7 +101,7 @@ def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
 
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
-    """The cost of a polyline of `points` points, from Bézier pieces of `numbers` numbers."""
+    """The cost of a polyline of `points` points; its Bézier pieces have `numbers` numbers."""
     memory = with_scratch(8 * numbers + POINT * points + 2 * file)
     return Cost(points, 0, file, memory, 5e-4 + points * degree * 2e-6)
 
@@ -123,7 +122,7 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 
 
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
-    """The cost of a conversion that leads to at most `points` control points."""
+    """The cost of a conversion with at most `points` control points at any step."""
     numbers = (4 + size.width) * points
     memory = with_scratch(size.peak + CONVERTED * numbers)
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
@@ -135,7 +134,7 @@ def most_converted_points(size: SurfaceSize, limits: Limits) -> int:
 
 
 def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits: Limits) -> Cost:
-    """The cost of an estimate; where patches fold, counting their vertices takes most."""
+    """The cost of an estimate; for patches that fold, counting their vertices takes most."""
     most = mesh_counts(size, options)
     counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
     memory = with_scratch(lowering_memory(size) + VERTEX // 2 * counted)
@@ -242,7 +241,7 @@ def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshS
 
 
 def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
-    """Samples that a mesh has in any case, before any are welded."""
+    """The fewest samples that a mesh can have, before any are welded."""
     ru, rv = options.resolution
     swept = size.stations * ru
     if not options.has_faces:
@@ -257,8 +256,8 @@ def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
 def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
     """Vertices, triangles and quads at most.
 
-    Exact for patches that meet nowhere and have as many divisions along u as along v; welding and
-    collapsed sides only take away.
+    Exact for patches that meet nowhere and have as many divisions along u as along v. Welding and
+    collapsed sides only reduce the counts.
     """
     (ru, rv), quads = options.resolution, options.faces == "quads"
     vertices, faces, cells, most = least_vertices(size, options), 0, 0, max(ru, rv)

@@ -1,4 +1,4 @@
-"""Curve and options in, points, tangents and lengths or lines out."""
+"""The file of a curve: points, tangents and lengths as JSON, or lines in another format."""
 
 from dataclasses import dataclass
 
@@ -12,15 +12,16 @@ from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.curve import Curve
 
 EASY_DEGREE = 8
-"""Beyond, what certifies a curve costs a sample as the third power of the degree."""
+"""Beyond this degree, the certificate costs each sample the third power of the degree."""
 
 POINT_EFFORT, SQUARE = 3_000, 50
-"""Multiplications that measure a curve between two samples, times the square of the degree."""
+"""Multiplications that measure a curve between two samples: `POINT_EFFORT`, plus `SQUARE` times the
+square of the degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CurveWork:
-    """A file of a curve that may be computed: of at most `most` points."""
+    """The work of a file of a curve with at most `most` points, within the limits."""
 
     curve: Curve
     options: CurveOptions
@@ -35,7 +36,7 @@ class CurveWork:
         Raises
         ------
         InvalidRequest, TooLarge
-            If the tolerance cannot be met, or not with the allowed points.
+            If the tolerance cannot be met, or needs more points than are allowed.
         """
         pieces, single = self.curve.lower(), self.fmt.single
         with Measured("curve"):
@@ -49,7 +50,7 @@ class CurveWork:
 def plan_curve(
     curve: Curve, options: CurveOptions, fmt: CurveFormat, limits: Limits = DEFAULT_LIMITS
 ) -> CurveWork:
-    """Plan a file of a curve, which is checked against the limits by its shapes alone.
+    """Plans a file of a curve; checks limits by the shapes of the curve.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def plan_curve(
     most = max(2, min(int(limits.max_vertices / hard), limits.max_multiplications // effort))
     points = pieces.count * options.resolution + 1
     if options.tolerance is not None:
-        # Their number is not known: take the most that a part of the memory holds.
+        # Their number is not known: take the most points that a part of the memory holds.
         each = POINT + 2 * (_file(curve, fmt, 1001) - _file(curve, fmt, 1)) // 1000
         room = limits.max_memory // SHARE - 8 * numbers - SCRATCH
         points = most = max(2, min(most, room // each))
@@ -77,7 +78,7 @@ def plan_curve(
 
 
 def _check_curve(work: CurveWork, points: int) -> None:
-    """Refuses more points than are allowed, or more bytes."""
+    """Refuses more points or more bytes than are allowed."""
     where = "/resolution" if work.options.tolerance is None else "/tolerance"
     issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
     check_count(points, work.max_points, "points", issue)

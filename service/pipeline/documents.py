@@ -1,4 +1,4 @@
-"""A surface in, a JSON document out: converted, or as it is."""
+"""Surfaces as JSON documents: after a conversion, or unchanged."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ from service.surface.group import GroupSurface
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ConversionWork:
-    """A conversion that may be made; that every step of it can be made is seen on the way."""
+    """The work of a conversion within the limits; `run` checks each step before it makes it."""
 
     surface: Surface
     operations: Sequence[Operation]
@@ -34,12 +34,12 @@ class ConversionWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The surface after the operations, as a JSON document that other requests can begin with.
+        """The surface after the operations, as a JSON document that is a body for other requests.
 
         Raises
         ------
         InvalidRequest, TooLarge
-            With pointers into the request for it, `/operations/…`.
+            The pointers, `/operations/…`, point into the request.
         """
         converted = convert(self.surface, self.operations, self.allowed)
         return _write_document(converted, self.limits, "/operations")
@@ -51,7 +51,7 @@ def plan_conversion(
     allowed: SizeLimits,
     limits: Limits = DEFAULT_LIMITS,
 ) -> ConversionWork:
-    """Plan a conversion, which is checked against the limits by the shapes alone.
+    """Plans a conversion; checks limits by the shapes of the surface.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def plan_conversion(
     size = surface.size()
     if size.curves:
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
-    # A step that leads to more than the memory holds is refused as too large.
+    # A step with more control points than the memory holds is refused as too large.
     most = min(allowed.control_points, most_converted_points(size, limits))
     cost = conversion_cost(size, min(most, conversion_points(size, operations)), limits)
     allowed = replace(allowed, control_points=most)
@@ -72,7 +72,7 @@ def plan_conversion(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DefinitionWork:
-    """A surface that is to be written down."""
+    """The work of writing a surface as JSON, and its cost."""
 
     surface: Surface
     limits: Limits
@@ -89,7 +89,7 @@ class DefinitionWork:
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
-    """Plan the JSON document of a surface."""
+    """Plans the JSON document of a surface."""
     return DefinitionWork(surface, limits, definition_cost(surface.stored_size(), limits))
 
 

@@ -1,4 +1,4 @@
-"""The size of a mesh, and the reasons for which it would be refused, before it is made."""
+"""The size of a mesh before it is made, and the reasons for which it would be refused."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -91,7 +91,7 @@ class _Prediction:
     Attributes
     ----------
     once, copies : Counts
-        With every distinct surface counted once, and with all copies.
+        Counts with every distinct surface once, and with all its copies.
     exact, certain : bool
         As in `Estimate`.
     pieces : int or None
@@ -105,7 +105,7 @@ class _Prediction:
     pieces: int | None = None
 
     def within(self, size: MeshSize, *, shared: bool) -> MeshSize:
-        """The upper bound `size`, with those of these counts that are better.
+        """The upper bound `size`, in which smaller counts of this prediction replace larger ones.
 
         Welded vertices are stored several times where their normals differ.
         """
@@ -214,7 +214,7 @@ class EstimateWork:
     def _by_tolerance(
         self, model: PatchModel | GroupModel, patches: list[PatchModel], accuracy: Accuracy
     ) -> _Prediction:
-        """Upper bounds of a mesh by tolerance; a mesh larger than the limits is refused."""
+        """Upper bounds of a mesh by tolerance; they are at most the limits."""
         options, limits = self.options, self.limits
         moved = find_grid_error(model, options) if self.encode.quantize else 0.0
         try:
@@ -269,7 +269,7 @@ def plan_estimate(
 def _bound_meshes(
     model: PatchModel | GroupModel, options: MeshOptions, accuracy: Accuracy, moved: float
 ) -> tuple[MostTriangles, MostTriangles]:
-    """Bounds of the stored meshes, and of all copies; storing moves vertices by `moved`.
+    """Bounds of the stored meshes, and of all copies; rounding moves vertices by `moved`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A surface and rays in, their hits out."""
+"""Hits of rays with a surface, as JSON."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ number for all rays together."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class IntersectWork:
-    """Hits of rays that may be looked for."""
+    """The work of a query of rays within the limits, and its cost."""
 
     surface: SurfaceKind
     query: RayQuery
@@ -35,7 +35,7 @@ class IntersectWork:
         Raises
         ------
         InvalidRequest
-            `not_parametric`, of tubes and ribbons.
+            `not_parametric`: a tube or a ribbon has no patches.
         TooLarge
             `too_many_hits`.
         """
@@ -47,7 +47,7 @@ class IntersectWork:
 def plan_intersect(
     surface: SurfaceKind, query: RayQuery, limits: Limits = DEFAULT_LIMITS
 ) -> IntersectWork:
-    """Plan the hits of rays, which are checked against the limits by the shapes of the arrays.
+    """Plans the hits of rays; checks limits by the shapes of the arrays.
 
     Raises
     ------

@@ -12,8 +12,7 @@ class Limits:
 
     Attributes
     ----------
-    max_vertices, max_bytes : int
-        Of a result.
+    max_vertices, max_bytes : int  Of a result.
     max_points : int
         Of a query.
     max_multiplications : int

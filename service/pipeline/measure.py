@@ -33,7 +33,7 @@ POINT = 5000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeasureWork:
-    """The measures of a surface, within the limits."""
+    """The work of measures of a surface within the limits, and its cost."""
 
     surface: SurfaceKind
     query: MeasureQuery
@@ -46,10 +46,10 @@ class MeasureWork:
         Raises
         ------
         InvalidRequest
-            `not_parametric`, of tubes and ribbons.
+            `not_parametric`: a tube or a ribbon has no patches.
         TooLarge
-            `too_costly`: if surfaces were cut into too many patches to be joined, or if the
-            tolerance takes too many cells.
+            `too_costly`: joining cuts the surfaces into too many patches, or the tolerance takes
+            too many cells.
         """
         try:
             lowered = self.surface.lower()
@@ -67,7 +67,7 @@ class MeasureWork:
 def plan_measure(
     surface: SurfaceKind, query: MeasureQuery, limits: Limits = DEFAULT_LIMITS
 ) -> MeasureWork:
-    """Plan the measures, which are checked against the limits by the shapes of the arrays.
+    """Plans the measures; checks limits by the shapes of the arrays.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Surface and options in, a mesh file out: lower, check, build, encode."""
+"""The mesh file of a surface, in four steps: lower, check, build, encode."""
 
 from dataclasses import dataclass, replace
 
@@ -37,7 +37,7 @@ PLAIN = EncodeOptions()
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeshFile:
-    """A file, the name of its surface, and the report on its mesh, None for exact patches."""
+    """A file, the name of its surface, and the report on its mesh (None for exact patches)."""
 
     content: Content
     report: MeshReport | None
@@ -46,18 +46,18 @@ class MeshFile:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeshWork:
-    """A mesh that is possible, in its format, and within the limits as far as shapes tell.
+    """The work of a mesh that shapes show to be possible and within the limits, and its cost.
 
     Attributes
     ----------
     size, stored : MeshSize
         Upper bounds of all copies of the surfaces in a group, and of what the format stores.
     is_certain : bool
-        Whether no more than these is known once the surface is lowered.
+        Whether the lowered surface allows no better bounds than these.
     is_possible : bool
-        Whether nothing that is asked for depends on the patches to be possible.
+        Whether the request needs no further check once the surface is lowered.
     alone : int
-        Bytes of memory that `cost` has if no copies meet.
+        The bytes of memory in `cost` if no copies meet.
     """
 
     surface: SurfaceKind
@@ -78,7 +78,7 @@ class MeshWork:
         Raises
         ------
         InvalidRequest, TooLarge
-            What the patches, or the mesh by tolerance, show to be impossible or too large.
+            The patches, or the mesh by tolerance, are impossible or too large.
         """
         model, options = self.lower()
         self.check(model, options)
@@ -99,13 +99,13 @@ class MeshWork:
         return self.fmt.encode_exact is not None and self.encode.exact
 
     def lower(self) -> tuple[Model, MeshOptions]:
-        """The patches, and the options, without what the format has no place for."""
+        """The patches and the options, without data that the format cannot store."""
         return carried_channels(self.surface.lower(), self.options, self.fmt)
 
     def check(
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
     ) -> None:
-        """Refuses excesses that shapes alone do not show; `counts` are from `count_models`."""
+        """Refuses a mesh that its patches show to be too large; see `count_models`."""
         if not self.is_possible:
             check_model(model, options, self.limits)
         if self.is_certain:
@@ -121,7 +121,7 @@ class MeshWork:
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
     def check_cut(self, *models: PatchModel) -> None:
-        """Refuses a mesh whose surfaces, cut to meet others or joined, are too many patches."""
+        """Refuses a mesh whose surfaces were joined, and thereby cut into too many patches."""
         vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
         more = max(1.0, vertices / max(self.stored.vertices, 1))
@@ -131,7 +131,7 @@ class MeshWork:
         self.limits.check_memory(round(self.alone * more), "The mesh", "/resolution", less)
 
     def build(self, model: Model, options: MeshOptions) -> Mesh | Scene:
-        """The mesh, or the scene where the format has nodes."""
+        """The mesh, or a scene if the format has nodes."""
         if options.accuracy is not None:
             return AdaptiveMesher(self, model, options).build(options.accuracy)
         if isinstance(model, GroupModel) and self.fmt.encode_scene is not None:
@@ -174,7 +174,7 @@ def plan_mesh(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
 ) -> MeshWork:
-    """Plan a mesh: its options, format and limits are checked by the shapes of the surface.
+    """Plans a mesh; checks options, format and limits by the shapes of the surface.
 
     Takes microseconds, and allocates nothing large.
 
@@ -205,23 +205,23 @@ def encode_options(fields: MeshOptionFields) -> EncodeOptions:
 
 
 def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = allow_any) -> Mesh:
-    """The mesh of a model as the format stores it; `allow` looks at models that were cut."""
+    """The mesh of a model as the format stores it; `allow` checks models that were cut."""
     mesh = build(model, options, single=fmt.single, allow=allow)
     return mesh if fmt.local else move_to_zero(mesh)
 
 
 def carried_channels(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:
-    """The model and the options without what the format has no place for beside positions.
+    """The model and the options, without data beside positions that the format cannot store.
 
-    A surface keeps its colors and attributes whatever becomes of it, so they are left out and not
-    refused; and nothing is computed, or kept apart, for their sake.
+    A surface has its colors and attributes in every request, so they are left out and not refused.
+    So they also cause no computation, and no duplicated vertices.
     """
     uvs = options.uvs and "uvs" in fmt.carries
     curvatures = options.curvatures and "attribute" in fmt.carries
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
         model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
-        # One request has one mesh in all formats, whatever they hold.
+        # A request has the same mesh in all formats, whatever data they store.
         model = add_stretches(model)
     if (uvs, curvatures) != (options.uvs, options.curvatures):
         options = replace(options, uvs=uvs, curvatures=curvatures)

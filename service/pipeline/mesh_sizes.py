@@ -21,7 +21,7 @@ def plan_sizes(
 ) -> tuple[MeshSize, MeshSize, bool, bool, int, Cost]:
     """The fields of a `MeshWork` for a surface of these sizes; raises like `plan_mesh`.
 
-    Requests for surfaces of one shape in one format, which are most, find it here.
+    The results are cached, because most requests repeat the shape of a surface and the format.
     """
     fmt, encode = form
     once = different if member_shares(fmt, encode) and not options.curvatures else whole
@@ -42,7 +42,7 @@ def plan_sizes(
         check_bytes(file, fmt, limits)
     else:
         check_vertices(least_vertices(whole, options), limits)
-        # What turns out to be larger is refused before it is made.
+        # A mesh that proves larger is refused before it is made.
         most = limits.max_vertices
         stored = replace(
             stored,
@@ -56,7 +56,7 @@ def plan_sizes(
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
     alone = cost.memory
     if once is not whole and options.weld_tolerance:
-        # Copies that meet are stored each by itself.
+        # Copies that meet are stored separately.
         most = min(fmt.byte_bound(size, encode), limits.max_bytes)
         apart = mesh_cost(whole, options, size, most, form).memory
         cost = replace(cost, memory=max(alone, min(apart, limits.max_memory)))

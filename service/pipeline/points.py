@@ -1,4 +1,4 @@
-"""Surface and parameters in, points, partials, normals and curvatures out."""
+"""Points, partials, normals and curvatures of a surface at parameters, as JSON."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from service.surface.sizes import SurfaceKind
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointsWork:
-    """A query that is within the limits, as far as the shapes of its arrays say."""
+    """The work of a query that the shapes of its arrays show to be within the limits."""
 
     surface: SurfaceKind
     query: PointsQuery
@@ -31,7 +31,7 @@ class PointsWork:
         InvalidRequest
             Where a place lies outside the surface, or on no patch; `not_parametric`.
         TooLarge
-            From the degrees of the patches on which the places lie.
+            The degrees of the patches on which the places lie are too high.
         """
         model = require_patches(self.surface.lower())
         places = locate(model, self.query)
@@ -49,7 +49,7 @@ class PointsWork:
 def plan_points(
     surface: SurfaceKind, query: PointsQuery, limits: Limits = DEFAULT_LIMITS
 ) -> PointsWork:
-    """Plan the points of a surface, which is checked against the limits by its shapes.
+    """Plans the points of a surface; checks limits by the shapes of the arrays.
 
     Raises
     ------

@@ -67,7 +67,7 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
 
 
 def _listed_order(group: GroupModel) -> Ints:
-    """The numbers, in the order of the request, of the patches of a group's members."""
+    """The number of each patch of a group in the order of the request."""
     order, first = [], 0
     for member in group.members:
         model = group.models[member.model]

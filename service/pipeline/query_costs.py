@@ -27,7 +27,7 @@ HIT_BYTES, HIT_JSON_BYTES = 1000, 360
 """The most bytes of a hit of a ray: in memory, and in JSON."""
 
 PIECE_BYTES, PIECE_POINT_BYTES, SECTION_BATCH_BYTES = 700, 40, 64 << 20
-"""Bytes for each piece of a section and for each control point of its patch; and of the work arrays
+"""Bytes for each piece of a section, for each control point of its patch, and for the work arrays
 that compare planes with patches."""
 
 
@@ -69,7 +69,7 @@ def rays_cost(
 
 
 def piece_memory(net: int, file: int) -> int:
-    """Bytes for each piece of a section: of its cell of `net` control points, and of its file."""
+    """Bytes for each piece of a section: its cell of `net` control points, and its file."""
     return PIECE_BYTES + PIECE_POINT_BYTES * net + 2 * file // 1000
 
 

@@ -130,7 +130,7 @@ def _size_of(points: int) -> SectionSize:
 
 
 def _requested(model: PatchModel, patches: Ints) -> Ints:
-    """The numbers, in the order of the request, of patches of a model."""
+    """The numbers of patches of a model in the order of the request."""
     if len(model.domains) > 1:
         firsts = np.array([domain.first for domain in model.domains])
         order = np.argsort(firsts)

@@ -1,4 +1,4 @@
-"""How near a mesh must be to its surface, as a document, a query or a command line says it."""
+"""The accuracy of a mesh in a document, a query or on a command line: how near to its surface."""
 
 from dataclasses import fields
 from math import pi
@@ -14,10 +14,10 @@ from service.schemas.fields import StrictModel
 from service.schemas.validation import to_invalid
 
 MAX_COUNT = 2**53 - 1
-"""The largest budget: what every reader of JSON holds exactly."""
+"""The largest budget: readers of JSON represent whole numbers up to this one exactly."""
 
 MAX_PIXELS = 1 << 16
-"""Height of a picture, and an error in it, beyond which a number is a mistake."""
+"""Largest height of a picture, and largest error in it: a greater number is a mistake."""
 
 POSITION = NumberGrid(
     ("coordinates",), width=3, width_rule="A camera stands at a point of three coordinates."
@@ -25,13 +25,13 @@ POSITION = NumberGrid(
 
 
 class CameraDefinition(StrictModel):
-    """A perspective camera: as much of it as tells how large an error looks.
+    """A perspective camera: its position, and how large an error appears in its picture.
 
-    Where it looks to does not matter: what lies behind it may be seen next.
+    Its direction does not matter, because the camera may turn.
     """
 
     position: Annotated[FloatArray, POSITION] = Field(
-        description="The point where it stands, in model coordinates.", examples=[[4, 3, 9]]
+        description="The position of the camera, in model coordinates.", examples=[[4, 3, 9]]
     )
     field_of_view: Annotated[float, Field(gt=0, lt=pi)] = Field(
         description="Vertical field of view: the angle, in radians, between the upper and the "
@@ -64,12 +64,12 @@ def given_fields(options: BaseModel) -> dict[str, Any]:
 
 
 def build_accuracy(options: BaseModel) -> Accuracy | None:
-    """The accuracy that the options state, None where they state none.
+    """The accuracy that the options state; None if they state none.
 
     Raises
     ------
     InvalidRequest
-        With pointers `/name of the option`.
+        Pointers are `/` and the name of the option.
     """
     values = given_fields(options)
     if not values:

@@ -1,8 +1,8 @@
-"""Nested lists of numbers to arrays: the only place where that happens; arrays are taken as well.
+"""Converts nested lists of numbers to arrays, as no other module does; checks given arrays too.
 
-Python's JSON values are checked by type, not by what NumPy can make of them: it would take true
-for 1, "1.5" for 1.5 and null for NaN. The fast path looks at whole levels at once; only when
-something is wrong does a second pass walk through the lists to say where.
+The types of JSON values are checked here, because NumPy would convert true to 1, "1.5" to 1.5 and
+null to NaN. A fast first pass checks whole levels at once. Only if it finds a fault, a second pass
+walks through the lists and finds the places of the faults.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,7 +39,8 @@ _WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
 def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
     """The JSON Schema of a list of this length.
 
-    `items` and the bounds say it all; of `prefixItems`, generators of clients make a tuple.
+    It has `items` and bounds of the length; from `prefixItems`, generators of clients would make a
+    tuple.
     """
     bounds = {"minItems": length, "maxItems": length}
     return {"type": "array", "items": item, "prefixItems": [item] * length, **bounds}
@@ -58,17 +59,18 @@ class NumberGrid:
     integers : bool
         Whether the numbers are indices.
     positive : bool
-        Whether the documentation says that they are above zero; the surface checks it.
+        Whether the documentation says that the numbers are positive; the surface checks it.
     point_levels : int
-        How many levels multiply to the number of control points; 0 where they are not counted.
+        The product of the lengths of this many outer levels is the number of control points; 0 if
+        these are not counted.
     degree_levels : tuple of int
         Levels whose length less one is a degree.
     least_degree : int
-        What the documentation says of it; the surface checks it.
+        The least degree in the documentation; the surface checks it.
     width_rule, degree_rule : str
-        What is said where `width` is not met, and where a degree is too high.
+        Messages of the errors for another width, and for a degree that is too high.
     documented : mapping
-        What else the documentation says of the innermost lists; the surface checks it.
+        Further entries for the JSON Schema of the innermost lists; the surface checks them.
     triangle_level : int or None
         The level of the rows of triangles: n+1 rows side by side have n+1, n, … 1 entries. They
         become one axis of (n+1)(n+2)/2, row by row.
@@ -89,7 +91,7 @@ class NumberGrid:
     def array(self, value: object, limits: DocumentLimits = DEFAULT_LIMITS) -> Array:
         """`value` as an array with one axis a level (of rows of triangles one less).
 
-        It is of float64 or int64. The value is lists in lists, or one array with those axes.
+        The result is float64 or int64. The value is nested lists, or one array with these axes.
 
         Raises
         ------
@@ -132,7 +134,7 @@ class NumberGrid:
         return "a whole number" if self.integers else "a number"
 
     def _all_numbers(self, scalars: list[Any]) -> bool:
-        """Whether these are numbers of the right type, and indices small enough for int64."""
+        """Whether all are numbers of the right type, and indices fit into int64."""
         if not set(map(type, scalars)) <= (_WHOLE if self.integers else _NUMBER):
             return False
         return not self.integers or max(map(abs, scalars)) <= MAX_INDEX
@@ -141,7 +143,7 @@ class NumberGrid:
         return level == len(self.levels) - 1
 
     def check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
-        """Refuses what is too large from the lengths alone, before the next level is opened."""
+        """Refuses lists that are too large by their lengths, before the next level is read."""
         if level + 1 == self.point_levels and total > limits.max_control_points:
             most = limits.max_control_points
             message = "The surface has more control points than this service takes."
@@ -185,7 +187,7 @@ class NumberGrid:
             return
         innermost = level + 2 == len(self.levels)
         for index, item in enumerate(value):
-            # Most points are in order: they are passed over without a generator for each.
+            # Most points are valid: they are passed over without a generator for each.
             is_point = innermost and type(item) is list and len(item) == lengths[-1]
             if not (is_point and self._all_numbers(item)):
                 yield from self._walk(item, (*path, index), lengths)
@@ -211,7 +213,7 @@ class NumberGrid:
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        """The validator: null is refused like every other value that is no list."""
+        """The validator: null is refused, as every value that is not a list."""
 
         def validate(value: object, info: ValidationInfo) -> Array:
             limits = limits_of(info)

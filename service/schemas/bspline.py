@@ -1,4 +1,4 @@
-"""One tensor-product B-spline surface, NURBS included, as a document says it."""
+"""The JSON language of one tensor-product B-spline surface, NURBS included."""
 
 from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias, cast
@@ -55,7 +55,7 @@ def _degree_error(degree: int, least: int, most: int) -> Issue:
 
 
 def _knot_vectors(value: object) -> object:
-    """A name stands for both directions."""
+    """Two knot vectors from a list of two, or from one name for both directions."""
     if isinstance(value, str):
         return [_is_known(value)] * 2
     return list_of_two(value, "a name or a list of two")
@@ -159,5 +159,5 @@ class BsplineDefinition(StrictModel):
 
 
 def define_bspline(surface: BsplineSurface) -> dict[str, Any]:
-    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    """The surface as a request has it, with NumPy arrays, without the fields that it lacks."""
     return define_surface("bspline", surface, "control_net", "degree", "knots", "weights")

@@ -1,4 +1,4 @@
-"""Colours, texture coordinates and attributes of a surface as a document says them."""
+"""The JSON language of colours, texture coordinates and attributes of a surface."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeAlias
@@ -14,7 +14,7 @@ from service.surface.channels import MAX_DIMENSION, NO_CHANNELS, Channels
 
 
 def _describe(value: object) -> object:
-    """Refuses names that cannot stand in files, before anything else is looked at."""
+    """Refuses names that files cannot contain, before it checks anything else."""
     if not isinstance(value, dict):
         raise to_invalid(wrong_type(value, "an object"))
     needed = f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all"
@@ -47,12 +47,12 @@ _COLORS_TEXT = (
     "colours leave them out; in glTF they are linear, as its specification says."
 )
 _UVS_TEXT = (
-    "Texture coordinates [u, v], written as they are. A surface that has them comes out with them, "
+    "Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, "
     "whatever the option `uvs` says."
 )
 _ATTRIBUTES_TEXT = (
     "Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a "
-    f"list of 1 to {MAX_DIMENSION} numbers. They come back by name in JSON, as `_NAME` in glTF (in "
+    f"list of 1 to {MAX_DIMENSION} numbers. JSON has them by name, glTF as `_NAME` (in "
     "pieces of four where there are more numbers) and as properties in PLY, in the order of their "
     "names."
 )
@@ -60,7 +60,7 @@ _NET_TEXT = (
     " Rows along u as in the control net; the net has a degree of its own, from 0 (one value)."
 )
 _SPLINE_TEXT = (
-    " Rows along u as in the control net. A net of as many rows and columns as the control net is "
+    " Rows along u as in the control net. A net with the rows and columns of the control net is "
     "a spline of the same degree and knots; any other is one Bézier net over the whole domain, of "
     "a degree of its own, from 0 (one value)."
 )
@@ -144,7 +144,7 @@ def build_channels(
 
 
 def define_surface(kind: str, surface: Any, *names: str) -> dict[str, Any]:
-    """A surface in the language of requests: its arrays as they are; what it lacks is left out.
+    """A surface as a request has it, with NumPy arrays, without the fields that it lacks.
 
     `names` are its own fields; the channels, `up` and `name` follow.
     """

@@ -1,4 +1,4 @@
-"""Conversions as a document says them: a surface, and what shall be done with it in turn.
+"""The JSON language of conversions: a surface, and the operations to apply to it.
 
 To add an operation: its value in `service.surface.convert.operations`, here its model, its name
 in `OPERATIONS` and its line in `OperationDefinition`.
@@ -29,7 +29,7 @@ Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 
 
 def _limit_length(least: int, most: int, what: str) -> BeforeValidator:
-    """Refuses a list of another length before any of its members is looked at."""
+    """Refuses a list of another length before it checks any of its members."""
     needed = f"{least} {what}" if least == most else f"{least} to {most} {what}"
 
     def check(value: object) -> object:
@@ -64,8 +64,8 @@ class _Operation(StrictModel):
 class ElevateDefinition(_Operation):
     """Raises the degree; the points stay. Degrees can be raised, not lowered.
 
-    Raised to [n, n] a patch has p = q, as forms with one degree ask for. The continuity of a
-    B-spline stays: each knot stands as many times more as the degree rises, and it is clamped.
+    Raised to [n, n] a patch has p = q, which some formats need. A B-spline keeps its continuity,
+    because the multiplicity of each knot increases as much as the degree; the result is clamped.
     """
 
     value: ClassVar = values.Elevate
@@ -79,10 +79,10 @@ class ElevateDefinition(_Operation):
 class SplitDefinition(_Operation):
     """Cuts one patch or a B-spline in two or four, a triangle in three.
 
-    A patch becomes `patches` over shared vertices, a B-spline a `group` of B-splines that keep
-    their parameters: piece (k, l) of the pieces along u and v has number
-    k · (pieces along v) + l. A triangle is cut at a point: the three triangles between it and the
-    sides, first the one that has the point instead of the corner r = 1, last instead of t = 1.
+    A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
+    keep their parameters: piece (k, l) of the pieces along u and v has number k · (pieces along v)
+    + l. A triangle is cut at a point: the three triangles join it with the sides. In the first, the
+    point replaces the corner r = 1, in the last the corner t = 1.
     """
 
     value: ClassVar = values.Split
@@ -109,26 +109,26 @@ class RestrictDefinition(_Operation):
     value: ClassVar = values.Restrict
     op: Literal["restrict"] = Field(description="The operation.")
     u: Annotated[Interval | None, Omittable()] = optional(
-        "First and last u of the piece; left out, all of them.", [0.25, 0.75]
+        "First and last u of the piece; by default the whole range.", [0.25, 0.75]
     )
     v: Annotated[Interval | None, Omittable()] = optional(
-        "First and last v of the piece; left out, all of them.", [0, 0.5]
+        "First and last v of the piece; by default the whole range.", [0, 0.5]
     )
 
 
 class TransposeDefinition(_Operation):
-    """Exchanges u and v, of every patch; s and t of a triangle. Normals turn to the other side."""
+    """Exchanges u and v of every patch; s and t of a triangle. Normals turn to the other side."""
 
     value: ClassVar = values.Transpose
     op: Literal["transpose"] = Field(description="The operation.")
 
 
 class ReverseDefinition(_Operation):
-    """Runs u or v of every patch backwards; normals turn to the other side.
+    """Reverses u or v of every patch; normals turn to the other side.
 
-    Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline whose knots are numbers
-    over [a, b] is one over [−b, −a] then, for these are exact; named knots stay. Reversed twice a
-    surface is as it was.
+    In a triangle, `u` exchanges r and s, `v` exchanges r and t. Knots over [a, b] that are numbers
+    become knots over [−b, −a], which are exact; named knots stay. A surface that is reversed twice
+    is unchanged.
     """
 
     value: ClassVar = values.Reverse
@@ -139,9 +139,9 @@ class ReverseDefinition(_Operation):
 
 
 class BezierConversion(_Operation):
-    """Makes `patches` of a B-spline: one Bézier patch a span, over shared vertices.
+    """Converts a B-spline to `patches`: one Bézier patch for each span, over shared vertices.
 
-    What is made of Bézier patches already stays as it is.
+    Surfaces that consist of Bézier patches stay as they are.
     """
 
     value: ClassVar = values.ToBezier
@@ -166,7 +166,7 @@ class TriangleConversion(_Operation):
 OPERATIONS = ("elevate", "split", "restrict", "transpose", "reverse", "bezier", "triangle")
 """Names of the operations."""
 
-_UNKNOWN = Issue("unknown_operation", "There is no such operation.")
+_UNKNOWN = Issue("unknown_operation", "No operation has this name.")
 
 OperationDefinition = TypeAliasType(
     "OperationDefinition",
@@ -178,20 +178,20 @@ OperationDefinition = TypeAliasType(
         | Annotated[ReverseDefinition, Tag("reverse")]
         | Annotated[BezierConversion, Tag("bezier")]
         | Annotated[TriangleConversion, Tag("triangle")],
-        *one_of_kinds(OPERATIONS, _UNKNOWN, "A step of a conversion: `op` tells the kind.", "op"),
+        *one_of_kinds(OPERATIONS, _UNKNOWN, "A step of a conversion: `op` names its kind.", "op"),
     ],
 )
 
 
 class ConvertRequest(SurfaceRequest):
-    """A surface, and the operations that it shall go through, one after the other."""
+    """A surface, and the operations to apply to it, one after the other."""
 
     operations: Annotated[
         tuple[OperationDefinition, ...],
         Field(strict=False),
         _limit_length(1, values.MAX_OPERATIONS, "operations"),
     ] = Field(
-        description="What to do, each with the surface that the one before has made.",
+        description="The operations; each is applied to the result of the one before.",
         examples=[[{"op": "elevate", "degree": [3, 3]}, {"op": "split", "u": 0.5}]],
         json_schema_extra={"minItems": 1, "maxItems": values.MAX_OPERATIONS},
     )

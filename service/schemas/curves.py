@@ -1,4 +1,4 @@
-"""Curves as a document says them: a model for each kind, one union, and the request for one."""
+"""The JSON language of curves: a model for each kind, their union, and the request of a curve."""
 
 from dataclasses import replace
 from typing import Annotated, Any, Literal
@@ -27,7 +27,7 @@ from service.surface.checks import MAX_DEGREE
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
 CURVE_KINDS = ("bezier", "bspline")
-"""Names of the kinds of curve; the first is meant where none is said."""
+"""Names of the kinds of curve; the first is the default."""
 
 
 class BezierCurveDefinition(StrictModel):
@@ -94,7 +94,7 @@ class BsplineCurveDefinition(StrictModel):
         )
 
 
-_UNKNOWN = Issue("unknown_type", "There is no such kind of curve.")
+_UNKNOWN = Issue("unknown_type", "No kind of curve has this name.")
 
 CurveDefinition = TypeAliasType(
     "CurveDefinition",
@@ -102,7 +102,7 @@ CurveDefinition = TypeAliasType(
         Annotated[BezierCurveDefinition, Tag("bezier")]
         | Annotated[BsplineCurveDefinition, Tag("bspline")],
         *one_of_kinds(
-            CURVE_KINDS, _UNKNOWN, "A curve: its `type` tells the kind, `bezier` if there is none."
+            CURVE_KINDS, _UNKNOWN, "A curve: its `type` names the kind; the default is `bezier`."
         ),
     ],
 )
@@ -164,12 +164,12 @@ class CurveRequest(RequestModel, CurveOptionFields):
 
 
 def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
-    """The curve that stands at `/curve`; a plain one without the name and the `up` it was given.
+    """The curve of a definition; a `plain` curve is built without its name and its `up`.
 
     Raises
     ------
     InvalidRequest
-        With pointers into what the curve is part of.
+        With pointers into the document that contains the curve as `curve`.
     """
     try:
         curve = definition.to_curve()
@@ -181,7 +181,7 @@ def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
 
 
 def define_curve(curve: Curve) -> dict[str, Any]:
-    """A curve in the language of requests, as part of a surface that has a name of its own."""
+    """A curve as a request has it, without a name: it is part of a surface, which has one."""
     content: dict[str, Any] = {"type": "bezier", "control_points": curve.control_points}
     if isinstance(curve, BsplineCurve):
         content |= {"type": "bspline", "degree": curve.degree, "knots": curve.knots}

@@ -1,8 +1,8 @@
-"""JSON text to one document, with checks that parsers leave out.
+"""Parses a JSON text, with checks that parsers leave out.
 
-`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. It keeps the last
-of two equal keys without a word; here that is an error. And because a short text can become many
-objects in memory, a `DocumentBudget` counts values while the text is still arriving.
+`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. Of two equal keys
+it silently keeps the last; this module refuses them. A short text can become many objects in
+memory, so a `DocumentBudget` counts values while the text is still arriving.
 """
 
 import re
@@ -21,16 +21,16 @@ MAX_VALUES = 1_500_000
 """Commas and opening brackets of such a text: a surface of some 370,000 control points."""
 
 MAX_STRINGS = 50_000
-"""Strings of such a text, keys included, and objects; a request has some twenty strings, and two a
-named part. Each costs 1 µs where a repeated key is looked for."""
+"""Strings of such a text, keys included, and objects; a request has some twenty strings, and two
+for each named part. Each string costs 1 µs while a repeated key is searched."""
 
 MAX_DEPTH, PARSED_DEPTH = 32, 1024
 """Brackets that may be open at once; requests need some ten. The parser has a bound of its own, for
 texts of any kind."""
 
 BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
-"""Memory that a value takes as a Python object and while it becomes part of an array; that a string
-takes, or the error for an unknown key; and those of an object and the model made of it."""
+"""Bytes of memory: of a value as a Python object and while it becomes part of an array; of a
+string, or of the error for an unknown key; of an object and the model made from it."""
 
 _WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """How UTF-16 and UTF-32 begin: with a byte order mark, or with a zero around the first letter."""
@@ -77,7 +77,7 @@ DEFAULT_LIMITS = DocumentLimits()
 
 @dataclass(slots=True)
 class DocumentBudget:
-    """Counts what a JSON text will become, so that a bomb is refused before all of it is there."""
+    """Counts the values in a JSON text, to refuse a harmful text while it arrives."""
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
     received: int = 0
@@ -114,7 +114,7 @@ class DocumentBudget:
 
     @property
     def memory(self) -> int:
-        """Bytes that the text so far and everything made of it take at most, until it is arrays."""
+        """The most bytes of the text so far, and of its objects until these become arrays."""
         parsed = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
         return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + parsed
 
@@ -122,7 +122,7 @@ class DocumentBudget:
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     """The value of a JSON text, made of dict, list, str, int, float, bool and None.
 
-    RFC 8259, section 9, leaves it to a parser how deeply it lets brackets be nested.
+    RFC 8259, section 9, allows a parser to limit the nesting of brackets.
 
     Raises
     ------
@@ -150,9 +150,9 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
 def _parse(text: bytes) -> object:
     """The value that orjson makes of a text.
 
-    orjson 3.11.0 to 3.13.0 take a text with two blanks behind its first bracket for indented to the
-    end, and run out of the memory set aside if it is not. With these blanks before the bracket they
-    read it, and the positions of errors stay.
+    If two blanks follow the first bracket of a text, orjson 3.11.0 to 3.13.0 expect the whole text
+    to be indented, and fail for lack of memory if it is not. So these blanks are moved before the
+    bracket, which keeps the positions of errors.
     """
     try:
         return orjson.loads(text)
@@ -214,12 +214,12 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
 
 
 def _not_utf8(body: bytes) -> Issue | None:
-    """The issue of bytes that are no UTF-8, or that begin like UTF-16 or UTF-32; else None."""
+    """The issue of bytes that are not UTF-8, or that begin like UTF-16 or UTF-32; else None."""
     if _WIDE.match(body):
         return Issue("malformed_json", "The text is not in UTF-8.", "", "UTF-16 or UTF-32", _NEEDED)
     try:
         body.decode()
     except UnicodeDecodeError as error:
         message = f"The text is not in UTF-8 (byte {error.start + 1})."
-        return Issue("malformed_json", message, "", "bytes that are no UTF-8", _NEEDED)
+        return Issue("malformed_json", message, "", "bytes that are not UTF-8", _NEEDED)
     return None

@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 
 MAX_LETTERS = 40
-"""Longer names get no suggestion: to compare them would take long, and no name is that long."""
+"""Longer names get no suggestion: comparing them takes long, and all names are shorter."""
 
 
 def sort_nearest_first(name: str, names: Sequence[str]) -> list[str]:
@@ -32,7 +32,7 @@ def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:
         if isinstance(part, str):
             fields = [each.model_fields[part] for each in models if part in each.model_fields]
             inner = {each for field in fields for each in _models_in(field.annotation)}
-            # A part that is no field is pydantic's name for one model of a union.
+            # A part that is not a field is pydantic's name for one model of a union.
             models = inner or {each for each in models if _has_tag(each, part)} or models
     names = sorted({field for each in models for field in each.model_fields})
     return next(iter(get_close_matches(name, names, 1)), "")

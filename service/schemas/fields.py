@@ -70,7 +70,7 @@ def conflict_error(one: str, other: str, message: str, *, is_neither: bool) -> I
 
 
 def list_of_two(value: object, needed: str) -> list[Any]:
-    """The value, which must be a list of two; `needed` says what else would have done."""
+    """The value, which must be a list of two; `needed` is a text for the error."""
     if not isinstance(value, list):
         raise to_invalid(wrong_type(value, needed))
     if len(value) != 2:
@@ -109,7 +109,7 @@ def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJ
     return WithJsonSchema({"oneOf": [one, tuple_schema(each or one, 2)]})
 
 
-# One of several kinds of object, told by a field of its own, `type` or `op`.
+# One of several kinds of object, which the object's field `type` or `op` names.
 
 
 def one_of_kinds(
@@ -117,13 +117,12 @@ def one_of_kinds(
 ) -> tuple[Discriminator, BeforeValidator, Any]:
     """The annotation of a union of models whose member is chosen by the value of a key.
 
-    The first kind is meant where none is said, unless the key is `op`: then it must be there. A
-    value that names no known kind is refused before the union is asked; `unknown` is the issue,
-    and lists the kinds, the nearest first.
+    The default is the first kind, unless the key is `op`, which is required. An unknown kind is
+    refused with the issue `unknown`, which lists the kinds, the nearest first.
     """
     needed, where = "one of " + ", ".join(kinds), f"/{key}"
 
-    def tell(value: object) -> str | None:
+    def tag_of(value: object) -> str | None:
         return str(value.get(key, kinds[0])) if isinstance(value, dict) else None
 
     def check(value: object) -> object:
@@ -140,11 +139,11 @@ def one_of_kinds(
             raise to_invalid(replace(unknown, pointer=where, got="an unknown name", needed=nearest))
         return value
 
-    return Discriminator(tell), BeforeValidator(check), Field(description=description)
+    return Discriminator(tag_of), BeforeValidator(check), Field(description=description)
 
 
 def optional(description: str, *examples: object) -> Any:
-    """A field that may be left out, and is None then."""
+    """A field that may be left out; its value is then None."""
     return Field(default=None, description=description, examples=list(examples) or None)
 
 

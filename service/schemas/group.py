@@ -1,4 +1,4 @@
-"""A group of surfaces as a document says it."""
+"""The JSON language of a group of surfaces."""
 
 from collections.abc import Callable, Iterable
 from math import prod
@@ -34,7 +34,7 @@ Color: TypeAlias = Annotated[
 
 
 class MemberDefinition(StrictModel):
-    """One surface of a group: what it is, what it is called, how it looks, where it stands."""
+    """One surface of a group, with its name, its base colour and its place."""
 
     surface: "MemberSurfaceDefinition" = Field(
         description="The surface, of any kind but `group`.",
@@ -119,7 +119,7 @@ class GroupDefinition(StrictModel):
 def define_group(
     surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The group in the language of requests; `inner` writes the surfaces of its members."""
+    """The group as a request has it; `inner` writes the surfaces of its members."""
     members: list[dict[str, Any]] = []
     for member in surface.members:
         fields = {"name": member.name, "color": member.color, "matrix": member.matrix}
@@ -138,7 +138,7 @@ def check_total(definitions: Iterable[StrictModel], where: str, info: Validation
 
 
 def _control_points(definition: StrictModel) -> int:
-    """Control points of one surface, its parts or its curve, as its own arrays were counted."""
+    """Number of control points of one surface, of its parts or of its curve."""
     if parts := getattr(definition, "surfaces", ()):
         return sum(map(_control_points, parts))
     definition = getattr(definition, "curve", definition)

@@ -1,4 +1,4 @@
-"""Rays and planes to intersect with a surface, in a document."""
+"""The JSON language of intersections: a surface, and rays or planes."""
 
 from typing import Annotated, Literal, Self
 

@@ -25,8 +25,8 @@ PieceDefinition: TypeAlias = Annotated[
 class MultipatchDefinition(StrictModel):
     """Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
 
-    Each of them is a part, with its own degrees, knots and parameters; its `name` is the name of
-    the part. Where their borders are equal, they share vertices.
+    Each of these surfaces is a part, with its own degrees, knots and parameters; its `name` is the
+    name of the part. Parts share vertices where their borders are equal.
     """
 
     type: Literal["multipatch"] = Field(description="The kind of surface.")
@@ -71,6 +71,6 @@ class MultipatchDefinition(StrictModel):
 def define_multipatch(
     surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The surface in the language of requests; `inner` writes its parts."""
+    """The surface as a request has it; `inner` writes its parts."""
     surfaces = [inner(single) for single in surface.surfaces]
     return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

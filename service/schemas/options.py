@@ -1,4 +1,4 @@
-"""How a surface shall be meshed and written: one model, behind the body and the query alike."""
+"""The options of a mesh and of its file: one model for bodies and for queries."""
 
 from dataclasses import fields
 from functools import lru_cache
@@ -30,7 +30,7 @@ from service.surface.checks import MAX_COORDINATE
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 Compression: TypeAlias = Literal["none", "meshopt"]
-"""As `service.encoders.format` has them: languages and formats do not know each other."""
+"""Equal to the types in `service.encoders.format`, which this layer must not import."""
 
 _DEFAULTS = MeshOptions()
 

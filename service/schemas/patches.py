@@ -1,4 +1,4 @@
-"""Many Bézier patches over shared vertices as a document says them."""
+"""The JSON language of many Bézier patches over shared vertices."""
 
 from math import prod
 from typing import Annotated, Any, Literal
@@ -28,7 +28,7 @@ from service.surface.patches import NO_TRIANGLES, PatchSurface
 def _of_several_degrees(
     value: object, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
 ) -> Grids:
-    """The grids as one array; where their shapes differ, as one array each."""
+    """The grids as one array; if their shapes differ, each grid as an array of its own."""
     try:
         grids: Grids = handler(value)
         return grids
@@ -86,7 +86,7 @@ class PatchesDefinition(StrictModel):
     parts: Parts = Field(
         default_factory=dict,
         description="Named groups of patches, by patch number from 0: grids first, triangles after "
-        "them. A patch belongs to at most one group; those in none form a part of the surface's "
+        "them. A patch belongs to at most one group; all others form a part of the surface's "
         "name. Parts come in the order of the first patch that each lists.",
         examples=[{"left": [0], "right": [1]}],
     )
@@ -120,7 +120,7 @@ class PatchesDefinition(StrictModel):
 
 
 def define_patches(surface: PatchSurface) -> dict[str, Any]:
-    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    """The surface as a request has it, with NumPy arrays, without the fields that it lacks."""
     lists = ("patches", "triangles", "parts")
     content = define_surface("patches", surface, "vertices", *lists, "weights")
     content["parts"] = {name: np.array(numbers, np.int64) for name, numbers in surface.parts}

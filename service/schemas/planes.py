@@ -1,4 +1,4 @@
-"""Planes to cut a surface with, in a document."""
+"""The JSON language of planes that cut a surface."""
 
 from typing import Annotated, Self
 
@@ -47,7 +47,7 @@ class PlaneSet(RequestModel):
         Raises
         ------
         InvalidRequest
-            `conflicting_options`, of other counts of normals and offsets or points;
+            `conflicting_options`: the numbers of normals and of offsets or points differ;
             `zero_direction`.
         """
         try:

@@ -1,4 +1,4 @@
-"""A query as a document says it: a surface, and parameters at which to look at it."""
+"""The JSON language of points: a surface, and parameters at which it is evaluated."""
 
 from typing import Annotated, Any, Self
 
@@ -25,7 +25,7 @@ NUMBERS = NumberGrid(("patch numbers",), integers=True)
 
 
 def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
-    """A whole number stands for all points."""
+    """The numbers of patches, one for each point, or one whole number for all points."""
     if type(value) is int:
         if abs(value) > MAX_INDEX:
             raise to_invalid(index_too_large())
@@ -59,7 +59,7 @@ class PointsRequest(SurfaceRequest):
         [[0.5, 0.25, 0.25], [1, 0, 0]],
     )
     patch: PatchChoice = optional(
-        "Where the surface is a list of patches, or of the surfaces of a `multipatch`, the number "
+        "For a list of patches, or for the surfaces of a `multipatch`: the number "
         "(from 0, in the order of the request) of that on which the points lie, or one number for "
         "every point. Needed where there are several, and only there.",
         0,

@@ -1,10 +1,10 @@
-"""Options as text, in a query or on a command line: strings to the values a body would hold.
+"""Converts options from text, in a query or on a command line, to the values of a JSON body.
 
-What is not of the right form stays a string, and the model refuses it like any other.
+A malformed text stays a string, which the model then refuses.
 
-Caches compare URLs letter by letter, so every query of a mesh that means the same is also
-written as one text: the options in the order of their model, defaults left out, each number in its
-fewest digits, `engine` at the end. Reading that text gives the options back.
+Caches compare URLs letter by letter. So all queries that mean the same mesh have one canonical
+text: the options in the order of their model, defaults left out, each number in its fewest digits,
+`engine` at the end. Reading that text gives the options back.
 """
 
 import re
@@ -27,11 +27,11 @@ _WHOLE = re.compile(r"-?\d{1,16}", re.ASCII)
 _NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)
 
 MAX_PARAMETERS = 50
-"""More than there are options; a query that has more is not worth reading to its end."""
+"""The service has fewer options than this; it does not read a longer query to its end."""
 
 
 class MeshQuery(MeshOptionFields):
-    """The options of a mesh, and which version of the numbers is meant."""
+    """The options of a mesh, and the version of the numbers."""
 
     engine: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
         default=None,
@@ -43,7 +43,7 @@ class MeshQuery(MeshOptionFields):
 
 
 def number_from_text(text: str) -> int | float | str:
-    """A number as a body would hold it; what is none stays a string."""
+    """A number as in a JSON body; a text that is not a number stays a string."""
     if _WHOLE.fullmatch(text):
         return int(text)
     number = float(text) if _NUMBER.fullmatch(text) else inf
@@ -73,7 +73,7 @@ def _names(text: str) -> list[str]:
 
 
 def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
-    """The functions that read the text of each field, by name; texts have none."""
+    """The functions that read the text of each field, by name; fields that are texts need none."""
     simple: dict[Any, Callable[[str], object]] = {bool: _flag, int: _whole, float: _float}
     readers: dict[str, Callable[[str], object]] = {}
     for name, field in model.model_fields.items():
@@ -87,7 +87,7 @@ def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
 
 
 _READERS = _readers(CurveOptionFields) | _readers(MeshQuery)
-_READERS["resolution"] = pair_from_text  # of curves, too: a list is for the model to refuse
+_READERS["resolution"] = pair_from_text  # also of curves: their model refuses a list
 
 LIST_NAMES = frozenset(name for name, read in _READERS.items() if read in (_names, pair_from_text))
 """Options that may be lists."""
@@ -99,7 +99,7 @@ def parse_mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
     Raises
     ------
     InvalidRequest
-        With pointers `/name of the parameter`.
+        Pointers are `/` and the name of the parameter.
     """
     return validate_document(MeshQuery, option_values(pairs))
 
@@ -126,7 +126,7 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
     Raises
     ------
     InvalidRequest
-        `repeated_key` or `too_many_parameters`. Unknown names are left for the model to refuse.
+        `repeated_key` or `too_many_parameters`. The model refuses unknown names later.
     """
     values: dict[str, object] = {}
     for name, text in pairs:
@@ -145,10 +145,10 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
 
 
 def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) -> str:
-    """The one spelling of these options, those of `ignored` names left out.
+    """The canonical text of these options, without those that `ignored` names.
 
-    What stands in it needs no escape in a URL. A default may be left out because it is part of the
-    numbers: changing one raises `ENGINE`, as it changes what the URL stands for.
+    It needs no escapes in a URL. Defaults may be left out, because a new default would raise
+    `ENGINE`: it changes the mesh of a URL.
     """
     parts = []
     for name, field in MeshOptionFields.model_fields.items():
@@ -174,7 +174,7 @@ def _text(value: object) -> str:
 
 
 def _digits(number: float) -> str:
-    """The fewest digits that read back the same: 0.5, 2, 1e-5, 1e20; no sign before a zero."""
+    """The fewest digits that give the same number: 0.5, 2, 1e-5, 1e20; zero has no sign."""
     mantissa, _, exponent = repr(number + 0.0).partition("e")
     mantissa = mantissa.removesuffix(".0")
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa

@@ -77,7 +77,7 @@ def find_pointer(body: bytes, end: int) -> str:
 
 
 def find_repeated_key(body: bytes) -> tuple[int, str] | None:
-    """Offset and text of the first key that its object has already, or None.
+    """Offset and text of the first key that occurs earlier in the same object, or None.
 
     RFC 8259, section 4, leaves the meaning of such an object open; parsers silently keep one.
     """
@@ -106,15 +106,15 @@ def decode_key(string: bytes) -> str:
 
 
 def shorten(key: str) -> str:
-    """A key as a pointer may repeat it."""
+    """A key, shortened for a pointer."""
     return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"
 
 
 def is_deeper(body: bytes, most: int) -> bool:
     """Whether more than `most` brackets are open anywhere in a well-formed JSON text.
 
-    Without everything else, brackets with nothing between them are the innermost; taking those away
-    makes the text one level less deep.
+    Of the text only the brackets are kept. Then adjacent pairs are the innermost ones, and removing
+    them makes the text one level less deep.
     """
     # Only strings have escapes; without escaped quotes every second quote ends a string.
     plain = body.replace(b"\\\\", b"").replace(b'\\"', b"") if b"\\" in body else body

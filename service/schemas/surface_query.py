@@ -1,4 +1,4 @@
-"""The fields of a surface as text, for files that hold control points and nothing else.
+"""The fields of a surface as text, for files that have only control points.
 
 In a query they stand beside the options of a mesh; on a command line they are flags.
 """
@@ -30,8 +30,8 @@ def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
     Raises
     ------
     InvalidRequest
-        For a name that is given twice, and for one that is no name of a query; with pointers
-        `/name`. Whether the others exist, and what they say, is left for the model to check.
+        A name is repeated, or is not allowed in a query; pointers are `/` and the name. The model
+        checks other names and all values later.
     """
     values = option_values(pairs)
     if "surface" in values:
@@ -44,7 +44,7 @@ def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
 
 
 def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
-    """Fields of a surface as in a document; other texts stay texts, which checks refuse."""
+    """Fields of a surface as in a document; malformed texts stay texts, which the model refuses."""
     return {name: _value(name, text) for name, text in texts.items()}
 
 

@@ -1,4 +1,4 @@
-"""The kinds of surface as a document says them: one model a kind, one union of them all.
+"""The JSON language of surfaces: a model for each kind, and the union of all.
 
 To add a kind: a module with its model (a `type` of its own and a `to_surface`) and a function
 that writes it; here its line in `DEFINE` (and in `WITH_ROWS`, if it has nets over triangles), its
@@ -35,7 +35,7 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         RibbonSurface: sweeps.define_ribbon,
     }
 )
-"""Functions that write a surface as a request has it, by kind; for kinds without members."""
+"""Functions that write a surface as a request has it, by kind, for kinds without members."""
 
 WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
     {PatchSurface: patches.replace_rows, TriangleSurface: triangle.replace_rows}
@@ -43,9 +43,9 @@ WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = 
 """Functions that turn arrays over triangles into the rows that documents have, by kind."""
 
 KINDS = ("bezier", "bspline", "triangle", "patches", "multipatch", "tube", "ribbon", "group")
-"""Names of the kinds of surface; the first is meant where none is said."""
+"""Names of the kinds of surface; the first is the default."""
 
-_UNKNOWN = Issue("unknown_type", "There is no such kind of surface.")
+_UNKNOWN = Issue("unknown_type", "No kind of surface has this name.")
 
 _Single: TypeAlias = (
     Annotated[bezier.BezierDefinition, Tag("bezier")]
@@ -62,7 +62,7 @@ SurfaceDefinition = TypeAliasType(
     Annotated[
         _Single | Annotated[group.GroupDefinition, Tag("group")],
         *one_of_kinds(
-            KINDS, _UNKNOWN, "A surface: its `type` tells the kind, `bezier` if there is none."
+            KINDS, _UNKNOWN, "A surface: its `type` names the kind; the default is `bezier`."
         ),
     ],
 )
@@ -83,7 +83,7 @@ group.GroupDefinition.model_rebuild()
 
 
 def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
-    """A surface in the language of requests, its arrays as they are; what it lacks left out.
+    """A surface as a request has it, with NumPy arrays, without the fields that it lacks.
 
     Nets over triangles come in rows, as documents write them, or `flat`, as one array each.
     """

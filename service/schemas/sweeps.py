@@ -1,4 +1,4 @@
-"""Tubes and ribbons along curves as a document says them."""
+"""The JSON language of tubes and ribbons along curves."""
 
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -59,7 +59,7 @@ class TubeDefinition(StrictModel):
 
     Its rings turn about the curve as little as they can; a closed curve gives a closed tube without
     a jump. `resolution` counts the divisions of each piece of the curve. Corners up to 90° are
-    mitred, sharper ones rounded. Where radius × curvature exceeds 1 it runs through itself.
+    mitred, sharper ones rounded. Where radius × curvature exceeds 1, the tube intersects itself.
     """
 
     type: Literal["tube"] = Field(description="The kind of surface.")
@@ -85,8 +85,8 @@ class TubeDefinition(StrictModel):
 class RibbonDefinition(StrictModel):
     """A flat stripe along a curve that faces a direction, or a camera.
 
-    Its crossbars are at right angles to the curve and to where it faces. `resolution` counts the
-    divisions of each piece of the curve; corners are those of a tube.
+    Its crossbars are at right angles to the curve and to the direction that it faces. `resolution`
+    counts the divisions of each piece of the curve; corners are those of a tube.
     """
 
     type: Literal["ribbon"] = Field(description="The kind of surface.")
@@ -109,14 +109,14 @@ class RibbonDefinition(StrictModel):
 
 
 def define_tube(surface: TubeSurface) -> dict[str, Any]:
-    """The tube in the language of requests, its arrays as they are."""
+    """The tube as a request has it, with NumPy arrays."""
     content = {"type": "tube", "curve": define_curve(surface.curve)}
     names = ("radius", "sides", "caps", "up", "name")
     return content | {name: getattr(surface, name) for name in names}
 
 
 def define_ribbon(surface: RibbonSurface) -> dict[str, Any]:
-    """The ribbon in the language of requests, its arrays as they are."""
+    """The ribbon as a request has it, with NumPy arrays."""
     towards = "facing" if surface.camera is None else "camera"
     content = {"type": "ribbon", "curve": define_curve(surface.curve)}
     return content | {name: getattr(surface, name) for name in ("width", towards, "up", "name")}

@@ -1,4 +1,4 @@
-"""From pydantic's errors to ours: code, pointer, what was got and needed; never the input."""
+"""Translates pydantic's errors to ours: code, pointer, texts of got and needed, without input."""
 
 from collections.abc import Iterable, Sized
 from dataclasses import replace
@@ -18,11 +18,11 @@ Path: TypeAlias = tuple[str | int, ...]
 Model = TypeVar("Model", bound=BaseModel)
 
 UNIONS = frozenset({"surface", "curve"})
-"""Fields that hold one of several models. Pydantic names the chosen one in its paths; the
-document has no such level."""
+"""Fields that hold one of several models. Pydantic's paths have a level with the name of the chosen
+model, which the document does not have."""
 
 LISTS_OF_UNIONS = frozenset({"operations", "surfaces"})
-"""Fields that hold a list of such."""
+"""Fields that hold a list in which each item is one of several models."""
 
 MAX_INDEX = 2**53
 """The largest whole number that an index may be."""
@@ -153,7 +153,7 @@ def invalid_request(error: ValidationError, model: type[BaseModel] = BaseModel) 
 
 
 def _is_consequence(detail: ErrorDetails) -> bool:
-    """Whether a list is said to be too short only because its bad members were not counted."""
+    """Whether pydantic finds a list too short only because it did not count invalid items."""
     value = detail["input"]
     short = detail["type"] == "too_short" and isinstance(value, Sized)
     return short and len(value) >= detail["ctx"]["min_length"]
@@ -170,7 +170,7 @@ def wrong_type(value: object, needed: str) -> Issue:
     A field that is left out has its default; null has no meaning.
     """
     if value is None:
-        return Issue("null_value", "null is not a value here.", got="null", needed=needed)
+        return Issue("null_value", "This field cannot be null.", got="null", needed=needed)
     return Issue("wrong_type", f"This must be {needed}.", got=kind(value), needed=needed)
 
 
@@ -181,12 +181,12 @@ def index_too_large() -> Issue:
 
 
 def empty_list(needed: str) -> Issue:
-    """The issue of a list of nothing."""
+    """The issue of an empty list."""
     return Issue("empty_list", "The list is empty.", got="an empty list", needed=needed)
 
 
 def ragged_triangle(got: str, needed: str) -> Issue:
-    """The issue of rows that make no triangle."""
+    """The issue of rows that do not form a triangle."""
     rule = "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries."
     return Issue("ragged", rule, got=got, needed=needed)
 

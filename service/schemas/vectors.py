@@ -1,4 +1,4 @@
-"""Vectors of rays and planes in a document: directions, and rows that belong together."""
+"""Vectors of rays and planes in a document: checks directions, and pairs rows."""
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
 def pair_rows(
     rows: FloatArray, name: str, others: FloatArray, other_name: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Two arrays with equally many rows; where one has a single row, it is that of all.
+    """Two arrays with the same number of rows; the only row of an array is repeated for all.
 
     Raises
     ------

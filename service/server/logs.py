@@ -1,8 +1,9 @@
 """Writes the log: as text for people, or as one JSON object a line for programs.
 
-Lines about requests go to standard output; `service.api.observing.middleware` makes them. All else
-goes to standard error through `logging`. For each of the two, a thread writes lines from a queue
-of bounded length: if a pipe is full or broken, the service drops and counts lines, and goes on.
+Lines about requests go to standard output; `service.api.observing.middleware` makes them. All other
+lines go to standard error through `logging`. For each of the two, a thread writes lines from a
+queue of bounded length: if a pipe is full or broken, the service drops and counts lines, and goes
+on.
 
 A record, or the text of an exception, may repeat what a client sent. Its length is bounded, and
 control characters are escaped, so that none can end the line or control a terminal.

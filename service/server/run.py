@@ -28,7 +28,7 @@ from service.api.observing.metrics import RequestCounters
 from service.server.protocol import BoundedProtocol, with_failure_response
 from service.settings.values import Settings
 
-if sys.platform != "win32":  # which has no such limit of open files
+if sys.platform != "win32":  # Windows has no such limit of open files
     import resource
 
 _log = logging.getLogger(__name__)

@@ -14,10 +14,10 @@ from threadpoolctl import threadpool_limits
 from service.bases.cache import MESH_PLANS
 
 MIN_MEMORY = 1 << 24
-"""Bytes: with less memory the service can compute hardly any mesh."""
+"""Bytes of memory without which the service can compute hardly any mesh."""
 
 MAX_PLAN_BYTES = 256 << 20
-"""Bytes: the most that plans of meshes take, enough for 12 plans of 1,000,000 vertices."""
+"""The most bytes of all plans of meshes, enough for 12 plans of 1,000,000 vertices."""
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Numbers of parameters in glibc's `malloc.h`."""
@@ -108,7 +108,7 @@ def _limits(root: Path) -> Iterator[int]:
     try:
         lines = (root / "proc/self/cgroup").read_text(encoding="ascii").splitlines()
     except (OSError, UnicodeError):
-        return  # no Linux
+        return  # not Linux
     groups = root / "sys/fs/cgroup"
     for line in lines:
         _, controllers, path = line.split(":", 2)
@@ -125,5 +125,5 @@ def _limits(root: Path) -> Iterator[int]:
                 text = (place / group / name).read_text(encoding="ascii")
             except (OSError, UnicodeError):
                 continue
-            if text.strip().isdigit():  # else "max": no limit
+            if text.strip().isdigit():  # a group without a limit has "max"
                 yield int(text)

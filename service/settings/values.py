@@ -176,7 +176,10 @@ class Settings(BaseModel):
         "`/health/ready`: as long as the load balancer needs to notice.",
     )
     drain_timeout: float = Field(
-        default=25, ge=0, le=3600, description="Time for running requests to end, after that."
+        default=25,
+        ge=0,
+        le=3600,
+        description="Time for running requests to end, after `SURFACE_DRAIN_DELAY`.",
     )
 
     # Storage
@@ -214,7 +217,7 @@ class Settings(BaseModel):
     signing_keys: Secrets = Field(
         default=(),
         description="Secrets of 32 letters or more that sign URLs: the service signs with the "
-        "first and accepts all. Without one, there are no signed URLs.",
+        "first and accepts all. Without a secret, URLs cannot be signed.",
     )
     rate_limit: int = Field(
         default=0,
@@ -241,7 +244,7 @@ class Settings(BaseModel):
 
     @property
     def workers(self) -> int:
-        """Number of threads: the setting, or the number of processors."""
+        """The setting `threads`; if it is 0, the number of processors."""
         return self.threads or os.cpu_count() or 1
 
 

@@ -39,9 +39,9 @@ def open_store(address: str, quota: int) -> SurfaceStore:
     Parameters
     ----------
     address : str
-        A folder, or `file:///folder`, which is made if it does not exist; `memory://`, which the
-        process loses at its end; or a bucket, `s3://bucket/prefix`, with its region, keys and
-        endpoint in the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
+        A folder, or `file:///folder`, which is made if it does not exist; `memory://`, whose
+        content the process loses at its end; or a bucket, `s3://bucket/prefix`, with its region,
+        keys and endpoint in the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
     quota : int
         Bytes that all objects may take together; 0 sets no limit.
 
@@ -57,7 +57,7 @@ def open_store(address: str, quota: int) -> SurfaceStore:
         return SurfaceStore(_folder(_path_of(address)), quota)
     if name == "memory":
         if urlsplit(address)[1:] != ("", "", "", ""):
-            raise InvalidStore(f"got {address!r}, needed memory:// and no more.")
+            raise InvalidStore(f"got {address!r}, needed memory:// alone.")
         return SurfaceStore(Bucket(MemoryStore()), quota)
     if name in BUCKETS:
         return SurfaceStore(_bucket(address), quota)
@@ -87,7 +87,7 @@ def _folder(path: Path) -> Folder:
         if error.errno not in DISK_FULL or not (root / STAGING).is_dir():
             text = f"surfaces cannot be kept in the folder {str(path)!r}: {reason_of(error)}."
             raise InvalidStore(text) from None
-    except (RuntimeError, ValueError) as error:  # no home; a null character
+    except (RuntimeError, ValueError) as error:  # no home folder, or a null character in the path
         raise InvalidStore(f"got {str(path)!r}, needed a folder: {error}.") from None
     return Folder(LocalStore(root), root, CapacityLimiter(1))
 

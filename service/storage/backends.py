@@ -35,7 +35,7 @@ class Bucket:
         await obstore.put_async(self.objects, key, content, use_multipart=False)
 
     async def sweep(self) -> None:
-        """Removes files that killed processes left behind; a bucket has none."""
+        """Removes files that killed processes left behind; does nothing for a bucket."""
 
     async def touch(self) -> None:
         """Returns if the bucket responds: one listing of at most 256 prefixes."""

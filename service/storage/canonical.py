@@ -19,9 +19,9 @@ number gives another content, except for weights beyond 2^±64, of which only qu
 Names are compared character by character: composed and decomposed letters are different.
 
 Ids are permanent. So, when you extend the language: fields that are in the header today stay there,
-in this form. A new field of a surface is left out of its `definition` where it has its default, and
-this default never changes; then no stored surface gets another id. Another form of the content
-would be `"canonical": 2`, in addition to this one.
+in this form. `definition` leaves out a new field of a surface if the field has its default, and
+this default never changes; so every stored surface keeps its id. Another form of the content would
+be `"canonical": 2`, in addition to this one.
 """
 
 import json
@@ -76,9 +76,10 @@ def restore_surface(content: bytes, limits: DocumentLimits) -> Surface:
     Raises
     ------
     InvalidRequest
-        It exceeds the limits, which may have been larger before; with pointers below `/surface`.
+        The surface exceeds the limits, which may have been larger before. Pointers are below
+        `/surface`.
     DamagedObject
-        This is not the content of a surface.
+        `content` is not the content of a surface.
     """
     try:
         tree = _definition(content)
@@ -136,7 +137,7 @@ def _with_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
 
 
 def _definition(content: bytes) -> Any:
-    """The surface's definition in the language of requests; its arrays are views of `content`."""
+    """The surface's definition, as in a request; its arrays are views of `content`."""
     end = content.index(b"\n")
     header = json.loads(content[:end])
     if header["canonical"] != VERSION:

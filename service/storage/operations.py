@@ -10,7 +10,7 @@ from service.errors import DamagedObject, StoreFailed, StoreFull
 
 @dataclass(slots=True)
 class Total:
-    """Number of operations of one kind with one outcome, and their seconds together."""
+    """The number of operations of one kind with one outcome, and the sum of their seconds."""
 
     count: int = 0
     seconds: float = 0.0

@@ -28,7 +28,7 @@ class Usage:
     Parameters
     ----------
     quota : int
-        Most bytes that may be in use; 0 sets no limit, and then nothing is counted.
+        Most bytes that may be in use; 0 sets no limit, and switches counting off.
     list_bytes : callable
         Returns the bytes in use, by a listing of the store.
     """
@@ -76,7 +76,7 @@ class Usage:
         self.add(growth)
 
     def add(self, growth: int) -> None:
-        """Adds `growth` bytes to those in use; negative where an object was deleted.
+        """Adds `growth` bytes to those in use; `growth` is negative after a deletion.
 
         A running count may or may not include an object that is deleted meanwhile: its bytes may
         count until the next count, so the total may be too high, but not too low.
@@ -119,7 +119,7 @@ class Usage:
 
 
 def quota_exceeded(left: int, growth: int) -> StoreFull:
-    """The error of a quota with `left` free bytes where a surface takes `growth`."""
+    """The error if the quota has `left` free bytes, and a surface takes `growth` bytes."""
     text = "The surface does not fit into the quota of the store."
     got, needed = f"{growth} bytes", f"at most {max(0, left)} bytes"
     return StoreFull(Issue("store_full", text, got=got, needed=needed))

@@ -22,7 +22,7 @@ AT_ONCE = 8
 """Objects hashed, read or written at the same time: each takes memory and up to 2 threads."""
 
 INLINE = 1 << 18
-"""Bytes of a content that the event loop hashes itself; larger ones are hashed in a thread."""
+"""Most bytes of a content that the event loop hashes itself; a thread hashes larger contents."""
 
 DEADLINE = 1.0
 """The longest time in seconds that a readiness check of a working store takes."""
@@ -106,7 +106,8 @@ class SurfaceStore:
         Parameters
         ----------
         reserve : Callable
-            Called with the number of bytes before they are read; what it raises is raised here.
+            Called with the number of bytes before they are read; an error that it raises ends
+            `get`.
 
         Raises
         ------
@@ -137,7 +138,7 @@ class SurfaceStore:
             return await self._size(key_of(id)) is not None
 
     async def delete(self, id: str) -> bool:
-        """Removes the object with this id, even if it is damaged; returns whether there was one."""
+        """Removes the object with this id, even if it is damaged; returns whether it existed."""
         if not is_id(id):
             return False
         with self.operations.count("delete"):
@@ -187,7 +188,7 @@ class SurfaceStore:
             await asyncio.sleep(ROUND)
 
     def _lock(self, id: str) -> Lock:
-        """The lock to store or delete this id: of several equal requests, one writes."""
+        """The lock for storing or deleting this id, so that only one of equal requests writes."""
         return self._writing.setdefault(id, Lock())
 
     async def _check_backend(self) -> bool:
@@ -199,7 +200,7 @@ class SurfaceStore:
         return True
 
     async def _size(self, key: str) -> int | None:
-        """Bytes of an object; None if there is none."""
+        """Bytes of an object; None if it does not exist."""
         async with self._limiter:
             with translate_errors(f"looking for {key}"):
                 try:

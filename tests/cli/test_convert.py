@@ -84,7 +84,7 @@ REFUSALS = [
     (["--restrict", "w=0:1"], "--restrict: No field has this name."),
     (["--reverse", "w"], "--reverse: The value is not one of those allowed."),
     (["--split", "u=0.5", "--split", "v=0.5"], "--split: The patches of this surface"),
-    (["--operations", '[{"op": "paint"}]'], "--operations: There is no such operation."),
+    (["--operations", '[{"op": "paint"}]'], "--operations: No operation has this name."),
     (
         ["--operations", '[{"op": "split", "u": 0.5, "u": 0.25}]'],
         "--operations/0/u: An object has this key more than once.",

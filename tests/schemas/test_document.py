@@ -99,8 +99,8 @@ def test_malformed_text_is_located_by_line_and_column() -> None:
 @pytest.mark.parametrize(
     ("body", "got"),
     [
-        (b'{"a": "\xff"}', "bytes that are no UTF-8"),
-        (b'{"a": "\xed\xa0\x80"}', "bytes that are no UTF-8"),
+        (b'{"a": "\xff"}', "bytes that are not UTF-8"),
+        (b'{"a": "\xed\xa0\x80"}', "bytes that are not UTF-8"),
         ("[1]".encode("utf-16"), "UTF-16 or UTF-32"),
         ("[1]".encode("utf-16-le"), "UTF-16 or UTF-32"),
         ("[1]".encode("utf-16-be"), "UTF-16 or UTF-32"),

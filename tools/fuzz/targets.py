@@ -16,7 +16,7 @@ from uvicorn.server import ServerState
 
 from service.api.app import create_app
 from service.api.body import body_type
-from service.api.caching.cached_response import is_any, listed
+from service.api.caching.cached_response import is_any, parse_tags
 from service.api.guard.keys import (
     InvalidKeys,
     bearer,
@@ -121,7 +121,7 @@ def header(content: bytes) -> None:
     """The value of a header that is read here."""
     text = content.decode("latin-1")
     is_any(content)
-    listed(content)
+    parse_tags(content)
     caller_trace_id(content)
     if owner(bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
         raise AssertionError("something else than the key is taken for it")

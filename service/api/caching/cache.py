@@ -1,4 +1,4 @@
-"""The cache of responses in memory: bounded in bytes, the least recently used go first."""
+"""The cache of responses in memory: bounded in bytes, drops the least recently used first."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from service.api.caching.cached_response import VARIANT_BYTES, CachedResponse, V
 from service.api.caching.codings import Coding
 
 SHARE = 2
-"""An entry may take 1/SHARE of the cache, in all its codings together."""
+"""An entry with all its codings may take 1/SHARE of the cache."""
 
 ALIASES = 8
 """URL spellings by which the cache finds an entry without parsing them again."""
@@ -32,15 +32,16 @@ class Counts:
 class ResponseCache:
     """Entries by their canonical URLs, and by other spellings of these.
 
-    Everything counts against the bound: bytes, heads, and the spellings. What is being sent to a
-    slow client is not dropped: it would take memory that the bound does not count.
+    Everything counts against the bound: bytes, heads, and the spellings. A response is not dropped
+    while it is being sent to a slow client: it would still take memory, but the bound would not
+    count it.
 
     Attributes
     ----------
     allowed : int
         The present bound in bytes: lower while requests need the memory.
     freed : Callable
-        Called when an entry can be dropped that was being sent before.
+        Called when an entry is no longer being sent, so that the cache can drop it.
     """
 
     def __init__(self, max_bytes: int) -> None:
@@ -50,7 +51,8 @@ class ResponseCache:
         self.freed: Callable[[], None] = lambda: None
         self.counts = Counts()
         self.generation = 0
-        """Number of calls of `forget`: a response begun before the last one is not kept."""
+        """Number of calls of `forget`: a response that was begun before the last call is not
+        kept."""
         self._entries: OrderedDict[str, CachedResponse] = OrderedDict()
         self._known: dict[tuple[str, bytes], tuple[CachedResponse, bool]] = {}
         self._of_surface: dict[str, set[str]] = {}
@@ -118,7 +120,7 @@ class ResponseCache:
         self.bytes += letters + ALIAS_BYTES
 
     def forget(self, surface: str) -> None:
-        """Drops all responses made from a surface; those being made now will not be kept."""
+        """Drops all responses made from a surface; running computations will not be kept."""
         self.generation += 1
         for url in self._of_surface.get(surface, set()).copy():
             self._drop(url)
@@ -148,14 +150,14 @@ class ResponseCache:
                 self._has_room(0)
             self.freed()
 
-    def _has_room(self, size: int, but: CachedResponse | None = None) -> bool:
-        """Drops old entries (not `but`) until `size` bytes are free; returns whether they are."""
+    def _has_room(self, size: int, keep: CachedResponse | None = None) -> bool:
+        """Drops old entries except `keep` until `size` bytes are free, if possible; else False."""
         if size and self.bytes_being_sent + size > self.allowed:
             return False
         gone = sum(e.size for e in self._being_sent if not self.holds(e)) if self._being_sent else 0
         while self.bytes + gone + size > self.allowed:
             unread = (
-                e for e in self._entries.values() if e not in self._being_sent and e is not but
+                e for e in self._entries.values() if e not in self._being_sent and e is not keep
             )
             first = next(unread, None)
             if first is None:

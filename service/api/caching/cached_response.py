@@ -36,7 +36,7 @@ def entity_tag(content: str, coding: Coding) -> bytes:
     return b'"' + urlsafe_b64encode(digest).rstrip(b"=") + b'"'
 
 
-def listed(header: bytes) -> frozenset[bytes]:
+def parse_tags(header: bytes) -> frozenset[bytes]:
     """The entity tags in an If-None-Match header, without their `W/`.
 
     This header compares tags weakly (section 13.1.2).
@@ -44,13 +44,13 @@ def listed(header: bytes) -> frozenset[bytes]:
     return frozenset(_LISTED.findall(header))
 
 
-def held(
+def find_held(
     condition: bytes | None, choices: Iterable[Choice], tag: Callable[[Choice], bytes]
 ) -> Choice | None:
     """The first choice whose entity tag If-None-Match lists: the client has it already."""
     if condition is None:
         return None
-    tags = listed(condition)
+    tags = parse_tags(condition)
     return next((choice for choice in choices if tag(choice) in tags), None)
 
 
@@ -112,9 +112,10 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """The file in one coding; the body's message is `whole`, or a `piece` of a longer response.
+    """The file in one coding, with the messages that send it (ASGI).
 
-    Pairs have the item for URLs without `engine=` first, and for URLs with it second.
+    `whole` sends the body as the only message, `piece` as one of several. `full` is the head of a
+    200, `unchanged` that of a 304: each first for URLs without `engine=`, then for URLs with it.
     """
 
     coding: Coding
@@ -151,7 +152,7 @@ class CachedResponse:
         return self._full(variant.coding, len(variant.body), pinned, timing)
 
     def coded(self, coding: Coding, body: bytes | None) -> Variant:
-        """The file in a coding; if `body` is None, compressing does not pay: the plain file."""
+        """The file in a coding; if `body` is None, as compressing does not pay, the plain file."""
         if body is None:
             return self.variants["identity"]
         return Variant(

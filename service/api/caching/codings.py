@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 MAX_ITEMS = 100
-"""Items that are read of a list: more than any client sends."""
+"""Most items of a list that the service reads: more than any client sends."""
 
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)", re.ASCII)
 
@@ -44,7 +44,7 @@ else:
 Coding: TypeAlias = Literal["zstd", "gzip", "identity"]
 
 CODINGS: tuple[Coding, ...] = ("zstd", "gzip", "identity")
-"""In the order of preference where the client has none."""
+"""All codings, in the order in which the service prefers them if the client has no preference."""
 
 ZSTD_LEVEL, GZIP_LEVEL = 6, 4
 """Higher levels take twice the time and save 1/10 of the bytes. Zstandard's window stays below the
@@ -121,7 +121,7 @@ def _parsed(header: bytes) -> AcceptedCodings:
     others = by_name.get("*", 0.0)
     weights = {coding: by_name.get(coding, others) for coding in CODINGS}
     plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
-    # A client that lists codings prefers any of them to none.
+    # A client that lists codings prefers each of them to an uncompressed body.
     least = min((w for w in weights.values() if w > 0), default=1.0)
     if plain and "identity" not in by_name:
         weights["identity"] = least

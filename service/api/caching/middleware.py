@@ -7,7 +7,7 @@ from operator import attrgetter
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
-from service.api.caching.cached_response import CachedResponse, Variant, held, is_any
+from service.api.caching.cached_response import CachedResponse, Variant, find_held, is_any
 from service.api.caching.codings import AcceptedCodings, accepted_codings
 from service.api.cors import Origins
 from service.api.observing.record import record_of
@@ -79,10 +79,10 @@ _METHODS = frozenset({"GET", "HEAD"})
 def _choose(
     entry: CachedResponse, accepted: AcceptedCodings, condition: bytes | None
 ) -> tuple[Variant, bool] | None:
-    """The variant to send, and whether the client has it already; None if it must be made."""
+    """The variant to send, and whether the client has it already; None if it is not in memory."""
     if not accepted.plain:
         return None  # the client refuses plain bodies: compress even if it does not pay
-    known = held(condition, _ready(entry, accepted), _TAG)
+    known = find_held(condition, _ready(entry, accepted), _TAG)
     if known is not None:
         return known, True
     variant = entry.variants.get(accepted.order[0])

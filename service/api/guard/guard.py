@@ -1,7 +1,7 @@
 """The guard: checks keys, signatures and rates before any other part sees the request.
 
 It stands in front of the cache, so cached responses are guarded too. Without keys, secrets, rates
-and proxies in the settings there is no guard at all.
+and proxies in the settings, the application runs without a guard.
 """
 
 import time
@@ -37,7 +37,7 @@ _HSTS = (b"strict-transport-security", b"max-age=31536000")
 
 @dataclass(frozen=True, slots=True)
 class Checks:
-    """The checks that the settings configure; None for each that they do not."""
+    """The checks of the guard; a check that the settings do not configure is None."""
 
     keys: KnownKeys | None
     signer: Signer | None
@@ -96,7 +96,7 @@ class Guard:
         await app(scope, receive, sent if result.added or result.private else send)
 
     def _admit(self, scope: Scope, result: _GuardResult) -> None:
-        """Returns if the request is allowed, else raises why not."""
+        """Returns if the request is allowed; otherwise raises the error for its response."""
         if self.checks.proxies is not None:
             self.checks.proxies.set_client(scope)
             if scope["scheme"] == "https":

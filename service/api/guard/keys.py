@@ -1,9 +1,9 @@
 """API keys: makes them, reads their list, and finds a key's name.
 
 A key is 256 random bits. The service knows only its SHA-256, so a copy of the settings or of a
-backup lets no client in. Passwords need a slow hash because they can be guessed; a key of 2²⁵⁶
-cannot, however fast the hash. So the service looks only at texts in the form of its keys: the hash
-of a password in the settings does not make that password a key.
+backup lets no client in. Passwords need a slow hash because they can be guessed; one of 2²⁵⁶ keys
+cannot be guessed, even if the hash is fast. The service accepts only texts in the form of its keys:
+so the hash of a password in the settings does not make that password a key.
 """
 
 import logging
@@ -25,7 +25,7 @@ PREFIX = "sfk_"
 KEY_BYTES = 32
 
 MOST = 1000
-"""Most keys at the same time: each sent key is compared with all of them."""
+"""The most keys of a service: each key that a client sends is compared with all of them."""
 
 _KEY = re.compile(rb"sfk_[0-9a-f]{64}")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -38,7 +38,7 @@ FORM = "name:hash, as `surface key NAME` prints it"
 
 
 class InvalidKeys(ValueError):
-    """A list of keys is invalid; the text repeats nothing of it."""
+    """A list of keys is invalid; the text of the error does not repeat the list."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +132,9 @@ _Mark: TypeAlias = tuple[int, int, int]
 class KnownKeys:
     """The keys of the settings and of the file, which is read again when it changes.
 
-    An invalid file at the start stops the start. An invalid file later is logged, and the keys
-    known before stay: an operator who saves half a file locks no client out.
+    If the file is invalid when the service starts, it does not start. If a later version of the
+    file is invalid, the service logs that and keeps the keys that it knew: so an operator who saves
+    half a file locks no client out.
 
     Raises
     ------
@@ -159,7 +160,7 @@ class KnownKeys:
             self._read(self._file)
 
     def __call__(self) -> Sequence[KeyEntry]:
-        """All keys, as of now."""
+        """The present keys."""
         if self._file is not None and (now := self._clock()) >= self._next:
             self._next = now + SECONDS_BETWEEN
             try:
@@ -188,7 +189,7 @@ class KnownKeys:
 
 
 def _mark(file: Path) -> _Mark | None:
-    """Time, size and inode of a file, to notice a change; None if there is no file."""
+    """Time, size and inode of a file, to notice a change; None if the file does not exist."""
     try:
         status = os.stat(file)
     except OSError:

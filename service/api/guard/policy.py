@@ -34,8 +34,8 @@ def needs_keys(settings: Settings) -> bool:
 class Policy:
     """Says what each request needs, by the settings.
 
-    Everything below `/v1` but the lists needs a key where the settings ask for keys: so a new call
-    is protected until the rules here name it.
+    If the settings have keys, each path below `/v1` except the lists needs a key. So a new call is
+    protected by default.
     """
 
     def __init__(self, settings: Settings) -> None:

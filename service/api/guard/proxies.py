@@ -2,7 +2,8 @@
 
 Every client may send `X-Forwarded-For`. Each proxy appends the address of its own client on the
 right. So the service reads the header from the right, as long as the writer is a trusted proxy: the
-first address that is not a trusted proxy's is the client's. It ignores all further left.
+first address that is not a trusted proxy's is the client's. It ignores the addresses to the left of
+that one.
 """
 
 from collections.abc import Sequence
@@ -74,7 +75,7 @@ class Proxies:
 
 
 def address_in(text: bytes) -> Address | None:
-    """The IP address in one item of the header, without its port; None if it is none.
+    """The IP address in one item of the header, without its port; None if it has no address.
 
     An IPv4 address in IPv6 form becomes IPv4. The zone of an address is any text that only the
     writing machine understands; it is left out.

@@ -3,7 +3,7 @@
 The method is the "generic cell rate algorithm", a token bucket that is kept as one number: the time
 at which the bucket will be full again. With a limit of n requests a minute, each request moves this
 time 60/n seconds further. A request that would move it more than 60 seconds beyond now is refused.
-So a caller may make n requests at once, and after these one every 60/n seconds.
+So a caller may make n requests at once, and then one request every 60/n seconds.
 """
 
 import time
@@ -20,7 +20,7 @@ WINDOW = 60
 """Seconds over which the limit applies."""
 
 MOST = 20_000
-"""The most callers that are remembered, the latest ones. A flood of addresses takes 5 MB."""
+"""The most callers that are counted; the oldest are forgotten. A flood of addresses takes 5 MB."""
 
 _POLICY = "requests"
 

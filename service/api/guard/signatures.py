@@ -1,8 +1,8 @@
-"""Signed URLs: they permit to read one URL until a time that they name.
+"""Signed URLs: each can be read without a key, until the time in its query.
 
-The signature is HMAC-SHA-256 (RFC 2104) over what is asked for: that it is read, the path, and all
-parameters of the query in one order. So it holds for GET and HEAD, and however a client orders or
-escapes the query; any other path, parameter or moment needs another signature.
+The signature is HMAC-SHA-256 (RFC 2104) over a text: the word `read`, the path, and all parameters
+of the query in a fixed order. So one signature is valid for GET and HEAD, and for every order and
+escaping of the query. Another path, parameter or time needs another signature.
 """
 
 import hmac
@@ -71,7 +71,7 @@ class Signer:
         )
 
     def check(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
-        """The query as the client wrote it, without the signature, and its end in Unix time.
+        """The query as the client wrote it, without the signature, and its expiry in Unix time.
 
         Tries every secret in constant time, so that the time reveals nothing of the signature.
 
@@ -145,7 +145,7 @@ def _expired() -> SignatureExpired:
 
 
 def signed_url(signer: Signer, request: SignRequest, root: str, now: float) -> tuple[str, int]:
-    """The URL with its signature, and its end in Unix time.
+    """The URL with its signature, and its expiry in Unix time.
 
     Does not look the surface up: a client learns whether it exists when it reads the URL.
 

@@ -7,22 +7,22 @@ from service.api.models.points import Point
 
 
 class RayHits(ResponseModel):
-    """Hits in columns, float64: rows of the first two belong to rays, of the others to hits.
+    """Hits in columns, float64: `reached` and `counts` have a row per ray, the others one per hit.
 
-    Hits are in the order of rays, and along each ray.
+    Hits are sorted by ray, and for each ray by t.
     """
 
     reached: list[bool]
     """For each ray, whether its first hit, or all of its hits, are listed. False if the limit of
-    work was reached, as where the surface is a line along the ray, or if the ray begins so far away
-    that rounding is larger than the thickness."""
+    work was reached, for example because the surface is a line along the ray; or if the ray begins
+    so far away that rounding is larger than the thickness."""
     counts: list[Count]
     """For each ray, the number of its hits in this response."""
     ray: list[Count]
     """The index of the ray."""
     t: list[Length]
-    """The hit is at origin + t · direction, with the direction of the request. For a segment, its
-    beginning."""
+    """The hit is at origin + t · direction, with the direction of the request. For a segment, this
+    is its beginning."""
     t_bounds: list[Pair]
     """Intervals [low, high] of t that contain all common points of ray and surface that this hit
     represents. Proved, rounding included. For a segment within the surface, the segment."""

@@ -34,7 +34,7 @@ class EdgePlace(ResponseModel):
 
 
 class FaultyEdge(EdgePlace):
-    """A side because of which the surface has no volume."""
+    """A side that is a reason why the surface encloses no volume."""
 
     open: bool
     """True if no other side shares the edge. False if the sides on the edge do not cancel in pairs
@@ -62,7 +62,7 @@ class PartMeasures(ResponseModel):
     area: Interval
     """Its area."""
     volume: Interval | Missing = None
-    """The volume that it encloses. Left out if the part by itself is open."""
+    """The volume that the part encloses. Left out if the part by itself is open."""
     centroid: Annotated[list[Interval], Field(min_length=3, max_length=3)] | Missing = None
     """The centroid of that volume, x, y, z."""
 

@@ -1,7 +1,7 @@
 """Responses about meshes, as JSON, and the base of all models of responses.
 
-The models are behind the schemas of the OpenAPI document. Routes write long responses from arrays,
-without the models; tests validate the responses against them.
+The schemas of the OpenAPI document are made from these models. Routes write long responses from
+arrays, without the models; tests validate the responses against them.
 """
 
 from typing import Annotated, Any, Literal, TypeAlias
@@ -86,7 +86,7 @@ class MeshReport(ResponseModel):
     """Facts about a mesh."""
 
     vertices: Count
-    """Number of positions: one with several normals counts once."""
+    """Number of positions: a position with several normals counts once."""
     triangles: Count
     """Number of triangles."""
     quads: Count
@@ -101,15 +101,15 @@ class MeshReport(ResponseModel):
     poles_repaired: Count
     """Samples where du × dv vanishes, so that the normal is a limit."""
     closed_u: bool | Missing = None
-    """Whether the surface closes along u: its last line is its first one. This and the next three
-    fields are left out for several patches without a common domain."""
+    """Whether the surface closes along u: its curves at the least and the greatest u are the same.
+    This and the next three fields are left out for several patches without a common domain."""
     closed_v: bool | Missing = None
     """Whether it closes along v."""
     continuity_u: Continuity | Missing = None
-    """If the surface closes along u: with equal partials du (C1), with equal tangent planes (G1),
-    or neither (C0)."""
+    """If the surface closes along u, its continuity there: C1 for equal partials du, G1 for equal
+    tangent planes, else C0."""
     continuity_v: Continuity | Missing = None
-    """If the surface closes along v: as `continuity_u`, with dv."""
+    """If the surface closes along v, its continuity there: as `continuity_u`, with dv."""
     deviation_bound: Length | Missing = None
     """Proved, in model units: no point of the surface is further than this from the faces as they
     are written, their rounding included. Never above the tolerance of the request; left out if
@@ -159,24 +159,25 @@ class Mesh(ResponseModel):
     """A mesh as JSON."""
 
     vertices: list[Vector]
-    """Positions [x, y, z], welded ones once; float64, shortest digits that round-trip."""
+    """Positions [x, y, z]; a welded vertex is one row. Float64, with the fewest digits that give
+    the same number."""
     faces: list[Corners]
     """Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's
     tip; part by part, the quads of a part before its triangles."""
     normals: list[Vector] | Missing = None
-    """Unit normals, float32; left out if `normals` is false. Row by row those of `vertices`, unless
-    there are `attribute_faces`."""
+    """Unit normals, float32; left out if `normals` is false. Row k belongs to row k of `vertices`,
+    unless the mesh has `attribute_faces`."""
     uvs: list[Pair] | Missing = None
     """Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
-    float64, so that they lead back to the point. In the rows of `normals`."""
+    float64, so that the surface has the same point at them. Row k belongs to row k of `normals`."""
     colors: list[Annotated[list[float], Field(min_length=3, max_length=4)]] | Missing = None
-    """Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In
-    the rows of `normals`."""
+    """Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. Row k
+    belongs to row k of `normals`."""
     attributes: (
         dict[str, list[Annotated[list[float], Field(min_length=1, max_length=MAX_DIMENSION)]]]
         | Missing
     ) = None
-    """Values of the surface's attributes by name, float64. In the rows of `normals`."""
+    """Values of the surface's attributes by name, float64. Row k belongs to row k of `normals`."""
     attribute_faces: list[Corners] | Missing = None
     """If a position has several normals, colours or other values, as at a crease: in the shape of
     `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
@@ -194,7 +195,7 @@ class Refusal(ResponseModel):
     formats: Annotated[list[FormatName], Field(min_length=1)]
     """The formats that would be refused."""
     code: str
-    """As in an error of `POST /v1/mesh`."""
+    """The code of the error that `POST /v1/mesh` would return."""
     pointer: str
     """JSON pointer (RFC 6901) into the body."""
     detail: str
@@ -209,7 +210,7 @@ class Estimate(ResponseModel):
     """The size of a mesh before it is computed."""
 
     vertices: Count
-    """Number of positions, as in the report: one with several normals counts once."""
+    """Number of positions, as in the report: a position with several normals counts once."""
     triangles: Count
     """Number of triangles."""
     quads: Count

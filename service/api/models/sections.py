@@ -26,11 +26,11 @@ class Section(ResponseModel):
     x_axis: Vector
     """Unit vector along x in the coordinates of the plane, as SVG has them."""
     y_axis: Vector
-    """Unit vector along y there: x × y is the normal."""
+    """Unit vector along y in these coordinates: x × y is the normal."""
     polylines: list[SectionLine]
     """The polylines; empty where the plane does not cut the surface."""
     touching: list[Vector]
-    """Points where the surface touches the plane, or is so close that rounding cannot tell."""
+    """Points where the surface touches the plane, or is closer to it than rounding can resolve."""
     coplanar: list[Count]
     """Numbers of patches that lie in the plane, in the order of the request; the polylines are
     their border."""

@@ -103,7 +103,7 @@ class SurfaceList(ResponseModel):
 
 
 class SurfaceDocument(ResponseModel):
-    """A surface alone: a body for the other calls; options may be added."""
+    """A surface without options: a body for the other calls, to which options may be added."""
 
     surface: SurfaceDefinition
     """The definition, in the form of a request."""

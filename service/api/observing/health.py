@@ -31,8 +31,8 @@ DEADLINE = 2.0
 """Seconds that a caller waits for a self-test."""
 
 SILENCE = 30.0
-"""Seconds after which an engine that does not answer counts as stuck. Until then it counts as busy:
-without this instance, its requests would make the next one as busy."""
+"""Seconds after which an engine that does not answer counts as stuck. Until then it counts as busy
+and ready: if it were taken away, its requests would make the next instance just as busy."""
 
 _log = logging.getLogger(__name__)
 

@@ -203,7 +203,7 @@ def _family(
     values: Mapping[str, float] | float | None,
     label: str = "",
 ) -> Metric:
-    """A metric family with one number, one for each value of a label, or none (None)."""
+    """A metric family: one number, a number for each value of a label, or no number (None)."""
     if not isinstance(values, Mapping):
         return kind(f"surface_{name}", about, values)
     family = kind(f"surface_{name}", about, labels=(label,))

@@ -119,8 +119,8 @@ def json_line(record: RequestRecord, end: float, seconds: float) -> str:
 def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "RequestMiddleware":
     """Puts the middleware around `inner`, and sets the state that it and the metrics need.
 
-    `write` writes the access log; without it there is none. Only with the setting `tracing` are
-    spans made and OpenTelemetry's SDK imported.
+    `write` writes the access log; without it the service writes no access log. Spans are made, and
+    OpenTelemetry's SDK is imported, only with the setting `tracing`.
 
     Raises
     ------

@@ -86,7 +86,7 @@ class Tracing:
         await self._middleware({**seen, "scope": scope}, receive, described)
 
     async def _call_app(self, seen: Scope, receive: Receive, send: Send) -> None:
-        """Calls the application inside the span, which does not see its exceptions' texts."""
+        """Calls the application inside the span, and keeps texts of exceptions out of the span."""
         span, scope = get_current_span(), seen["scope"]
         record, context = record_of(scope), span.get_span_context()
         trace_id = format_trace_id(context.trace_id)

@@ -1,1 +1,1 @@
-"""The OpenAPI document: every call, every media type, every error, with examples that are true."""
+"""The OpenAPI document: every call, every media type, every error, with computed examples."""

@@ -1,7 +1,7 @@
 """Builds the OpenAPI document of a service, for its settings.
 
-FastAPI makes it from the routes that are switched on. This module adds what they do not know: the
-responses and headers of the middleware, and computed examples.
+FastAPI makes it from the routes that are switched on. This module adds the responses and headers of
+the middleware, which the routes do not declare, and computed examples.
 """
 
 from collections.abc import Sequence, Set

@@ -28,7 +28,7 @@ Json: TypeAlias = dict[str, Any]
 REQUESTS: Mapping[str, Json] = MappingProxyType(
     json.loads(files(__package__).joinpath("requests.json").read_bytes())
 )
-"""Examples of bodies by operation, where they are long: a summary and a value for each name.
+"""Long examples of bodies, by operation: a summary and a value for each name.
 
 Short ones stand beside their routes.
 """
@@ -136,9 +136,9 @@ def array_body(
     Parameters
     ----------
     model : type
-        Of the document.
+        The model of the document.
     array, about : str
-        The field whose numbers may be a file, and their axes.
+        The field whose numbers may be sent as a file, and the axes of that array.
     parameters : dict
         More query parameters.
     """
@@ -146,7 +146,7 @@ def array_body(
     text = f"`{array}` as a file of `numpy.save`, of float32 or float64: {about}."
     schema = {"type": "string", "format": "binary", "description": text}
     extra["requestBody"]["content"]["application/x-npy"] = {"schema": schema}
-    text = "With a file: id of the surface, the name of a built-in one, or that of a stored one."
+    text = "With a file: the id of a built-in or a stored surface."
     surface = _parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
     simple = ("number", "boolean", "string")
     beside = [

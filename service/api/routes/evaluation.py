@@ -72,9 +72,9 @@ curves = APIRouter(route_class=CurveRoute)
 async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     """Evaluates the surface at the given parameters, in float64, and returns columns.
 
-    Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are those by
-    the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have no
-    parameters (`not_parametric`).
+    Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are by the
+    surface's own parameters; at a knot they are the limits from the right. Tubes, ribbons and
+    groups have no parameters (`not_parametric`).
     """
     services, job, *_ = context
     work = plan_points(body.to_surface(), body.to_query(), services.limits)

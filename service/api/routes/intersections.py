@@ -113,12 +113,12 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
     hit; every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
     share count once.
 
-    **Planes.** A section is a set of polylines within a tolerance of it. No part of it is lost,
-    however small; polylines are closed where the surface is. The response is in the format that
+    **Planes.** A section is a set of polylines within a tolerance of it. Even its smallest part is
+    found. Polylines are closed where the surface is closed. The response is in the format that
     `format` names or `Accept` prefers; JSON without either.
 
-    Many rays are sent sooner as a file of NumPy, a point and a direction in each row: the query
-    then names a surface that is stored, or built in, and has the other fields.
+    Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
+    then names a stored or built-in surface, and has the other fields.
 
     Tubes and ribbons have no hits and no sections (`not_parametric`).
     """

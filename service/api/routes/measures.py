@@ -58,12 +58,12 @@ show_responses(
     openapi_extra=json_body(_MEASURED),
 )
 async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response:
-    """Measures a surface: every number comes with an interval that provably holds the truth.
+    """Measures a surface: every number has an interval that provably contains the exact value.
 
-    A surface has a volume if all of its edges meet, and its patches are oriented consistently;
-    `faulty_edges` are the reason where they do not. A `tolerance` that takes more work than one
-    request may have is refused (`too_costly`), and the refusal names the tolerance that can be
-    reached for each quantity. Tubes and ribbons are not measured (`not_parametric`).
+    A surface has a volume if all of its edges meet and its patches are oriented consistently;
+    otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
+    may have is refused (`too_costly`), and the refusal names the tolerance that can be reached for
+    each quantity. Tubes and ribbons are not measured (`not_parametric`).
     """
     services, job, *_ = context
     work = plan_measure(body.to_surface(), body.to_query(), services.limits)

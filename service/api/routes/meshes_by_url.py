@@ -6,7 +6,7 @@ from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Request, Response
 
-from service.api.caching.cached_response import CachedResponse, Subject, Variant, held, is_any
+from service.api.caching.cached_response import CachedResponse, Subject, Variant, find_held, is_any
 from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compressed
 from service.api.errors import EngineGone
 from service.api.links import mesh_url
@@ -54,7 +54,7 @@ class ComputedResponse(NamedTuple):
 
 
 class Compression(NamedTuple):
-    """The work of compressing a body; `forced`: the client accepts no other coding."""
+    """The work of compressing a body; `forced`: the client accepts only this coding."""
 
     body: bytes
     coding: Coding
@@ -102,10 +102,10 @@ async def get_surface_mesh(
     differently; then the entity tag differs too. `Link` names the canonical form of the URL:
     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
     the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
-    tells whether they changed.
+    shows whether they changed.
 
-    Equal requests at the same time are computed once. Responses are kept in memory, also
-    compressed.
+    Equal requests at the same time are computed once. The service keeps responses in memory,
+    compressed ones too.
     """
     services, job, *_ = context
     fmt = format_by_suffix(suffix)
@@ -124,7 +124,7 @@ async def get_surface_mesh(
     )
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
-    unchanged = held(condition, accepted.order, subject.tag)
+    unchanged = find_held(condition, accepted.order, subject.tag)
     async with job.until_deadline():
         if unchanged is not None and (entry is not None or await exists(services.store, id)):
             return FileResponse(b"", subject.unchanged(unchanged, pinned=pinned), 304)
@@ -197,7 +197,7 @@ async def _coded(
     """The response in the coding that the client prefers.
 
     A response is sent uncompressed if it is not in the cache, or if compressing would have to wait
-    for memory: the request holds memory that others wait for.
+    for memory, because meanwhile the request would hold memory that others wait for.
     """
     cache, workers = services.cache, services.workers
     coding = accepted.order[0]

@@ -1,7 +1,7 @@
 """Routes for pages: the editor at `/`, the documentation at `/docs`, and /openapi.json.
 
-Modules, styles and pictures are served from closed lists of names: no path of a request decides
-which file is opened.
+Modules, styles and pictures are served from fixed lists of names: the path of a request never
+decides which file is opened.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,7 +28,7 @@ THUMBNAILS = PAGE / "examples"
 """A small picture of each example, drawn by `make picture`."""
 
 STATIC = API / "static"
-"""Scripts of others, installed by `make web` and by the image build."""
+"""Scripts of other projects, installed by `make web` and by the image build."""
 
 THREE = "three/three.js"
 SWAGGER = ("swagger-ui/swagger-ui-bundle.js", "swagger-ui/swagger-ui.css")
@@ -54,7 +54,7 @@ pages = APIRouter(include_in_schema=False)
 
 @pages.get("/")
 async def editor(request: Request, context: ContextDep) -> Response:
-    """The editor, or how to install it. The editor itself reads the query."""
+    """The editor, or a page that says how to install it. The editor reads the query itself."""
     if not (STATIC / THREE).is_file():
         return _missing(
             "The editor draws with three.js, which is not installed.",
@@ -72,7 +72,7 @@ async def editor_file(file: str, request: Request, context: ContextDep) -> Respo
 
 @pages.get("/docs")
 async def documentation(request: Request, context: ContextDep) -> Response:
-    """Swagger UI for /openapi.json, or how to install it."""
+    """Swagger UI for /openapi.json, or a page that says how to install it."""
     if not all((STATIC / name).is_file() for name in SWAGGER):
         return _missing(
             "The scripts of this page are not installed.",
@@ -96,7 +96,7 @@ async def openapi(request: Request, context: ContextDep) -> Response:
 
 
 def _missing(what: str, rest: str, headers: Mapping[str, str]) -> Response:
-    """A 503 page: what is not installed, how to install it, and what works without it."""
+    """A 503 page; it says what is not installed, how to install it, and what works without it."""
     text = Template((DOCS / "missing.html").read_text(encoding="utf-8"))
     return HTMLResponse(text.substitute(what=what, rest=rest), 503, headers)
 

@@ -1,4 +1,4 @@
-"""Questions to surfaces and curves: closest points."""
+"""The route of closest points on surfaces and curves."""
 
 from fastapi import APIRouter, Response
 
@@ -71,12 +71,12 @@ show_responses(
 async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     """Looks for the closest points, and proves how near the surface can be.
 
-    Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
-    minimum is lost for want of a seed. Tubes and ribbons have no closest points
+    Row k of each column belongs to point k. The search subdivides the whole surface, so it does not
+    depend on a starting point and misses no minimum. Tubes and ribbons have no closest points
     (`not_parametric`).
 
-    Many points are sent sooner as a file of NumPy: the query then names a surface that is stored,
-    or built in, and has the other fields.
+    Many points are sent faster as a NumPy file. The query then names a stored or built-in surface,
+    and has the other fields.
     """
     services, job, *_ = context
     work = plan_project(body.to_shape(), body.to_query(), services.limits)

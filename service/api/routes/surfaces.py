@@ -8,7 +8,7 @@ import orjson
 from fastapi import APIRouter, HTTPException, Request, Response
 
 from service.api.body import BodyRoute
-from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, listed
+from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, parse_tags
 from service.api.guard.signatures import MIN_SECRET, Signer, signed_url
 from service.api.links import mesh_links, mesh_url_path, surface_url
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
@@ -174,7 +174,7 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
     async with job.until_deadline():
         condition = condition_of(request) or b""
-        is_held = is_any(condition) or tag.encode() in listed(condition)
+        is_held = is_any(condition) or tag.encode() in parse_tags(condition)
         if is_held and await exists(services.store, id):
             return Response(status_code=304, headers=HEADERS | headers)
         with job.timing.step("surface"):
@@ -201,8 +201,8 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
 async def delete_surface(id: StoredId, request: Request, context: ContextDep) -> Response:
     """Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
 
-    Built-in surfaces stay: 405. Caches may keep its meshes: a URL that may be kept for ever cannot
-    be called back. Storing the surface again gives it the same id.
+    Built-in surfaces cannot be removed (405). Caches may still have its meshes: the service cannot
+    take back a URL that caches may keep for ever. Storing the surface again gives it the same id.
     """
     refuse_parameters(request.query_params)
     if id in EXAMPLES:

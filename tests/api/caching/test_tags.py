@@ -5,7 +5,7 @@ import re
 import pytest
 
 from service.api.caching import cached_response as module
-from service.api.caching.cached_response import entity_tag, is_any, listed
+from service.api.caching.cached_response import entity_tag, is_any, parse_tags
 from service.api.caching.codings import CODINGS, MADE_BY
 
 
@@ -40,7 +40,7 @@ def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) ->
     ],
 )
 def test_tags_of_a_condition(header: bytes, found: set[bytes]) -> None:
-    assert listed(header) == found
+    assert parse_tags(header) == found
 
 
 def test_any() -> None:
