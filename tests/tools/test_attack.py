@@ -11,7 +11,7 @@ from tools.attack.__main__ import SLOWEST, Row, Seen
 from tools.attack.bodies import BODIES
 from tools.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
-from tools.attack.wire import in_short
+from tools.attack.wire import summarize
 from tools.attack.work import WORK
 
 PROBLEM = b"HTTP/1.1 413 x\r\nContent-Type: application/problem+json\r\nContent-Length: 26\r\n\r\n"
@@ -31,12 +31,12 @@ CODE = b'{"code": "body_too_large"}'
     ],
 )
 def test_answers_in_short(response: bytes, said: str) -> None:
-    assert in_short(response, len(response)) == said
+    assert summarize(response, len(response)) == said
 
 
 def test_a_response_to_head_has_no_body() -> None:
     response = b"HTTP/1.1 404 x\r\nContent-Length: 3\r\n\r\n"
-    assert in_short(response, len(response), has_body=False) == "404"
+    assert summarize(response, len(response), has_body=False) == "404"
 
 
 def test_attacks_expect_documented_codes_only() -> None:

@@ -1,15 +1,16 @@
 """The attack table: `make test-attack`.
 
-A service in a process of its own, with its default settings but a budget of memory and a quota
-that can be reached, is attacked in every way that is known, one after the other, and by the worst
-of them at once. All the while a client that behaves asks for small things and compares every byte.
-What only HAProxy can withstand is tried behind the HAProxy that is shipped. Attackers are nice'd
-and bounded in what they do at a time, as they share two processors with the service and the client:
-what is looked for are limits, not bandwidth.
+It attacks a service in a process of its own, with default settings, but with a small memory budget
+and a small quota. The attacks run one after the other, and at the end the worst of them together.
+Meanwhile a well-behaved client sends small requests and compares every byte of the responses.
+Attacks that only HAProxy can withstand go through the HAProxy of `deploy/`. Attackers have a low
+priority and send only a few requests at a time, because they share two processors with the service
+and the client: the test looks for limits, not for bandwidth.
 
-It fails if the service ever held more memory than it may, if the client waited too long or got
-anything but its answers, if an answer to an attack is not one of those that are documented, or if
-something is left of it all: memory, files, leases, or a service that does not answer.
+It fails if the service held more memory than allowed, if the client waited too long or got a wrong
+response, or if an attack got a response that is not documented. It also fails if the attacks leave
+something behind: memory, open files, held memory or threads in the metrics, or a service that does
+not respond.
 """
 
 import asyncio
@@ -43,25 +44,28 @@ from tools.processes import (
 )
 
 BUDGET = 400_000_000
-"""`SURFACE_MEMORY_BYTES` of the service that is attacked."""
+"""`SURFACE_MEMORY_BYTES` of the attacked service."""
 
 MOST_RESIDENT = BUDGET + 250e6
-"""Bytes that the process may hold: its budget, and what Python, NumPy and the server take."""
+"""The most bytes that the process may hold: its budget, and 250 MB for Python, NumPy and the
+server."""
 
 SLOWEST, SLOWEST_JSON = 0.1, 0.3
-"""Seconds: the 99th percentile of the client that behaves, and while the largest JSON is parsed."""
+"""Limits of the client's 99th percentile in seconds: in general, and during an attack that sends
+the largest JSON."""
 
 LEFT = 250e6
-"""Bytes that it may hold once all is over, what is kept of answers included."""
+"""The most bytes that the process may hold after all attacks, cached responses included."""
 
 QUIET = 2.0
-"""Seconds of nothing before the first attack, which the client is measured in as well."""
+"""Seconds before the first attack, in which the client is measured for comparison."""
 
 FOLDER = ROOT / "build" / "attack"
 
 LASTING = (SLOW_HEADS, SLOW_BODIES, HALF_BODIES)
 FIRST, BESIDE, LAST = (BODIES, (*HEADS, *CONNECTIONS), (*WORK, WORST))
-"""Attacks before those that last, which take the room for bodies; beside those; and after."""
+"""Attacks before the lasting ones, during these, and after these; the lasting attacks take the
+memory for bodies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +96,7 @@ class Row:
         if self.resident > MOST_RESIDENT:
             found.append("memory")
         if not self.seen:
-            found.append("no client")  # it waited all the while, or has ended
+            found.append("no client")  # it waited during the whole attack, or has ended
         elif percentile(self.seen, 99) > (SLOWEST_JSON if self.attack.parses else SLOWEST):
             found.append("p99")
         return found
@@ -115,7 +119,7 @@ def percentile(seen: list[Seen], part: int) -> float:
     return statistics.quantiles((s.seconds for s in seen), n=100, method="inclusive")[part - 1]
 
 
-async def attacked(
+async def run_attacks(
     service: Server,
     port: int,
     first: Sequence[Attack],
@@ -124,7 +128,8 @@ async def attacked(
     beside: Sequence[Attack] = (),
     last: Sequence[Attack] = (),
 ) -> list[Row]:
-    """The rows of attacks in their turn, but for those that last, which others run beside."""
+    """Runs the attacks `first`, then `lasting` together with `beside`, then `last`; returns their
+    rows."""
     rows: list[Row] = []
 
     async def one(attack: Attack) -> None:
@@ -164,7 +169,7 @@ def client(port: int) -> Iterator[list[Seen]]:
             seen.append(Seen(float(moment), kind, float(seconds), what))
 
 
-def left_over(service: Server, files: int) -> list[str]:
+def find_leftovers(service: Server, files: int) -> list[str]:
     """Leftovers some seconds after the last attack."""
     problems: list[str] = []
     for _ in range(60):
@@ -174,17 +179,17 @@ def left_over(service: Server, files: int) -> list[str]:
             problems.append(f"{resident_memory(service.pid) / 1e6:.0f} MB of memory")
         if service.open_files() > files + 4:
             problems.append(f"{service.open_files()} open files, {files} before")
-        problems += leases(service)
+        problems += find_held_resources(service)
         if not problems:
             break
     return problems
 
 
-LEASES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_bytes{")
-"""Gauges that must be at rest."""
+GAUGES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_bytes{")
+"""Gauges that must be 0 after the attacks."""
 
 
-def leases(service: Server) -> list[str]:
+def find_held_resources(service: Server) -> list[str]:
     """Memory and threads that the service's metrics still report as held."""
     response = httpx.get(f"{service.url}/metrics")
     if response.status_code != 200:
@@ -192,13 +197,13 @@ def leases(service: Server) -> list[str]:
     held = []
     for line in response.text.splitlines():
         name, _, value = line.rpartition(" ")
-        if name.startswith(LEASES) and float(value) > 0:
+        if name.startswith(GAUGES) and float(value) > 0:
             held.append(f"{name} {value}")
     return held
 
 
 def main(chosen: list[str]) -> bool:
-    """Whether the service withstood it all."""
+    """Whether the service withstood all attacks."""
 
     def meant(attacks: Sequence[Attack]) -> list[Attack]:
         return [each for each in attacks if not chosen or any(word in each.name for word in chosen)]
@@ -213,23 +218,23 @@ def main(chosen: list[str]) -> bool:
     with service_server(FOLDER, settings) as service:
         if meant(PROXIED):
             with Proxy(FOLDER, service.port, service.port) as proxy, client(proxy.port) as seen:
-                rows += asyncio.run(attacked(service, proxy.port, meant(PROXIED)))
+                rows += asyncio.run(run_attacks(service, proxy.port, meant(PROXIED)))
             assign(rows, seen)
         with client(service.port) as seen:
             os.nice(10)  # the attacks get only idle processor time
             files, begin = service.open_files(), time.monotonic()
             rest = {"lasting": meant(LASTING), "beside": meant(BESIDE), "last": meant(LAST)}
-            direct = asyncio.run(attacked(service, service.port, meant(FIRST), **rest))
+            direct = asyncio.run(run_attacks(service, service.port, meant(FIRST), **rest))
             end = time.monotonic()
         assign(direct, seen)
-        left = left_over(service, files)
+        left = find_leftovers(service, files)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
     before = [s for s in seen if s.time < begin]
     return report(rows + direct, before, left, traces, end - begin)
 
 
 def assign(rows: list[Row], seen: list[Seen]) -> None:
-    """Gives each row what the client saw while it lasted."""
+    """Gives each row the client's requests during its attack."""
     for row in rows:
         row.seen = [s for s in seen if row.start <= s.time <= row.end]
 
@@ -237,7 +242,7 @@ def assign(rows: list[Row], seen: list[Seen]) -> None:
 def report(
     rows: list[Row], before: list[Seen], left: list[str], traces: int, seconds: float
 ) -> bool:
-    """Prints the table; whether all in it is as it should be."""
+    """Prints the table; returns whether the service passed."""
     half, most = (percentile(before, part) * 1e3 for part in (50, 99))
     print("| attack | took | answers | most memory | client p50 / p99 | |")
     print("| --- | --- | --- | --- | --- | --- |")

@@ -1,4 +1,4 @@
-"""Attacks by what stands in a body."""
+"""Attacks by the contents of bodies."""
 
 import gzip
 import io
@@ -20,7 +20,7 @@ GIGABYTE = 1 << 30
 
 
 def _chunked(piece: bytes, times: int) -> Iterator[bytes]:
-    """A body in chunks, one piece again and again."""
+    """A body in chunks: one piece, repeated."""
     chunk = b"%x\r\n%b\r\n" % (len(piece), piece)
     yield from (chunk for _ in range(times))
     yield b"0\r\n\r\n"
@@ -86,7 +86,7 @@ async def bombs(port: int) -> Counter[str]:
 
 
 async def nothing_finite(port: int) -> Counter[str]:
-    """All bodies that are known to be bad, each with the very answer that it must get."""
+    """All hostile bodies of the tests; each must get exactly the status that the tests expect."""
     answers: Counter[str] = Counter()
     for case in HOSTILE:
         got = await ask(port, post("/v1/mesh", case.build()))
@@ -98,7 +98,7 @@ async def nothing_finite(port: int) -> Counter[str]:
 
 
 def _as_foreseen(got: str, status: int) -> str:
-    # Some are longer than the service reads; tests without a server cannot see that from a header.
+    # A body may be too long for the server; the tests without a server do not see that.
     as_it_is = got.startswith(str(status)) or got in (
         "413 body_too_large",
         "422 result_too_large",
@@ -115,7 +115,7 @@ def _document(**values: object) -> bytes:
 def _huge() -> Iterator[Pieces]:
     for number in (HUGE, HUGE + 1, 1 << 63, 1 << 64, 10**30, 1e300, -HUGE, 0.1, 1e-300, 5e-324):
         names = ["resolution", "isocurves", "wire_sides"]
-        # With these it computes as well as it may: for some seconds.
+        # Large budgets are valid: then the service computes the mesh, for some seconds.
         names += ["max_triangles", "max_bytes"] if number in (HUGE, 1 << 64, 0.1, -HUGE) else []
         for name in names:
             yield post("/v1/mesh", _document(**{name: number}))
@@ -146,7 +146,7 @@ def _huge() -> Iterator[Pieces]:
 
 
 def _shape(text: str) -> bytes:
-    """An array that says that it is of this shape."""
+    """A .npy file whose header states this shape."""
     file = io.BytesIO()
     np.save(file, np.zeros((2, 2, 3)))
     return file.getvalue().replace(b"(2, 2, 3)", text.encode())
@@ -157,7 +157,7 @@ async def huge_numbers(port: int) -> Counter[str]:
 
 
 async def keys(port: int) -> Counter[str]:
-    """Keys that would fall together in a table that is hashed without a secret, and repeated."""
+    """Keys that collide in a hash table without a secret, and repeated keys."""
     equal = ",".join(f'"{k * (2**61 - 1)}":1' for k in range(20_000))
     repeated = ",".join(['"resolution":1'] * 20_000)
     named = ",".join(f'"{k * (2**61 - 1)}":[[[0]]]' for k in range(15_000))

@@ -1,8 +1,7 @@
-"""A client that behaves: small requests at a steady pace, each timed and its bytes compared.
+"""A well-behaved client: sends small requests at a steady pace, times each and compares its bytes.
 
-It is a process of its own, so that the attacks do not slow it down, and tells what it saw on
-its standard output: a line a request, `time kind seconds what`, where `what` is `ok` or what was
-wrong.
+It is a process of its own, so that the attacks do not slow it down. It writes a line for each
+request to standard output, `time kind seconds what`, where `what` is `ok` or names the fault.
 """
 
 import http.client
@@ -19,14 +18,14 @@ PATIENCE = 5.0
 """Seconds after which a request is given up."""
 
 FRESH = 25
-"""Requests on one connection."""
+"""Number of requests on one connection."""
 
 _NET = [[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)]
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One of the requests that are made in turn; `status` is that of its answer."""
+    """One of the requests, which the client sends in turn; `status` is the expected one."""
 
     kind: str
     method: str
@@ -55,14 +54,14 @@ REQUESTS = (
 
 
 def main(port: int) -> None:
-    """Makes requests until it is ended."""
+    """Sends requests until the process is stopped."""
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     expected = {request: _ask(connection, request)[1] for request in REQUESTS}
     due = time.monotonic()
     for number in itertools.count():
         request = REQUESTS[number % len(REQUESTS)]
         if number % FRESH == 0:
-            connection.close()  # the next request opens it again
+            connection.close()  # the next request opens a new one
         start = time.monotonic()
         try:
             status, content = _ask(connection, request)

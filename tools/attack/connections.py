@@ -1,4 +1,4 @@
-"""Attacks by how one is connected: idle, slow, gone."""
+"""Attacks with connections that are idle, slow or broken."""
 
 import asyncio
 import socket
@@ -17,7 +17,7 @@ from tools.attack.wire import (
     ask,
     connected,
     get,
-    in_short,
+    summarize,
     post,
     post_head,
     reset,
@@ -29,7 +29,7 @@ IDLE = 1000
 
 
 async def idle(port: int, source: str = HOST) -> Counter[str]:
-    """A thousand connections that say nothing, or nothing more after one answer."""
+    """1000 connections that send nothing, or send nothing more after one response."""
     answers = await asyncio.gather(*(_idle(port, k % 2 == 0, source) for k in range(IDLE)))
     return Counter(answers)
 
@@ -45,13 +45,13 @@ async def _idle(port: int, asks: bool, source: str) -> str:
                     seen = await reader.read(1 << 16)
             except TimeoutError:
                 return "open"
-            return in_short(seen, len(seen))
+            return summarize(seen, len(seen))
     except (OSError, asyncio.IncompleteReadError):
         return "closed"
 
 
 async def slow_bodies(port: int) -> Counter[str]:
-    """Bodies of which a byte comes every other second, declared and in chunks."""
+    """Bodies that arrive with one byte every two seconds, with a declared length and in chunks."""
     asked = []
     for k in range(100):
         if k % 2:
@@ -64,7 +64,8 @@ async def slow_bodies(port: int) -> Counter[str]:
 
 
 async def large_and_slow(port: int) -> Counter[str]:
-    """Some that declare as much as is allowed, send half of it at once, and then wait."""
+    """Bodies of the largest allowed length, of which the client sends half at once, and then
+    waits."""
     head = post_head("/v1/mesh", f"Content-Length: {64 << 20}")
     pieces = [head, *([bytes(PIECE)] * 128), *([b"0"] * 200)]
     asked = (ask(port, _then_slowly(pieces, 129), seconds=80, pause=0.02) for _ in range(8))
@@ -86,7 +87,7 @@ async def gone_in_answer(port: int) -> Counter[str]:
 
 
 async def gone_in_queue(port: int) -> Counter[str]:
-    """Work for seconds, whose client has gone."""
+    """Work for seconds for clients that disconnect."""
     return await _gone(port, LARGE_ANSWER, 0.05, 100)
 
 
@@ -122,7 +123,7 @@ async def half_closed(port: int) -> Counter[str]:
                 writer.write(request)
                 writer.write_eof()
                 seen = await reader.read(-1)
-            answers[in_short(seen, len(seen))] += 1
+            answers[summarize(seen, len(seen))] += 1
         except TimeoutError:
             answers["no answer"] += 1
         except OSError:
@@ -169,7 +170,7 @@ async def _narrow(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter
 
 
 async def in_and_out(port: int) -> Counter[str]:
-    """Connections that are opened and closed, nothing said."""
+    """Connections that are opened and closed without a request."""
     answers: Counter[str] = Counter()
 
     async def one_by_one() -> None:
@@ -183,7 +184,7 @@ async def in_and_out(port: int) -> Counter[str]:
 
 
 async def worst(port: int) -> Counter[str]:
-    """The worst of these and others, all at once."""
+    """The worst attacks of all modules, at the same time."""
     large: list[Pieces] = [LARGE_ANSWER] * 200
     cold: list[Pieces] = [get(url.replace("?", "?weld=false&")) for url in COLD]
     done = await asyncio.gather(
@@ -216,10 +217,10 @@ CONNECTIONS = (
 )
 
 ONE_ADDRESS = partial(idle, source="127.0.0.2")
-"""Not the address of the client that behaves."""
+"""The idle connections from another address than that of the well-behaved client."""
 
 PROXIED = (Attack("1000 connections of one address", ONE_ADDRESS, "open|closed|408"),)
-"""Attacks that only HAProxy withstands, as it is shipped: it counts connections by address."""
+"""Attacks that only the shipped HAProxy withstands, because it counts connections by address."""
 
 LATE = rf"408 body_too_slow|closed|{BUSY}"
 SLOW_BODIES = Attack("slow bodies: 100 connections", slow_bodies, LATE)

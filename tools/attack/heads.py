@@ -15,7 +15,7 @@ from tools.attack.wire import (
     ask,
     connected,
     get,
-    in_short,
+    summarize,
     post,
     storm,
 )
@@ -121,7 +121,7 @@ SMUGGLING = tuple(
 
 
 async def smuggling(port: int) -> Counter[str]:
-    """Two lengths in one request: the request hidden in its body must get no response."""
+    """Requests with two lengths: the request that is hidden in the body must get no response."""
     answers: Counter[str] = Counter()
     for request in SMUGGLING * 4:
         seen = b""
@@ -130,7 +130,7 @@ async def smuggling(port: int) -> Counter[str]:
                 writer.write(request)
                 while piece := await reader.read(1 << 16):
                     seen += piece
-        answers["smuggled" if b'"ready"' in seen else in_short(seen, len(seen))] += 1
+        answers["smuggled" if b'"ready"' in seen else summarize(seen, len(seen))] += 1
     return answers
 
 

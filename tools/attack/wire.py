@@ -1,4 +1,4 @@
-"""Attacks, the bytes that they send, and what comes back, with nothing between to mend it."""
+"""The type of an attack, and plain sockets that send its bytes and read the responses."""
 
 import asyncio
 import json
@@ -13,10 +13,11 @@ from dataclasses import dataclass
 HOST = "127.0.0.1"
 
 PATIENCE = 75
-"""Seconds until an answer must be there: the service has 60 of them, and some more to send it."""
+"""Seconds until a response must arrive: the service may compute for 60 s, and needs some more to
+send it."""
 
 KEPT = 1 << 14
-"""Bytes of an answer that are looked at; the others are counted."""
+"""Bytes of a response that are kept; further bytes are only counted."""
 
 Pieces = bytes | Iterable[bytes]
 
@@ -42,7 +43,7 @@ def post_head(url: str, *headers: str, media_type: str = "application/x-npy") ->
 async def connected(
     port: int, source: str = HOST
 ) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
-    """A connection from an address of this machine, which is cut at the end."""
+    """A connection from an address of this machine; it is reset at the end."""
     reader, writer = await asyncio.open_connection(
         HOST, port, limit=1 << 16, local_addr=(source, 0)
     )
@@ -53,16 +54,16 @@ async def connected(
 
 
 def reset(writer: asyncio.StreamWriter) -> None:
-    """Ends a connection as a client that is gone does, by RST."""
+    """Ends a connection with RST, as the system of a client that crashed does."""
     connection: socket.socket = writer.get_extra_info("socket")
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     writer.transport.abort()
 
 
 async def ask(port: int, request: Pieces, seconds: float = PATIENCE, pause: float = 0) -> str:
-    """The answer to one request, in short: see `in_short`.
+    """The response to one request, in the words of `summarize`.
 
-    The answer is read while pieces of the request are still to be sent, with a pause before each.
+    The response is read while pieces of the request are being sent, with a pause before each.
     """
     try:
         async with asyncio.timeout(seconds), connected(port) as (reader, writer):
@@ -70,7 +71,7 @@ async def ask(port: int, request: Pieces, seconds: float = PATIENCE, pause: floa
             try:
                 kept, count = await _read(reader)
                 has_body = not (isinstance(request, bytes) and request.startswith(b"HEAD "))
-                return in_short(kept, count, has_body=has_body)
+                return summarize(kept, count, has_body=has_body)
             finally:
                 sending.cancel()
                 with suppress(asyncio.CancelledError, OSError):
@@ -90,7 +91,7 @@ async def _send(writer: asyncio.StreamWriter, request: Pieces, pause: float) -> 
 
 
 async def _read(reader: asyncio.StreamReader) -> tuple[bytes, int]:
-    """The first bytes of an answer, and how many there are."""
+    """The first bytes of a response, and the number of its bytes."""
     kept, count = b"", 0
     with suppress(OSError):
         while piece := await reader.read(1 << 16):
@@ -99,9 +100,9 @@ async def _read(reader: asyncio.StreamReader) -> tuple[bytes, int]:
     return kept, count
 
 
-def in_short(kept: bytes, count: int, *, has_body: bool = True) -> str:
-    """Status, and the code of a problem; `closed` where there was none, `torn` where it ends too
-    soon, `two answers` where a second begins behind the first.
+def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
+    """The status and the code of a problem; `closed` without a response; `torn` if the response is
+    incomplete; `two answers` if a second response follows the first.
     """
     if not kept:
         return "closed"
@@ -129,7 +130,7 @@ def in_short(kept: bytes, count: int, *, has_body: bool = True) -> str:
 async def storm(
     port: int, requests: Iterable[Pieces], together: int = 4, seconds: float = 4, pause: float = 0
 ) -> Counter[str]:
-    """The answers to requests, some of them at the same time; none is begun once the time is up."""
+    """The responses to requests, `together` at a time; no request begins after `seconds`."""
     waiting, answers = iter(requests), Counter[str]()
     end = asyncio.get_running_loop().time() + seconds
 
@@ -144,7 +145,7 @@ async def storm(
 
 
 def again(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
-    """All requests that are made, again and again: so that there is time to measure the client."""
+    """All requests, repeated without end, so that the client can be measured for long enough."""
     while True:
         yield from make()
 
@@ -157,11 +158,11 @@ class Attack:
     ----------
     name : str
     run : function
-        Attacks the service at a port; returns its answers in short, and how many of each.
+        Attacks the service at a port; returns the number of responses by their short form.
     answers : str
-        A regular expression of the answers that are documented.
+        A regular expression of the documented responses.
     parses : bool
-        Whether it sends the largest JSON: while that is parsed, Python does nothing else.
+        Whether the attack sends the largest JSON: Python does nothing else while it parses that.
     """
 
     name: str
@@ -170,7 +171,7 @@ class Attack:
     parses: bool = False
 
     def wrong(self, answers: Mapping[str, int]) -> list[str]:
-        """The answers that are not documented; or that there were none at all."""
+        """The responses that are not documented, or `nothing happened` without any response."""
         if not answers:
             return ["nothing happened"]
         return [response for response in answers if not re.fullmatch(self.answers, response)]

@@ -1,4 +1,4 @@
-"""Attacks by work: up to the limits, and mostly useless."""
+"""Attacks that cause as much work as the limits allow."""
 
 import asyncio
 import json
@@ -17,7 +17,7 @@ from tools.attack.wire import BUSY, DONE, Attack, Pieces, connected, get, post, 
 
 @cache
 def grid(rows: int, columns: int) -> bytes:
-    """A request for a B-spline of `count` control points."""
+    """A request with a B-spline of `rows` × `columns` control points."""
     net = [[[i, j, (i * j) % 7 / 7] for j in range(columns)] for i in range(rows)]
     surface = {"type": "bspline", "degree": 3, "control_net": net}
     return json.dumps({"surface": surface, "resolution": 1}).encode()
@@ -25,7 +25,7 @@ def grid(rows: int, columns: int) -> bytes:
 
 @cache
 def points(count: int) -> bytes:
-    """A request with `count` control points, of which a few make a patch."""
+    """A request with `count` control points, of which one patch uses a few."""
     vertices = [[k % 7 / 7, k % 11 / 11, k] for k in range(count)]
     surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
     return json.dumps({"surface": surface, "resolution": 1}).encode()
@@ -39,7 +39,7 @@ def _mesh(**options: object) -> bytes:
 
 
 LARGE_ANSWER = post("/v1/mesh?format=stl", _mesh(resolution=800))
-"""64 MB, from a short request."""
+"""A short request whose response has 64 MB."""
 
 _NAMES = ("utah-teapot", "torus", "sphere", "tea-service")
 
@@ -47,7 +47,7 @@ COLD = tuple(
     f"/v1/surfaces/{name}/mesh.{suffix}?resolution={u},{v}"
     for u, v, name, suffix in product(range(5, 40), range(5, 40), _NAMES, BY_SUFFIX)
 )
-"""Addresses of which no two are one, and none is known yet."""
+"""Different URLs that are not in the cache."""
 
 
 async def cold(port: int) -> Counter[str]:
@@ -55,7 +55,7 @@ async def cold(port: int) -> Counter[str]:
 
 
 async def tolerances(port: int) -> Counter[str]:
-    """Meshes that take long to compute, though they are small."""
+    """Small meshes that take long to compute."""
     addresses = (
         f"/v1/surfaces/{name}/mesh.{suffix}?tolerance={number}e-6&two_sided={sides}"
         for number, name, suffix, sides in product(
@@ -66,7 +66,7 @@ async def tolerances(port: int) -> Counter[str]:
 
 
 async def largest(port: int) -> Counter[str]:
-    """The largest that is allowed, many times at once."""
+    """The largest allowed meshes, many at once."""
     kinds: list[Pieces] = []
     for fmt, resolution in (("glb", 1000), ("stl", 900), ("json", 500), ("obj", 450)):
         kinds.append(post(f"/v1/mesh?format={fmt}", _mesh(resolution=resolution)))
@@ -81,7 +81,7 @@ async def largest(port: int) -> Counter[str]:
 
 
 async def largest_bodies(port: int) -> Counter[str]:
-    """Surfaces of as many control points as are allowed."""
+    """Surfaces with the largest allowed number of control points."""
     net = np.zeros((62_500, 4, 4, 3), np.float32)
     net[..., 0], net[..., 1] = np.indices((4, 4))
     net[..., 2] = np.arange(62_500)[:, None, None]
@@ -98,7 +98,7 @@ async def largest_bodies(port: int) -> Counter[str]:
 
 
 def _spellings() -> Iterator[Pieces]:
-    """One answer that is kept, asked for in as many ways as there are."""
+    """One cached response, requested in many different ways."""
     for k in range(100_000):
         url = "/v1/surfaces/saddle/mesh.glb?resolution="
         yield get(f"{url}4&crease_angle=0.{'3' * (k % 15 + 1)}{k}")
@@ -113,7 +113,7 @@ async def busting(port: int) -> Counter[str]:
 
 
 async def uploads(port: int) -> Counter[str]:
-    """Small surfaces, all different, until there is no room."""
+    """Small surfaces, all different, until the store is full."""
 
     def surfaces() -> Iterator[Pieces]:
         for k in range(100_000):
@@ -125,7 +125,7 @@ async def uploads(port: int) -> Counter[str]:
 
 
 async def operations(port: int) -> Counter[str]:
-    """Conversions that would make much of little."""
+    """Short requests for conversions with large results."""
     kinds = [
         post("/v1/convert", _mesh(operations=[{"op": "elevate", "degree": [64, 64]}])),
         post("/v1/convert", _mesh(operations=[{"op": "split", "u": 0.5, "v": 0.5}] * 30)),
@@ -140,7 +140,7 @@ async def operations(port: int) -> Counter[str]:
 
 
 async def floods(port: int) -> Counter[str]:
-    """As many small requests on open connections as the service answers."""
+    """Small requests on open connections, at the highest rate that the service can serve."""
     answers: Counter[str] = Counter()
     end = asyncio.get_running_loop().time() + 4
     body = _mesh(resolution=4)

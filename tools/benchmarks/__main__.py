@@ -1,9 +1,9 @@
-"""`make bench`: everything that is measured, one table after another.
+"""`make bench`: all benchmarks, one table after another.
 
     python -m tools.benchmarks [SECTION …]
 
-What runs against each other runs in turns: read the ratios. The exit status is 1 if something that
-has a limit does not keep it.
+Programs that are compared run alternately, so compare ratios. The exit status is 1 if a measured
+value exceeds its limit.
 """
 
 import sys
@@ -16,11 +16,11 @@ SECTIONS = ("evaluation", "methods", "encoders", "queries", "requests", "hostile
 
 
 def main(sections: Sequence[str]) -> int:
-    """Measures everything, or these sections; 0 if all limits are kept."""
+    """Measures all or the named sections; returns 0 if all limits are kept."""
     pin_blas()
     kept = []
     for name in sections or SECTIONS:
-        # Not above: the processes of `hostile` import this module, too.
+        # Imported late, because the processes of `hostile` import this module too.
         kept.append(import_module(f"tools.benchmarks.{name}").run() is not False)
         print(flush=True)
     return 0 if all(kept) else 1

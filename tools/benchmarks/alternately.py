@@ -1,4 +1,4 @@
-"""Timing of rivals in turns, so that whatever else the machine does falls on all of them."""
+"""Times rivals alternately, so that other load of the machine slows all of them equally."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -13,9 +13,9 @@ def alternately(
 ) -> dict[str, float]:
     """Median CPU seconds of one call of each rival, measured in alternating rounds.
 
-    Every rival runs once unmeasured, then `rounds` times a burst of about `seconds`. The clock is
-    that of the thread: time in which another process has the core is not counted. Where the work
-    is handed to other threads, it must be that of the process.
+    Every rival runs once unmeasured, then in each round for about `seconds`. By default the clock
+    counts the CPU time of this thread, so other processes do not count. For work in several
+    threads, `clock` must count the CPU time of the process.
     """
     bursts: dict[str, int] = {}
     for name, call in rivals.items():

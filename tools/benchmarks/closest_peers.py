@@ -1,10 +1,10 @@
-"""Closest points a second, beside other libraries: each in a Python of its own, if installed.
+"""Closest points per second, compared with other libraries, each in a Python of its own.
 
-`make bench-queries` installs them. Points are strewn in the box of the control points, made larger
-by a fifth. All take turns; time is that of the processor. `wrong` are points for which the least
-distance that was found is not within 1e-9 of the diagonal of the least of all, or nothing was
-found; `right a second` counts the others. Points nearest to a border are not counted against Open
-CASCADE, which looks for normals alone.
+`make bench-queries` installs the libraries; missing ones are left out. Query points are random in
+the box of the control points, enlarged by 1/5. All libraries run alternately; times are CPU times.
+`wrong` counts points for which a library found nothing, or a distance that exceeds the least one
+found by more than 1e-9 of the diagonal; `right a second` counts all others. Points nearest to a
+border do not count as wrong for Open CASCADE, which searches only for normals.
 """
 
 import subprocess
@@ -28,7 +28,8 @@ WORKER = Path(__file__).with_name("closest_worker.py")
 
 
 class Peer(NamedTuple):
-    """A library: its Python, how many points it gets, and whether it finds those on borders."""
+    """A library: its Python, its number of points, and whether it finds closest points on
+    borders."""
 
     python: Path
     points: int
@@ -76,7 +77,7 @@ def print_closest(title: str, model: PatchModel) -> None:
 
 
 class _Ask:
-    """Asks a worker for the closest points in one file, as often as it is called."""
+    """Asks a worker for the closest points of one file, at each call."""
 
     def __init__(self, stdin: IO[str], stdout: IO[str], file: Path) -> None:
         self.stdin, self.stdout, self.file = stdin, stdout, file
@@ -90,7 +91,7 @@ class _Ask:
 
 @contextmanager
 def _worker(name: str, model: PatchModel, points: Any) -> Iterator[_Ask]:
-    """A process of this library, as long as it is used."""
+    """A process of this library; it ends with the `with` block."""
     peer = PEERS[name]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "points.npz"

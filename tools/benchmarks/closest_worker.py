@@ -1,15 +1,17 @@
-"""Closest points by another library, in a Python of its own: knows nothing of the service.
+"""Closest points by another library, in a Python of its own, without the service.
 
     python closest_worker.py open_cascade | splinepy | geomdl
 
-Reads names of .npz files, one a line, and answers each with a line once the file `<name>.out.npz`
-is written. A file holds `nets` (K, n, m, 3) of Bézier patches and `points` (N, 3). The answer holds
-`distances` (N,), ∞ where nothing was found, and `seconds` of processor time, for all patches; the
-library's own surfaces, and what it prepares for many points, are not part of the time.
+Reads names of .npz files, one in each line, and prints a line for each after it has written the
+file `<name>.out.npz`. An input file has `nets` (K, n, m, 3) of Bézier patches and `points` (N, 3).
+An output file has `distances` (N,), ∞ if nothing was found, and `seconds` of CPU time for all
+patches. The time does not include building the library's surfaces, or other preparation for many
+points.
 
-Open CASCADE's Extrema looks for normals. splinepy goes by Newton's method from the nearest of a
-grid of samples: 2 n of them along n control points, its default. geomdl has no such function: here
-its derivatives serve the algorithm of The NURBS Book (6.1), from the nearest of its samples.
+Open CASCADE's Extrema searches for normals through the point. splinepy uses Newton's method from
+the nearest of a grid of samples, by default 2 n samples for n control points. geomdl has no
+function for closest points: this program uses its derivatives in Newton's method (The NURBS Book,
+section 6.1), from the nearest of its samples.
 """
 
 import sys
@@ -20,7 +22,8 @@ from typing import Any
 import numpy as np
 
 SAMPLES, STEPS, ENOUGH = 10, 20, 1e-10
-"""geomdl's samples of a patch in each direction; steps, and the change that ends them."""
+"""For geomdl: samples of a patch in each direction, most steps, and the change of a parameter that
+ends them."""
 
 
 def open_cascade(net: Any, points: Any) -> Callable[[], Iterator[float]]:
@@ -53,7 +56,7 @@ def splinepy(net: Any, points: Any) -> Callable[[], Iterator[float]]:
     import splinepy as library  # noqa: PLC0415
 
     rows, columns = net.shape[:2]
-    # Its control points run along the first parameter first.
+    # In splinepy's order, the index of the first parameter varies fastest.
     surface = library.Bezier([rows - 1, columns - 1], net.transpose(1, 0, 2).reshape(-1, 3))
 
     def run() -> Iterator[float]:
@@ -66,7 +69,7 @@ def splinepy(net: Any, points: Any) -> Callable[[], Iterator[float]]:
 
 
 def geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
-    """Newton's method with its derivatives."""
+    """Newton's method with geomdl's derivatives."""
     from geomdl.BSpline import Surface  # noqa: PLC0415
 
     surface = Surface()
@@ -105,7 +108,7 @@ def geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
 
 
 def main(name: str) -> None:
-    """Answers until the input ends."""
+    """Processes files until the input ends."""
     peer = {"open_cascade": open_cascade, "splinepy": splinepy, "geomdl": geomdl}[name]
     for line in sys.stdin:
         stated = np.load(line.strip())

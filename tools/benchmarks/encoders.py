@@ -1,4 +1,4 @@
-"""Encoders: our GLB against trimesh's, every format on the teapot, and what compact GLB costs."""
+"""Encoders: our GLB against trimesh's, every format on the teapot, and the cost of compact GLB."""
 
 import gzip
 from collections.abc import Callable

@@ -1,9 +1,9 @@
 """Measures evaluation in units of the time to copy its result once.
 
-Seven shapes of work, float32 positions and unit normals. The table has every formulation that fits
-the shape, and marks the one that `evaluate` chooses. The record is the time of the best prototype,
-without poles or checks; times should stay below 1.5 times the record. It is a range, since times
-depend on how busy the memory of the machine is.
+It measures seven cases with float32 positions and unit normals. The table has every formulation
+that can compute the case, and marks the one that `evaluate` chooses. The record is the time of the
+best prototype, without poles or checks; times should stay below 1.5 times the record. The record is
+a range, because times depend on other load of the memory.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from tools.benchmarks.alternately import alternately
 
 @dataclass(frozen=True)
 class Work:
-    """One shape of work, and its record in units of a copy."""
+    """One case, and its record in units of the time of a copy."""
 
     title: str
     patches: TensorPatches
@@ -36,7 +36,7 @@ def hills(count: int, degree: int) -> TensorPatches:
 
 
 def works() -> list[Work]:
-    """The seven works of the record."""
+    """The seven cases."""
     teapot = example_batch("utah-teapot")
     return [
         Work("1 bicubic patch, 65 x 65", hills(1, 3), 64, (18, 22)),
@@ -50,7 +50,7 @@ def works() -> list[Work]:
 
 
 def rivals(work: Work) -> list[Formulation]:
-    """The formulations worth timing on this shape."""
+    """The formulations to time for this case."""
     samples, p = (work.divisions + 1) ** 2, work.patches.degree[0]
     is_fit: dict[Formulation, bool] = {
         "kronecker": samples * (p + 1) ** 2 <= 1e5,
@@ -71,7 +71,7 @@ def run() -> None:
 
 
 def measure(work: Work) -> None:
-    """Prints the lines of one work."""
+    """Prints the lines of one case."""
     resolution = (work.divisions, work.divisions)
     result = evaluate(work.patches, resolution, dtype=np.float32)
     assert result.normals is not None

@@ -1,8 +1,8 @@
 """Measures hostile bodies: time and memory until the refusal is complete.
 
-Each body of the table is posted to an application in a process of its own, in the pieces in which
-a server would hand it over. Memory is the peak of that process above what it held before, the bytes
-of the body that the service read included.
+Each body of the table goes to an application in a process of its own, in the pieces that a server
+would pass on. Memory is the growth of that process up to its peak, including the bytes of the body
+that the service read.
 """
 
 import gc
@@ -34,7 +34,7 @@ class Cost(NamedTuple):
 
 
 def costs() -> list[Cost]:
-    """Cost of every body of the table, each in a process where no other was, the slowest first."""
+    """Cost of every body of the table, each in a new process, the slowest first."""
     processes = get_context("forkserver")
     processes.set_forkserver_preload(["tools.benchmarks.hostile"])  # imported once
     with processes.Pool(1, maxtasksperchild=1) as pool:
@@ -43,7 +43,7 @@ def costs() -> list[Cost]:
 
 
 def run() -> bool:
-    """Prints the dearest bodies; whether none is dearer than it may be."""
+    """Prints the slowest bodies; returns whether all stay within the limits."""
     rows = costs()
     slowest, largest = rows[0], max(rows, key=lambda cost: cost.peak)
     print(f"{len(rows)} hostile bodies; the slowest ten:")
@@ -55,7 +55,7 @@ def run() -> bool:
 
 
 def _cost(index: int) -> Cost:
-    """The best time of three, and the peak of the first, of one body of the table."""
+    """The cost of one body of the table: the best time of three, and the peak of the first."""
     with client_of(create_app(Settings())) as client:
         for case in HOSTILE[:3]:
             client.request("POST", "/v1/mesh", case.chunks(), _JSON)

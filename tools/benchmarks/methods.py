@@ -1,8 +1,9 @@
 """Measures time and error of the methods of evaluation: the tables of docs/methods.md.
 
-Cost is CPU time against `matrix`, positions and normals, in turns. Loss is the largest error of a
-position, in parts of the extent of the net, against exact arithmetic at a few samples of each row
-or, at many divisions, against `matrix` in float64, which is right to 1e-15.
+The cost is the CPU time for positions and normals as a multiple of that of `matrix`, measured
+alternately. The loss is the largest error of a position as a share of the extent of the net. The
+reference is exact arithmetic at a few samples of each row; at many divisions it is `matrix` in
+float64, which is right to 1e-15.
 """
 
 from collections.abc import Callable
@@ -34,7 +35,7 @@ def wild(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatc
 
 
 def works() -> list[tuple[str, Patches, int]]:
-    """A measured case: a title, patches, divisions."""
+    """The measured cases: title, patches, divisions."""
     teapot = example_batch("utah-teapot")
     cubic = np.random.default_rng(3).uniform(-1, 1, (1, 10, 3))
     return [
@@ -84,7 +85,7 @@ def rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[
 
 
 def losses() -> None:
-    """Largest error at 16 × 16 divisions, against fractions."""
+    """Largest error at 16 × 16 divisions, compared with exact fractions."""
     print("Largest error of a position at 16 x 16 divisions, in parts of the extent")
     print(f"{'degree':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
     for p, q, weights in ((3, 3, False), (3, 5, True), (8, 8, True), (16, 16, True)):

@@ -1,17 +1,17 @@
 """Meshes by tolerance against Open CASCADE's mesher and a certified uniform grid: `make bench-occ`.
 
-Triangles, time, memory and kept promises at the same deflection. Open CASCADE meshes with a linear
-deflection equal to the tolerance and an angular one of 0.5 rad, in a process of its own; the two
-take turns. Its time is that of the mesher alone, ours that from patches to the mesh in memory, with
-the heap set as in the service: by default, glibc returns it again and again in between. How
-far each mesh truly is from its surface is found by sampling. Memory is the most that one mesh takes
-beyond what was there before: ours as tracemalloc counts it, theirs by the high-water mark of their
-process. The uniform grid is the smallest whose own certified bound meets the tolerance; of models
-of many faces there is none.
+It compares triangles, time, memory and true deviations for the same tolerance. Open CASCADE meshes
+with a linear deflection equal to the tolerance and an angular deflection of 0.5 rad, in a process
+of its own; the two meshers run alternately. Its time is that of the mesher alone. Our time is that
+from patches to the mesh in memory, with the heap settings of the service; with glibc's default, the
+heap would go back to the system after each mesh. The true deviation of a mesh is measured by
+sampling. Memory is the growth during one mesh: for ours as tracemalloc counts it, for theirs by the
+peak of their process. The uniform grid is the smallest one whose certified bound meets the
+tolerance; it is left out for models of many faces.
 
     python -m tools.benchmarks.open_cascade PYTHON [GROUP …]
 
-PYTHON is one that has cadquery-ocp.
+PYTHON is a Python in which cadquery-ocp is installed.
 """
 
 import subprocess
@@ -51,10 +51,11 @@ Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
 WORKER = Path(__file__).with_name("open_cascade_worker.py")
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 ROUNDS, LONG = 3, 2.0
-"""Rounds of meshing; seconds beyond which there is one round."""
+"""Rounds of meshing; a mesh that takes more than `LONG` seconds is made once."""
 
 FEW = 4
-"""Sheets that are looked at one by one, again and again where they are worst."""
+"""Models of at most this many sheets are sampled sheet by sheet, and more finely where the
+deviation is largest."""
 
 MODELS = (
     "utah-teapot", "sphere", "torus", "cone", "cylinder", "bourke-1111", "nurbs-goblet",
@@ -87,7 +88,7 @@ def works() -> dict[str, list[Surface]]:
 
 
 def example(name: str) -> Surface:
-    """A built-in surface, its patches where it has several."""
+    """A built-in surface; its patches if it has several."""
     surface = find(name).surface()
     if isinstance(surface, BezierSurface | BsplineSurface):
         return surface
@@ -99,7 +100,8 @@ def example(name: str) -> Surface:
 def small_faces() -> PatchModel:
     """Surfaces of machine parts: planes, quarters of cylinders, and fillets, of many sizes.
 
-    Fillets are quarters of rings about a quarter of a turn. They lie on a lattice, turned anyhow.
+    Fillets are quarters of a tube along a quarter of a circle. The faces lie on a lattice, in
+    random orientations.
     """
     rng = np.random.default_rng(16)
     turn = np.column_stack([QUARTER, np.ones(3)])
@@ -121,7 +123,7 @@ def small_faces() -> PatchModel:
 
 
 def thin_skin(seed: int) -> BsplineSurface:
-    """The skin of a wing: 526 × 13 points, knots that crowd about its leading edge.
+    """The skin of a wing: 526 × 13 points, with dense knots near its leading edge.
 
     Every seed but 0 adds noise to the control points, as in a measured skin.
     """
@@ -140,7 +142,7 @@ def thin_skin(seed: int) -> BsplineSurface:
 
 @dataclass(frozen=True)
 class Line:
-    """One surface at one tolerance: ours, theirs; `found` in parts of the tolerance."""
+    """One surface at one tolerance, meshed by both; `found` is a multiple of the tolerance."""
 
     triangles: tuple[int, int]
     seconds: tuple[float, float]
@@ -208,7 +210,7 @@ def ours(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
 def uniform(model: PatchModel, tolerance: float) -> int:
     """Triangles of the smallest uniform grid whose certified bound meets the tolerance.
 
-    As many divisions along u as along v, or twice, four times, eight times as many.
+    The ratio of divisions along u and along v is 1, 2, 4 or 8, in either direction.
     """
     (batch,) = model.batches
     assert isinstance(batch, TensorPatches)
@@ -223,7 +225,7 @@ def uniform(model: PatchModel, tolerance: float) -> int:
         high = 1
         while misses(high, shape):
             high *= 2
-        # The bound is met from some number of divisions on.
+        # If a number of divisions meets the bound, so do all larger ones.
         times = range(high // 2 + 1, high)
         return times.start + bisect_left(times, True, key=lambda n: not misses(n, shape))
 
@@ -255,7 +257,7 @@ def measured(surface: Surface, relative: float, occ: Occ) -> Line:
 
 
 def deviation(surface: Surface, corners: Array) -> float:
-    """The largest distance met by sampling."""
+    """The largest distance found by sampling."""
     sheets = sheets_of(surface)
     if len(sheets) <= FEW:
         return surface_to_mesh(
@@ -267,7 +269,7 @@ def deviation(surface: Surface, corners: Array) -> float:
 
 
 def row(title: str, relative: float, lines: list[Line]) -> str:
-    """Medians over a group, the worst deviations, and how many are over the tolerance."""
+    """A row: medians over a group, the worst deviations, and the number above the tolerance."""
     mine, its = (median(line.triangles[k] for line in lines) for k in range(2))
     slow, fast = (1e3 * median(line.seconds[k] for line in lines) for k in range(2))
     grid = median(line.uniform for line in lines)
@@ -285,7 +287,7 @@ def row(title: str, relative: float, lines: list[Line]) -> str:
 
 
 def run(python: str, names: Sequence[str] = ()) -> None:
-    """Prints the table, or its lines of these groups."""
+    """Prints the table, or its rows for these groups."""
     print("Meshes by tolerance, ours, Open CASCADE's and a certified uniform grid; medians;")
     print("MB is the largest peak; found/tol is the largest deviation met by sampling, over counts")
     print("the meshes above 1")

@@ -1,9 +1,9 @@
-"""Open CASCADE's mesher, in an environment of its own, without the service.
+"""Open CASCADE's mesher, in a Python of its own, without the service.
 
 Reads names of .npz files, one a line, and prints each name after it has written the file
-`<name>.out.npz`. A file has `deflection`, and for face k, under names that begin with `k `, `net`
-(n, m, 3), maybe `weights`, and for a B-spline `degree`, and the distinct knots and their
-multiplicities, `knots_u`, `times_u`, `knots_v`, `times_v`. The output has `corners` (T, 3, 3),
+`<name>.out.npz`. A file has `deflection`. The names of the arrays of face k begin with `k `: `net`
+(n, m, 3); for a rational face `weights`; for a B-spline `degree`, the distinct knots `knots_u`,
+`knots_v` and their multiplicities `times_u`, `times_v`. The output has `corners` (T, 3, 3),
 `seconds`, the CPU time of the mesher alone, and `peak`, the bytes by which the memory of the
 process grew.
 """
@@ -46,7 +46,7 @@ def numbers(values: Any, kind: Any) -> Any:
 
 
 def surface_of(fields: Any) -> Any:
-    """A Bézier surface, or a B-spline surface where there are knots."""
+    """A Bézier surface, or a B-spline surface if the face has knots."""
     grids = [grid(fields["net"], Array2_gp_Pnt)]
     if "weights" in fields:
         grids.append(grid(fields["weights"], Array2_double))
@@ -59,7 +59,7 @@ def surface_of(fields: Any) -> Any:
 
 
 def bytes_of(field: str) -> int:
-    """A size of this process."""
+    """A number of bytes in /proc/self/status."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(field))
 

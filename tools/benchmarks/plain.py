@@ -1,4 +1,5 @@
-"""A plain mesher, an hour's work: typed lists, NumPy, no seams, no poles, no bound."""
+"""A plain mesher, as one hour of work makes it: typed lists and NumPy; no seams, poles or
+bounds."""
 
 import json
 import struct
@@ -25,7 +26,7 @@ class MeshRequest(BaseModel):
 
 @cache
 def bases(count: int, p: int, resolution: int) -> tuple[Any, Any]:
-    """Values and derivatives of B-splines at the samples: of a Bernstein basis if p is not said."""
+    """Values and derivatives of B-splines at the samples; of the Bernstein basis by default."""
     knots = np.pad(np.arange(count - (p or count - 1) + 1.0), p or count - 1, mode="edge")
     spline = BSpline(knots, np.eye(count), p or count - 1)
     t = np.linspace(0, knots[-1], int(knots[-1]) * resolution + 1)

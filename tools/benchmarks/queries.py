@@ -1,4 +1,4 @@
-"""Closest points a second beside other libraries; rays, signs, sections and measures."""
+"""Closest points per second compared with other libraries; rays, signs, sections and measures."""
 
 import time
 from collections.abc import Callable
@@ -25,7 +25,7 @@ ROUNDS, RAYS = 5, 50_000
 """Rounds, and rays in each."""
 
 SIGNED, PLANES = 2000, 20
-"""Points whose signs are asked for, and planes."""
+"""Number of points with signs, and of planes."""
 
 
 def run() -> None:
@@ -74,7 +74,8 @@ def other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
 
 
 def ray_rates(model: PatchModel) -> tuple[list[float], float]:
-    """Rays a second, first hits and all, and hits of a ray: from a sphere to points of the box."""
+    """Rays per second for first hits and for all hits, and hits per ray. Rays go from a sphere to
+    points of the box."""
     low, high = model.bounds
     rng = np.random.default_rng(1)
     away = rng.normal(size=(RAYS, 3))

@@ -1,16 +1,16 @@
-"""Requests a second of the service, beside an echo of the same bytes and beside plain work.
+"""Requests per second of the service, compared with an echo of the same bytes and a plain service.
 
-Each server is one process of uvicorn with BLAS on one thread. The echo reads the body and sends
-what the service answered to it once: the ratio tells how much of the time is not FastAPI's. `plain`
-is what an hour of work with FastAPI and NumPy makes of the same request, without seams, poles and
-bounds; it has no meshes by tolerance. `wrk` loads the servers in turn, with one thread and four
+Each server is one process of uvicorn with BLAS on one thread. The echo reads the body and sends the
+service's response, which it has in a file: the ratio shows the share of FastAPI in the time.
+`plain` is a service as one hour of work makes it, with FastAPI and NumPy, without seams, poles and
+bounds; it has no meshes by tolerance. `wrk` loads the servers alternately, with one thread and four
 connections; ratios are medians over the rounds.
 
     python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
 
-DIRECTORY is another checkout of the service with a `.venv` of its own: then the table has its
-requests a second too, and the ratio of this checkout to it. The columns `kept` have the ratios in
-`requests.json`, which `--keep` writes anew.
+DIRECTORY is another checkout of the service with a `.venv` of its own; the table then also has its
+requests per second, and the ratio of this checkout to it. The columns `kept` have the ratios in
+`requests.json`, which `--keep` replaces.
 """
 
 import argparse
@@ -36,10 +36,10 @@ from tools.processes import ROOT, Server, free_port, service_environment
 
 CONNECTIONS = 4
 FOLDER = "ECHO_FOLDER"
-"""The environment variable that names the folder of the echo's answers."""
+"""The environment variable that names the folder of the echo's responses."""
 
 LEAST = {"hit.glb": 1.5, "unchanged.glb": 2.0}
-"""The least ratio of answers from the cache to the echo: below it, the exit status is 1."""
+"""The least ratio to the echo for responses from the cache: below it, the exit status is 1."""
 
 BASELINE = Path(__file__).with_name("requests.json")
 PLAIN = {"Accept-Encoding": "identity"}
@@ -48,7 +48,7 @@ HOUR = "tools.benchmarks.plain:create"
 
 
 class Work(NamedTuple):
-    """A POST of a document, or a GET; the tag is that of an answer that the client has."""
+    """A POST of a document, or a GET; `tag` is the entity tag of a response that the client has."""
 
     name: str
     target: str
@@ -56,13 +56,13 @@ class Work(NamedTuple):
     tag: str = ""
 
     def ask(self, server: Server) -> httpx.Response:
-        """The whole answer of the service."""
+        """The complete response of the service."""
         method, url = "GET" if self.document is None else "POST", server.url + self.target
         response = httpx.request(method, url, json=self.document, headers=PLAIN, timeout=60)
         return response.raise_for_status()
 
     def write_script(self, folder: Path) -> Path:
-        """Writes the file that tells `wrk` what to send."""
+        """Writes the script of `wrk` with the request."""
         headers = PLAIN | ({"If-None-Match": self.tag} if self.tag else {})
         lines = [f"wrk.headers[{name!r}] = {value!r}" for name, value in headers.items()]
         if self.document is not None:
@@ -104,7 +104,7 @@ def works(service: Server) -> list[Work]:
 
 
 def create_echo() -> FastAPI:
-    """An application that reads the body and answers the bytes of a file."""
+    """An application that reads the body and responds with the bytes of a file."""
     answers = {file.name: file.read_bytes() for file in Path(os.environ[FOLDER]).iterdir()}
     app = FastAPI(openapi_url=None)
 
@@ -127,7 +127,7 @@ def uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
 
 
 def rate(url: str, script: Path, seconds: int) -> float:
-    """Requests a second that `wrk` counts; an error where any answer is one."""
+    """Requests per second that `wrk` counts; raises if any response is an error."""
     options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "--timeout=30s", "-s", str(script))
     told = subprocess.run(("wrk", *options, url), capture_output=True, text=True, check=True).stdout
     if found := re.search(r"(Non-2xx|Socket errors).*", told):
@@ -136,7 +136,7 @@ def rate(url: str, script: Path, seconds: int) -> float:
 
 
 def run(arguments: Sequence[str] = ()) -> bool:
-    """Prints the table; whether answers from the cache are as fast as they must be."""
+    """Prints the table; returns whether responses from the cache are fast enough."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--against", type=Path, metavar="DIRECTORY")
     parser.add_argument("--keep", action="store_true", help="keep the ratios as the baseline")
