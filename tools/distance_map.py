@@ -2,8 +2,8 @@
 
     python -m tools.distance_map docs/distance.png
 
-Every pixel is a point that was projected: blue inside, warm outside, in bands of equal distance,
-1/40 of the width of the picture each.
+Every pixel is a projected point: blue inside, orange outside, in bands of equal distance. A band is
+1/40 of the width of the picture.
 """
 
 import struct
@@ -54,7 +54,7 @@ def distance_map() -> NDArray[np.uint8]:
 def png(pixels: NDArray[np.uint8]) -> bytes:
     """A picture (h, w, 3) as PNG."""
     height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter, none
+    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each row begins with its filter: none
     rows[:, 1:] = pixels.reshape(height, -1)
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     parts = (b"IHDR", head), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b"")

@@ -1,7 +1,7 @@
-"""Measures the memory of meshes in all formats beside the prediction: `make memory`.
+"""Compares the memory of meshes in all formats with the prediction: `make memory`.
 
-What Python and NumPy allocate is traced, over small meshes; what is resident is seen from a process
-of its own, over large ones. The exit status is 1 if anything took more than was predicted.
+For small meshes it traces the allocations of Python and NumPy. For large meshes it measures the
+resident memory of a process of its own. The exit status is 1 if a mesh took more than predicted.
 
     python -m tools.memory [name of a surface …]
 """
@@ -33,13 +33,13 @@ from tools.processes import peak_memory, reset_peak, resident_memory
 
 RESOLUTIONS = (1, 1), (3, 7)
 LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6)
-"""Surfaces and divisions that are measured, each in a process of its own."""
+"""Surfaces and divisions whose resident memory is measured, each in a process of its own."""
 
 OWN = 16 << 20
-"""Bytes that a process keeps of the first large mesh: bases, index patterns, work arrays."""
+"""Bytes that a process keeps after the first large mesh: bases, index patterns, work arrays."""
 
 MOST_VERTICES = 300_000
-"""Tracing takes ten times as long as the work itself."""
+"""Larger meshes are not traced, because tracing takes ten times as long as the work itself."""
 
 
 class Measured(NamedTuple):
@@ -51,7 +51,7 @@ class Measured(NamedTuple):
 
 
 def taken(work: Callable[[], Any]) -> int:
-    """Bytes at the most that were allocated while something was done, beyond those before."""
+    """The most bytes that were allocated during some work, beyond those before it."""
     tracemalloc.start()
     try:
         work()
@@ -61,7 +61,7 @@ def taken(work: Callable[[], Any]) -> int:
 
 
 def surfaces() -> dict[str, Surface]:
-    """Examples, and surfaces that are more of something than any of these."""
+    """Examples, and surfaces that are extreme in some respect."""
     random = np.random.default_rng(8)
     found = {name: find(name).surface() for name in EXAMPLES}
     points, indices = random.normal(size=(500, 3)), random.integers
@@ -94,7 +94,7 @@ def surfaces() -> dict[str, Surface]:
 
 
 def variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, EncodeOptions]]:
-    """Options that change what is made, or how it is written."""
+    """Options that change the mesh, or its file."""
     plain, base = EncodeOptions(), MeshOptions(resolution)
     yield "plain", base, plain
     yield "bare", MeshOptions(resolution, normals=False, weld=False), plain
@@ -115,7 +115,7 @@ def variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, En
 
 
 def traced(name: str, surface: Surface) -> Iterator[Measured]:
-    """A surface in every variant and every format that has a place for it."""
+    """Measures a surface in every variant and every format that can store it."""
     for resolution in RESOLUTIONS:
         for variant, options, encode in variants(resolution):
             for fmt in FORMATS:
@@ -127,7 +127,7 @@ def traced(name: str, surface: Surface) -> Iterator[Measured]:
                     work = plan_mesh(surface, options, fmt, encode)
                     if work.size.vertices > MOST_VERTICES:
                         continue
-                    work.run()  # bases and work arrays are kept by the process
+                    work.run()  # the process keeps bases and work arrays
                     yield Measured(called, taken(work.run), work.cost.memory)
                 except SurfaceError:
                     continue
@@ -136,7 +136,7 @@ def traced(name: str, surface: Surface) -> Iterator[Measured]:
 
 
 def resident(name: str, divisions: int, fmt: str) -> Measured:
-    """A large mesh, made in this process, which did nothing before."""
+    """Measures a large mesh in this process, which did no work before."""
     pin_blas()
     share_heap()
     surface, options = surfaces()[name], MeshOptions((divisions, divisions))
@@ -150,7 +150,8 @@ def resident(name: str, divisions: int, fmt: str) -> Measured:
 
 
 def _shown(found: Measured) -> bool:
-    """Prints a line where more was taken than predicted, or far less."""
+    """Prints a line if a mesh took more than predicted, or much less; returns whether it was
+    more."""
     wrong = found.taken > found.predicted
     loose = found.taken > 1 << 23 and found.predicted > 3 * found.taken
     if wrong or loose or "resident" in found.name:
@@ -160,7 +161,7 @@ def _shown(found: Measured) -> bool:
 
 
 def main(names: list[str]) -> int:
-    """Everything, or the surfaces of these names; the exit status."""
+    """Measures all surfaces, or the named ones; returns the exit status."""
     pin_blas()
     wrong = count = 0
     for name, surface in surfaces().items():

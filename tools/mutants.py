@@ -1,11 +1,12 @@
-"""Small faults put into the code one at a time, to see whether the tests of its room notice.
+"""Puts small faults into the code, one at a time, and checks whether the tests of the room fail.
 
     python -m tools.mutants FILE [--seed 1] [--count 65] [--checkout DIR] [--limit 900]
 
-If FILE is not there, COUNT mutants of DIR (default: this checkout) are drawn and written to it.
-Otherwise its mutants are looked up in DIR by their line of code: so the suites of two checkouts can
-judge the same faults. Verdicts, also in FILE.DIR.json: `killed`, `survived`, `slow` (more than
-LIMIT seconds, counts as noticed), `gone` (DIR has no such line).
+If FILE does not exist, the program draws COUNT mutants of DIR (default: this checkout) and writes
+them to FILE. Otherwise it reads FILE, and finds the mutants in DIR by their lines of code. So the
+tests of two checkouts can judge the same faults. The verdicts, also in FILE.DIR.json, are `killed`,
+`survived`, `slow` (more than LIMIT seconds; counts as killed) and `gone` (DIR does not have this
+line).
 """
 
 import argparse
@@ -37,7 +38,8 @@ OPERATORS: dict[type, type[ast.operator]] = {
 class Mutant:
     """One fault: at `column` (bytes) of `line`, `before` becomes `after`.
 
-    `code` is the text of the line, by which the place is found again; `nth` of the lines like it.
+    `code` is the text of the line, which finds the place again; it is the `nth` line with this
+    text.
     """
 
     path: str
@@ -78,7 +80,7 @@ def _faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
 
 
 def _parts(node: ast.AST) -> Iterator[ast.AST]:
-    """A node and what it is made of, but no types and no parts of f-strings."""
+    """A node and its descendants, without types and parts of f-strings."""
     yield node
     for name, value in ast.iter_fields(node):
         if name not in {"annotation", "returns"} and not isinstance(node, ast.JoinedStr):
@@ -88,7 +90,7 @@ def _parts(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def mutants_of(root: Path, path: Path) -> Iterator[Mutant]:
-    """Every fault that one file can be given."""
+    """All mutants of one file."""
     source = path.read_text(encoding="utf-8")
     lines = source.splitlines()
     for node in _parts(ast.parse(source)):
@@ -102,7 +104,7 @@ def mutants_of(root: Path, path: Path) -> Iterator[Mutant]:
 
 
 def drawn(root: Path, seed: int, count: int) -> list[Mutant]:
-    """As many of every room; in a room, kinds of fault take turns."""
+    """Random mutants, an equal number from each room; in a room, the kinds of fault alternate."""
     sample = []
     for room in ROOMS:
         dice = random.Random(f"{seed} {room}")
@@ -117,7 +119,7 @@ def drawn(root: Path, seed: int, count: int) -> list[Mutant]:
 
 
 def mutated(source: str, mutant: Mutant) -> str | None:
-    """The file with the fault in it; None where its line is no more."""
+    """The file with the fault; None if it does not have the line any more."""
     lines = source.splitlines(keepends=True)
     alike = [k for k, line in enumerate(lines) if line.rstrip("\r\n") == mutant.code]
     if len(alike) <= mutant.nth:
@@ -132,7 +134,7 @@ def mutated(source: str, mutant: Mutant) -> str | None:
 
 
 def tests_of(copy: Path, path: str) -> list[str]:
-    """Nearest first: of the module, of its folder, of the room."""
+    """Test files, nearest first: of the module, of its folder, of the room."""
     room, *folders, name = Path(path).with_suffix("").parts[1:]
     near = Path("tests", room, *folders)
     places = [near / f"test_{name}.py", near, Path("tests", room)]
@@ -141,7 +143,8 @@ def tests_of(copy: Path, path: str) -> list[str]:
 
 
 def judged(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
-    """Verdict, and the test that noticed. What fails once and not again does not count."""
+    """The verdict, and the test that failed. A test that fails once and then passes does not
+    count."""
     path = copy / mutant.path
     source = path.read_text(encoding="utf-8") if path.exists() else ""
     if (text := mutated(source, mutant)) is None:
@@ -167,7 +170,7 @@ def judged(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
 
 
 def main() -> None:
-    """Draw or read the mutants, judge each, print a table."""
+    """Draws or reads the mutants, judges each, and prints a table."""
     parser = argparse.ArgumentParser(prog="tools.mutants", description=__doc__)
     parser.add_argument("file", type=Path)
     parser.add_argument("--checkout", type=Path, default=Path())

@@ -117,7 +117,7 @@ def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point:
 
 
 def draw_thumbnail(page: Page, target: Path) -> None:
-    """Writes the picture of the viewer, small and without its background, as WebP."""
+    """Writes a small picture of the viewer as WebP, without its background."""
     page.evaluate("document.body.style.background = 'none'")
     picture = b64encode(page.screenshot(omit_background=True)).decode()
     page.evaluate("document.body.style.background = ''")

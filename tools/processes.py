@@ -180,7 +180,7 @@ class Server:
 
 
 def service_environment(settings: Mapping[str, str]) -> dict[str, str]:
-    """This process's environment with these settings, `SURFACE_…`, and no others.
+    """This process's environment, with these settings and no other `SURFACE_…`.
 
     Surfaces are kept in memory unless the settings say otherwise.
     """

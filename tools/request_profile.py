@@ -1,9 +1,9 @@
 """A profile of one request: how often functions of the service are called for a small mesh.
 
 `python -m tools.request_profile [--format glb]` posts a net of 4 × 4 control points at resolution
-16, a mesh of 17 × 17 vertices, to the application in this process. It prints how often each file of
-`service` is called, all of them together, and those outside the mathematics. A call is one that
-`sys.setprofile` sees: to run a comprehension, or to go on with a generator, is a call, too.
+16, a mesh of 17 × 17 vertices, to the application in this process. It prints the number of calls
+for each file of `service`, for all files, and for those outside the mathematics. It counts the
+calls that `sys.setprofile` reports; these include comprehensions and resumed generators.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from service.settings.values import Settings
 SERVICE = f"{Path(__file__).parents[1] / 'service'}/"
 MATHEMATICS = ("engine/", "surface/", "bases/", "encoders/")
 WARM = 20
-"""Requests before the one that is counted: caches are full then."""
+"""Requests before the counted one, to fill the caches."""
 
 NET = [[[u, v, u * v % 3] for v in range(4)] for u in range(4)]
 BODY = orjson.dumps({"surface": {"control_net": NET}, "resolution": 16})
@@ -34,7 +34,7 @@ HEADERS = {"Content-Type": "application/json"}
 
 
 def profile(name: str) -> Counter[str]:
-    """Calls by file, its path below `service`, of a request for the format of that name."""
+    """Calls of a request for the named format, by the file's path below `service`."""
     return asyncio.run(_profile(create_app(Settings(), lambda _: None), name))
 
 
@@ -57,8 +57,8 @@ async def _profile(app: ASGIApp, name: str) -> Counter[str]:
         for number in range(WARM + 1):
             await asyncio.sleep(0)  # the event loop begins another round
             if number == WARM:
-                gc.collect()  # or what others left behind would be called while it is collected
-                logging.disable()  # or the client's lines would go through handlers of the service
+                gc.collect()  # so that finalizers of older objects do not run and count
+                logging.disable()  # else handlers of the service would log the client
                 threading.setprofile(count)
                 sys.setprofile(count)
             try:

@@ -61,13 +61,13 @@ schemathesis.openapi.media_type("text/x-teapot", _teapots())
 
 @schemathesis.hook  # type: ignore[untyped-decorator]
 def before_load_schema(_: Any, document: dict[str, Any]) -> None:
-    """The document as this judge can read it: nothing in it means anything else."""
+    """Changes the document to a form that schemathesis can read, with the same meaning."""
     _without_tuples(document)
     for operations in document["paths"].values():
         for operation in operations.values():
             content = operation.get("requestBody", {}).get("content", {})
             for media_type in _TEXTS & set(content):
-                # With a strategy of its own a body is bytes.
+                # The body of a media type with a strategy is bytes.
                 for example in content[media_type].get("examples", {}).values():
                     example["value"] = example["value"].encode()
 
@@ -76,7 +76,7 @@ _TEXTS = {"model/x-oogl", "text/x-teapot"}
 
 
 def _without_tuples(node: Any) -> None:
-    """`items`, `minItems` and `maxItems` say all that `prefixItems` beside them says."""
+    """Removes `prefixItems`, because `items`, `minItems` and `maxItems` mean the same."""
     if isinstance(node, dict):
         if {"items", "minItems", "maxItems"} <= node.keys():
             node.pop("prefixItems", None)

@@ -1,9 +1,9 @@
-"""Judges the live service by its own OpenAPI document: `make test-api`.
+"""Compares the live service with its own OpenAPI document: `make test-api`.
 
-schemathesis makes up requests from the document, good and bad ones, one by one and in rows that
-follow its links, and judges each answer. First the service is open, then, for fewer requests, it
-needs keys. Called with the path of the program and the least number of requests; fails if it finds
-anything, or made up fewer.
+Schemathesis generates valid and invalid requests from the document, single ones and sequences that
+follow links, and judges each response. At first the service is open; then, for fewer requests, it
+needs keys. The arguments are the path of schemathesis and the least number of requests. The program
+fails if schemathesis finds a fault, or sent fewer requests.
 """
 
 import os
@@ -18,14 +18,15 @@ from service.api.guard.keys import entry_line, new_key
 from tools.processes import ROOT, Server, service_server
 
 OPEN = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
-"""Surfaces are kept in memory, and may be deleted, so that rows of requests come to their end."""
+"""Surfaces are kept in memory and may be deleted, so that every sequence of requests is
+possible."""
 
 PRIVATE = OPEN | {
     "SURFACE_PUBLIC_READS": "false",
     "SURFACE_METRICS": "key",
     "SURFACE_SIGNING_KEYS": "0123456789abcdef" * 2,
 }
-"""All that can be had for a key needs one; the key comes later."""
+"""Everything that can need a key needs one; the key is added later."""
 
 SEED = 20260101
 
@@ -33,14 +34,14 @@ OPEN_EXAMPLES, PRIVATE_EXAMPLES = 200, 25
 """The most requests of one operation in one phase."""
 
 REQUEST_TIMEOUT = 30
-"""Seconds that an answer may take: half of the default of SURFACE_REQUEST_TIMEOUT."""
+"""Seconds that a response may take: half of the default of SURFACE_REQUEST_TIMEOUT."""
 
 RULES = Path(__file__).with_name("schemathesis.toml")
 HOOKS = Path(__file__).with_name("schemathesis_hooks.py")
 
 
 def judged(program: str, service: Server, examples: int, rules: str = "") -> tuple[int, int]:
-    """Exit code, and the number of requests made up; what is found is printed."""
+    """Runs schemathesis; returns its exit code and the number of requests; prints findings."""
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "schemathesis.toml"
         config.write_text(RULES.read_text(encoding="utf-8") + rules, encoding="utf-8")
@@ -55,7 +56,7 @@ def judged(program: str, service: Server, examples: int, rules: str = "") -> tup
             "--warnings=off",
             f"--max-response-time={REQUEST_TIMEOUT}",
         ]
-        # Nothing is remembered from one run to the next.
+        # Without a database of examples, runs do not depend on earlier ones.
         environment = os.environ | {
             "HYPOTHESIS_STORAGE_DIRECTORY": folder,
             "SCHEMATHESIS_HOOKS": str(HOOKS),
@@ -76,7 +77,7 @@ def judged(program: str, service: Server, examples: int, rules: str = "") -> tup
 def stands(
     program: str, settings: Mapping[str, str], examples: int, least: int, rules: str = ""
 ) -> bool:
-    """Whether a service with these settings stands the judgement, of enough requests."""
+    """Whether a service with these settings passes, with enough requests."""
     with service_server(ROOT / "build" / "api", settings) as service:
         code, count = judged(program, service, examples, rules)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
@@ -85,7 +86,7 @@ def stands(
 
 
 def main(program: str, least: int) -> bool:
-    """Whether nothing was found, open and with keys."""
+    """Whether the service passes, both open and with keys."""
     judge = str(Path(program).absolute())
     is_open = stands(judge, OPEN, OPEN_EXAMPLES, least)
     key = new_key()

@@ -87,7 +87,7 @@ def seen_deviation(
 ) -> float:
     """Largest distance from a sample to the triangles in units of its distance from an eye.
 
-    What is nearer to the eye than `near` counts as being so far away.
+    A sample nearer to the eye than `near` counts with the distance `near`.
     """
     largest = 0.0
     for sheet in sheets:

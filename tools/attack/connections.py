@@ -17,11 +17,11 @@ from tools.attack.wire import (
     ask,
     connected,
     get,
-    summarize,
     post,
     post_head,
     reset,
     storm,
+    summarize,
 )
 from tools.attack.work import COLD, LARGE_ANSWER, grid
 

@@ -15,9 +15,9 @@ from tools.attack.wire import (
     ask,
     connected,
     get,
-    summarize,
     post,
     storm,
+    summarize,
 )
 
 SMALL = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":1}'

@@ -1,1 +1,1 @@
-"""Whether certified meshes are what they say: many random surfaces, looked at from outside."""
+"""Judges certified meshes of many random surfaces from their files alone, by sampling."""

@@ -1,12 +1,13 @@
-"""Certified meshes of a thousand random surfaces, models and groups, judged: `make certify`.
+"""Judges certified meshes of a thousand random surfaces, models and groups: `make certify`.
 
-Every surface is meshed at four tolerances and one resolution, written, read back and sampled.
-Ctrl-C ends it and prints what was found so far. The exit status is 1 if anything was wrong.
+Every surface is meshed at four tolerances and one resolution; the file is read back, and the
+surface is sampled. Ctrl-C ends the program and prints the findings so far. The exit status is 1 if
+it found a fault.
 
     python -m tools.certify [share] [family …]
 
-`share` is the part of the surfaces and models that is looked at, 1 being all; families are named as
-in the table.
+`share` is the part of the surfaces and models that is judged, 1 for all of them. The names of
+families are those of the table.
 """
 
 import signal
@@ -29,10 +30,10 @@ from tools.certify.table import Finding, rows
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
 PATIENCE = 60
-"""Seconds of the processor for one task: others may use the machine as well."""
+"""CPU seconds for one task; other programs may use the machine meanwhile."""
 
 MOST = 40
-"""Complaints that are printed at the end."""
+"""Most complaints that are printed at the end."""
 
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
 
@@ -53,7 +54,7 @@ def cases(share: float, names: list[str]) -> Iterator[Case]:
 
 
 def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
-    """All models and groups, at one of the tolerances each."""
+    """All models and groups, each at one of the tolerances."""
     for kind, (count, _) in BODIES.items():
         if names and kind not in names:
             continue
@@ -76,7 +77,7 @@ def _seed(task: Task) -> int:
 
 
 def work(task: Task) -> Finding:
-    """One mesh, one model or one group; after a while there is none."""
+    """Judges one mesh, one model or one group; a task that takes too long counts as a fault."""
     signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:
         if isinstance(task, Case):
@@ -93,17 +94,17 @@ def _too_long(_signal: int, _frame: object) -> None:
 
 
 def _quiet() -> None:
-    """Leaves Ctrl-C to the parent, ends what takes too long."""
+    """Ignores Ctrl-C, which the parent handles; ends a task that takes too long."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGPROF, _too_long)
     pin_blas()
 
 
 def main(arguments: list[str]) -> int:
-    """Judges all, prints all."""
+    """Judges all tasks and prints the tables."""
     share = float(arguments[0]) if arguments else 1.0
     names = arguments[1:]
-    # Some of every family first, so that a run that is stopped early has judged some of all.
+    # Sorted by seed, so that a run that is stopped early has judged some surfaces of each family.
     tasks: list[Task] = sorted([*joints(share, names), *cases(share, names)], key=_seed)
     found: list[Finding] = []
     start = time.monotonic()
@@ -129,7 +130,7 @@ def main(arguments: list[str]) -> int:
 
 
 def report(found: list[Finding]) -> int:
-    """Prints the tables and the complaints; 1 if there are any."""
+    """Prints the tables and the complaints; returns 1 if there are complaints."""
     order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY, "groups"])}
     found.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models = [each for each in found if isinstance(each, Joint)]

@@ -1,7 +1,7 @@
-"""Families of surfaces that must close, or must not: each meshed and judged from outside.
+"""Judges meshes of surfaces that must close, or must stay open.
 
-Each is meshed by resolution and by tolerance, in two orders of its patches, and compared with the
-surface as it was given.
+Each surface is meshed by resolution and by tolerance, in two orders of its patches. The mesh is
+compared with the original surface, before borders were joined.
 """
 
 import time
@@ -47,11 +47,12 @@ NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
         "crowded knots": (112, crowded),
     }
 )
-"""Families: how many of each are looked at, and how they are made."""
+"""For each family the number of its surfaces, and the function that makes one."""
 
 
 def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
-    """Meshes it by resolution and by tolerance, in two orders, and looks at both."""
+    """Meshes a surface by resolution and by tolerance, in two orders of its patches, and judges
+    both."""
     case = NEARLY[kind][1](seed)
     near = Near(kind=kind, seed=seed)
     start = time.process_time()
@@ -84,7 +85,7 @@ def _judge(near: Near, case: Case, options: MeshOptions) -> None:
     is_slit = case.is_closed is False and options.accuracy is not None
     if not is_slit and case.is_closed not in (None, report["watertight"]):
         near.wrong.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
-    # Surfaces that are cut are snapped anew after every round of cuts.
+    # Surfaces that are cut are snapped again after every round of cuts.
     rounds = 4 if isinstance(case.surface, MultipatchSurface) else 1
     reach = max(case.weld_tolerance, 2.0**-48 * find_knot_ratio(case.surface.lower()))
     if near.moved > 2.01 * rounds * reach * near.tolerance:
@@ -108,18 +109,18 @@ def _in_other_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
 
 
 def _compare(near: Near, mesh: Written, again: Pieces, options: MeshOptions) -> None:
-    """Whether the same patches in another order have the same triangles."""
+    """Adds a fault if the patches in another order have other triangles."""
     if triangles_of(mesh_of(again, options)) != triangles_of(mesh):
         near.wrong.append("the order of the patches matters")
 
 
 def mesh_of(surface: Pieces, options: MeshOptions) -> Written:
-    """Written as JSON and read."""
+    """The mesh of a surface, written as JSON and read back."""
     return read("json", render(surface, options, BY_NAME["json"]))
 
 
 def triangles_of(mesh: Written) -> set[bytes]:
-    """All triangles, corners in order of their coordinates."""
+    """All triangles, each as bytes, with its corners sorted by coordinates."""
     corners = mesh.corners
     order = np.lexsort(corners.transpose(2, 0, 1)[::-1], axis=1)
     return {t.tobytes() for t in np.take_along_axis(corners, order[..., None], axis=1)}

@@ -1,4 +1,5 @@
-"""Bodies of patches of several degrees and kinds, and of B-splines whose knots crowd."""
+"""Bodies of patches of several degrees and kinds, and of B-splines whose knots are close
+together."""
 
 from dataclasses import replace
 
@@ -15,17 +16,17 @@ from tools.certify.surfaces import Array, Random
 
 
 def mixed(seed: int) -> Case:
-    """A body whose patches have degrees of their own, as `patches` or as a `multipatch`.
+    """A body whose patches have different degrees, as `patches` or as a `multipatch`.
 
-    Grids of a multipatch are Bézier patches and B-splines. Of every fifth body a corner of a patch
-    is moved: it is open.
+    Grids of a multipatch are Bézier patches and B-splines. In every fifth body a corner of a patch
+    is moved, so the body is open.
     """
     rng = np.random.default_rng([seed, 2])
     kinds = list(BODIES)
     net_complex = complex_of(kinds[seed % len(kinds)], 2 * seed)
     is_closed = all(len(patches) == 2 for patches in net_complex.edges().values())
     if seed % 5 == 0:
-        # The corner of the last patch is not what its neighbours say.
+        # The corner of the last patch differs from that of its neighbours.
         net_complex.nets[-1].reshape(-1, 3)[0] += 1e-3 * rng.uniform(0.5, 1, 3)
         is_closed = False
     triangles = {len(net) for net in net_complex.nets if net.ndim == 2}
@@ -35,7 +36,7 @@ def mixed(seed: int) -> Case:
 
 
 def _patches(rng: Random, net_complex: Complex) -> PatchSurface:
-    """Grids of several degrees, and triangles of one: a soup, or vertices that patches share."""
+    """Grids of several degrees, and triangles of one; patches share vertices, or none."""
     ends = np.cumsum([0, *(net[..., 0].size for net in net_complex.nets)]).tolist()
     rows = [
         np.arange(first, first + net[..., 0].size).reshape(net.shape[:-1])
@@ -75,7 +76,7 @@ def _degrees(net: Array) -> tuple[int, int]:
 
 
 def _ends(rng: Random, degrees: tuple[int, int]) -> tuple[Array, Array]:
-    """Knots of one span, over some interval each."""
+    """The knots of one span along u and along v, each over a random interval."""
     first, second = (
         rng.uniform(-9, 9) + rng.uniform(0.1, 9) * np.repeat([0.0, 1], degree + 1)
         for degree in degrees
@@ -84,11 +85,13 @@ def _ends(rng: Random, degrees: tuple[int, int]) -> tuple[Array, Array]:
 
 
 def crowded(seed: int) -> Case:
-    """A ball or a ring with knots 1e-3 to 1e-16 of their range apart, up to 1e5 ranges from zero.
+    """A ball or a ring whose knots are as near as 1e-3 to 1e-16 of their range, up to 1e5 ranges
+    from zero.
 
-    A B-spline, its patches, or pieces that are cut anywhere; of every fifth of these a control
-    point on a border is moved: it is open. Pieces have knots of their own, rounded far from zero.
-    A point of a span that vanishes in rounding may be moved without any effect.
+    It is a B-spline, its patches, or pieces that are cut at random parameters. In every fifth
+    surface a control point on a border is moved, so the surface is open. Pieces have their own
+    knots, rounded far from zero. If rounding makes a span vanish, moving one of its points has no
+    effect.
     """
     rng = np.random.default_rng([seed, 3])
     surface = body(rng, has_poles=bool(seed % 2))

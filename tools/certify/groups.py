@@ -1,7 +1,7 @@
-"""Copies in their places, and what a camera sees: bounds that are stretched, tolerances that grow.
+"""Judges groups: bounds of stretched copies, and tolerances for a camera.
 
-Every group has three surfaces, one of them twice, in affine places of all kinds. It is meshed once
-to a tolerance and once for a camera, as JSON, where all copies are where they belong.
+Every group has three surfaces, one of them twice, with random affine matrices. It is meshed once by
+tolerance and once for a camera, as JSON, in which all copies are placed.
 """
 
 import time
@@ -24,11 +24,12 @@ KINDS = "bicubic, wild", "NURBS", "rational triangles", "poles", "creases", "qua
 COUNT = 40
 PIXELS = 2.0
 NEAR = 1e-3
-"""Share of the diagonal that is the least distance from the eye that counts."""
+"""Points nearer to the camera than this share of the diagonal are judged as if they were that
+far."""
 
 
 def judge_group(seed: int, relative: float) -> Joint:
-    """A group, judged copy by copy."""
+    """Judges the meshes of a group, copy by copy."""
     rng = np.random.default_rng(seed)
     group, sheets = group_of(rng)
     joint = Joint(kind="groups", seed=seed, tolerance=relative)
@@ -44,7 +45,7 @@ def judge_group(seed: int, relative: float) -> Joint:
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    # The box about the control points is larger than the one about samples, but less than this.
+    # The diagonal of the control points is larger than that of the samples, but less than this.
     joint.tolerance = relative * 4 * size
     check_deviation(joint, sheets, mesh, "member", 2000)
     rate = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
@@ -74,7 +75,7 @@ def group_of(rng: Random) -> tuple[GroupSurface, list[Sheet]]:
 
 
 def _place(rng: Random) -> Array:
-    """Turned, stretched up to tenfold, sheared, mirrored and moved."""
+    """A random matrix: turns, stretches up to tenfold, shears, mirrors and moves."""
     matrix = np.eye(4)
     stretch = np.diag(10 ** rng.uniform(-1, 1, 3)) if rng.integers(2) else np.eye(3)
     turns = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))

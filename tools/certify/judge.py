@@ -1,4 +1,4 @@
-"""One mesh, from its surface to its bytes and back, and all that can be wrong with it."""
+"""Makes one mesh, reads its file back, and looks for all faults that it can have."""
 
 import time
 from collections import Counter
@@ -24,15 +24,16 @@ TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Shares of the diagonal of the box about the control points."""
 
 SAMPLES = 2000, 20000
-"""Samples of a sheet: at least, and at most; between them four a triangle."""
+"""The fewest and the most samples of a sheet; between these limits 4 for each triangle."""
 
 THIN = 1e-9
-"""Twice the area over the square of the longest side from which on exact arithmetic decides."""
+"""Below this quotient of twice the area and the square of the longest side, exact arithmetic
+decides whether a triangle has an area."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh to be made and judged: to a tolerance, or by a resolution if there is one."""
+    """A mesh to be made and judged: by resolution if the case has one, else by tolerance."""
 
     family: str
     seed: int
@@ -65,7 +66,7 @@ class Verdict(Finding):
 
 
 def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
-    """Makes the mesh, reads it back, and looks at it from all sides."""
+    """Makes the mesh, reads it back, and judges it."""
     family = FAMILIES[case.family]
     surface = family.surface(case.seed)
     tolerance = min(case.relative, 1e3) * diagonal_of(surface)
@@ -92,7 +93,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
 
 
 def options_of(case: Case) -> MeshOptions:
-    """Bare positions; by tolerance, parameters as well."""
+    """Options for positions alone; meshes by tolerance also have parameters."""
     if case.resolution is not None:
         return MeshOptions(resolution=case.resolution, faces=case.faces, normals=False)
     accuracy = Accuracy(relative_tolerance=case.relative, two_sided=case.two_sided)
@@ -106,7 +107,7 @@ def diagonal_of(surface: Any) -> float:
 
 
 def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]) -> None:
-    """Deviations against what is promised, and promises against what was asked for."""
+    """Compares deviations with the reported bounds, and the bounds with the tolerance."""
     sheets = sheets_of(surface)
     if not len(mesh.faces):
         if verdict.tolerance > 0 and verdict.case.resolution is None:
@@ -143,7 +144,7 @@ def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, 
 
 
 def _without_area(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
-    """Triangles without area that are not excused: rounding alone took it from those that are."""
+    """The triangles without area, except those that lost it by rounding alone."""
     found = flat_triangles(mesh.corners)
     if mesh.steps is None or mesh.places is None:
         return found
@@ -157,9 +158,9 @@ def _without_area(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
 
 
 def _count(verdict: Verdict, mesh: Written, without_area: list[int] | None) -> None:
-    """Triangles without area or turned over, edges with more than two triangles.
+    """Adds faults: triangles without area or turned over, edges with more than two triangles.
 
-    Triangles of a line have no area, and edges that lie on one another: there is no list of them.
+    `without_area` is None for a mesh of a line: its triangles have no area, and its edges overlap.
     """
     bad = Counter(
         {
@@ -190,7 +191,7 @@ def flat_triangles(corners: Array) -> list[int]:
 
 
 def turned_triangles(places: Array) -> int:
-    """Triangles that run clockwise in (u, v), where float32 can tell."""
+    """Number of triangles that run clockwise in (u, v), as far as float32 shows it."""
     a, b, c = places[:, 0], places[:, 1], places[:, 2]
     (x, y), (z, w) = (b - a).T, (c - a).T
     size = np.abs(places).max(axis=(1, 2)) * 2.0**-22
@@ -199,6 +200,6 @@ def turned_triangles(places: Array) -> int:
 
 
 def edge_counts(faces: Rows) -> tuple[int, int]:
-    """Edges of one triangle, and of more than two or run through twice in one direction."""
+    """Numbers of edges: with one triangle; with more than two, or twice in one direction."""
     _, uses = np.unique(np.sort(edges_of(faces), axis=1), axis=0, return_counts=True)
     return int((uses == 1).sum()), int((uses > 2).sum())

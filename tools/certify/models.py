@@ -31,11 +31,11 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Complex:
-    """A model of which is known what meets where.
+    """A model whose shared edges are known.
 
     Patch k has the corners `loops[k]`, in the order in which its border runs: of a grid (0, 0),
-    (1, 0), (1, 1), (0, 1), of a triangle r, s, t. `alike` are the edges that all their patches
-    state in the same numbers.
+    (1, 0), (1, 1), (0, 1), of a triangle r, s, t. `alike` are the edges whose control points are
+    the same numbers in all patches.
     """
 
     nets: tuple[Array, ...]
@@ -45,7 +45,8 @@ class Complex:
     alike: frozenset[Pair]
 
     def model(self, order: Sequence[int], *, together: bool = True) -> PatchModel:
-        """Some of the patches in this order, a part each; neighbours of one kind in one batch."""
+        """Some of the patches in this order, each a part; consecutive patches of one kind form a
+        batch."""
         batches: list[Patches] = []
         run: list[int] = []
         for number, following in pairwise([*order, None]):
@@ -136,7 +137,7 @@ def _fan(count: int) -> Body:
 
 
 def _moebius(count: int) -> Body:
-    """A strip that meets itself turned over."""
+    """A strip that is closed with half a turn."""
     angles = 2 * pi * np.arange(count) / count
     low, high = (
         np.stack(
@@ -169,15 +170,16 @@ BODIES: Mapping[str, tuple[int, Callable[[Random], Body]]] = MappingProxyType(
         "Moebius strips": (15, lambda rng: _moebius(_few(rng, 3, 5))),
     }
 )
-"""How many models of each kind are looked at, and what they are."""
+"""For each kind the number of its models, and the function that makes its body."""
 
 
 def complex_of(kind: str, seed: int) -> Complex:
-    """A random model: every edge a curve of its own degree, every patch turned about.
+    """A random model: every edge is a curve of its own degree, every patch begins at a random
+    corner.
 
-    In every other model all degrees are equal; in the rest edges are raised to the degree of their
-    patches, in exact arithmetic and rounded once. A third of the models is rational; in half of
-    these every patch has its weights times a factor of its own.
+    In every other model all degrees are equal; in the others, edges are raised to the degrees of
+    their patches, in exact arithmetic and rounded once. A third of the models is rational; in half
+    of these the weights of each patch have a factor of their own.
     """
     rng = np.random.default_rng(seed)
     body = BODIES[kind][1](rng)
@@ -214,7 +216,7 @@ def _degrees(net: Array, sides: int) -> list[int]:
 
 
 def _about(rng: Random, loop: Loop) -> Loop:
-    """The loop begun anywhere, now and then run the other way."""
+    """The loop from a random corner, sometimes in the other direction."""
     first = int(rng.integers(len(loop)))
     turned = loop[first:] + loop[:first]
     return turned[::-1] if rng.integers(3) == 0 else turned
@@ -231,7 +233,7 @@ def _curves(
 ) -> dict[Pair, Line]:
     """A homogeneous curve for every edge, from its lower corner to its higher.
 
-    All have this degree, or each another, from 1 to 3.
+    All have the degree `degree`; if it is None, each has a random degree from 1 to 3.
     """
     found: dict[Pair, Line] = {}
     for loop in loops:
@@ -276,7 +278,7 @@ def _along(curves: Mapping[Pair, Line], a: int, b: int, degree: int) -> Array:
 def _quad(
     rng: Random, loop: Loop, curves: Mapping[Pair, Line], *, rational: bool, raised: bool
 ) -> tuple[Array, Array]:
-    """A net whose borders are the four edges, its inside blended from them and shaken."""
+    """A net whose borders are the four edges; its inside is blended from these, with noise."""
     a, b, c, d = loop
     p, q = (
         max(len(curves[min(pair), max(pair)]) - 1 for pair in pairs)

@@ -1,7 +1,8 @@
-"""Surfaces whose borders are equal up to rounding, or one curve written differently.
+"""Surfaces whose borders are equal up to rounding, or are one curve in different forms.
 
-A family makes a surface from a seed and says whether its mesh must be closed: `noisy` and `pieces`
-here, more in `tools.certify.crowded`; `tools.certify.closing` has the table of all.
+A family makes a surface from a seed and states whether its mesh must be closed. The families
+`noisy` and `pieces` are defined here, others in `tools.certify.crowded`. The table of all is in
+`tools.certify.closing`.
 """
 
 from dataclasses import dataclass, replace
@@ -34,7 +35,7 @@ class Case:
 
 
 def noisy(seed: int) -> Case:
-    """A ball or a ring, a B-spline or its patches, with noise of 1e-17 to 1e-9 of its size.
+    """A ball or a ring, as a B-spline or as patches, with noise of 1e-17 to 1e-9 of its size.
 
     The noise moves points by at most an amplitude a, so points that were equal are at most 2 a
     apart. If a is the tolerance, the mesh may be closed or not.
@@ -50,11 +51,11 @@ def noisy(seed: int) -> Case:
 
 
 def pieces(seed: int) -> Case:
-    """A ball or a ring of B-splines whose borders are pieces of one curve, written differently.
+    """A ball or a ring of B-splines whose common borders are one curve in different forms.
 
-    A body is cut into strips, and each strip across, at places of its own. Then knots are inserted,
-    degrees raised, parameters scaled, directions reversed and exchanged. For every third seed a
-    point on a border is moved, so that the surface is open.
+    The body is cut into strips, and each strip across, at its own random places. Then knots are
+    inserted, degrees raised, parameters scaled, directions reversed and exchanged. For every third
+    seed a point on a border is moved, so that the surface is open.
     """
     rng = np.random.default_rng([seed, 1])
     parts = cut_up(rng, body(rng, has_poles=bool(seed % 2)), 2 + seed // 2 % 2)
@@ -68,7 +69,7 @@ def pieces(seed: int) -> Case:
 
 
 def cut_up(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSurface]:
-    """The pieces of strips along u, each cut into one to three, all written differently."""
+    """The pieces of strips along u, each strip cut into one to three, all in different forms."""
     parts: list[BsplineSurface] = []
     for u in _intervals(rng, surface, 0, strips):
         strip = convert(surface, [Restrict(u=u)])
@@ -83,7 +84,7 @@ def cut_up(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSur
 def _intervals(
     rng: Random, surface: BsplineSurface, axis: int, count: int
 ) -> list[tuple[float, float]]:
-    """The domain along an axis in `count` pieces."""
+    """The domain along an axis, cut into `count` pieces."""
     knots, degree = surface.knot_vectors[axis], surface.degree[axis]
     low, high = float(knots[degree]), float(knots[-1 - degree])
     inner = low + (high - low) * (np.arange(1, count) + rng.uniform(-0.3, 0.3, count - 1)) / count

@@ -1,9 +1,9 @@
-"""Triangles that lost their area when their corners were rounded to float32, and to nothing else.
+"""Decides whether triangles lost their area only because corners were rounded to float32.
 
-The mesh was made in float64, of points of the surface at parameters that the file tells. If all
-three corners are where rounding alone may have put these points, then so is every line through
-them: the triangle was not wider than rounding can undo. If they are not, or if the points
-themselves are in line, something else has flattened it.
+The mesh was made in float64, from points of the surface at the parameters in the file. If all three
+corners are within the rounding error of these points, the triangle was narrower than that error,
+and rounding flattened it. If a corner is further away, or if the points themselves are collinear,
+the triangle has another fault.
 """
 
 import numpy as np
@@ -13,21 +13,21 @@ from tests.oracles.sheets import Sheet
 from tools.certify.written import Array
 
 NOISE = 2.0**-46
-"""Part of its coordinates by which a point of the surface may be computed wrong here."""
+"""The relative error of a point of the surface as this program computes it."""
 
 
 def flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps: Array) -> bool:
-    """Whether a triangle without area has had one before its corners were rounded.
+    """Whether a triangle without area had an area before its corners were rounded.
 
     Parameters
     ----------
     sheet : Sheet
     corners : ndarray, shape (3, 3)
-        As they are written.
+        The corners in the file.
     places : ndarray, shape (3, 2)
-        Their parameters: float32.
+        The parameters of the corners in the file, float32.
     steps : ndarray, shape (3, 3)
-        Half the distance of neighbouring numbers at each coordinate.
+        Half the distance of neighbouring float32 numbers at each coordinate.
     """
     points = sheet.at(sheet.inside(places)) + sheet.origin
     if flat(points):

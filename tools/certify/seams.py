@@ -1,4 +1,4 @@
-"""Models of many patches: whether what meets is joined, and the same wherever it is computed."""
+"""Judges models of many patches: are shared edges joined, and equal in other orders and alone?"""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from tools.certify.table import Finding
 from tools.certify.written import Array, Rows, Written, edges_of, read
 
 ALONE = 3
-"""Patches of each model that are also computed by themselves."""
+"""Number of patches of each model that are also meshed alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Joint(Finding):
 
 
 def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
-    """Meshes it whole, in another order, and some of its patches alone."""
+    """Meshes a model, the model in another order, and some of its patches alone."""
     joint = Joint(kind=kind, seed=seed, tolerance=tolerance)
     net_complex = complex_of(kind, seed)
     rng = np.random.default_rng([seed, 1])
@@ -83,7 +83,7 @@ def _mesh(model: PatchModel, tolerance: float) -> Written:
 
 
 def check_order(joint: Joint, mesh: Written, again: Written) -> None:
-    """The triangles of every patch are the same, bit for bit."""
+    """Adds a fault unless each patch has the same triangles in both meshes, bit for bit."""
     for name in mesh.parts:
         if _triangles(mesh, name) != _triangles(again, name):
             joint.wrong.append(f"{name} depends on the order of the patches")
@@ -102,7 +102,8 @@ def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
 def check_seams(
     joint: Joint, net_complex: Complex, mesh: Written
 ) -> dict[tuple[int, Pair], list[int]]:
-    """Both sides of a seam name the same vertices; returns the vertices of all sides."""
+    """Checks that both sides of each seam have the same vertices; returns the vertices of all
+    sides."""
     edges, uses = np.unique(np.sort(edges_of(mesh.faces), axis=1), axis=0, return_counts=True)
     times = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
@@ -142,7 +143,7 @@ def _sides(
 ) -> dict[Pair, list[int]] | None:
     """Vertices along each side of one patch, from its lower corner to its higher.
 
-    The edges that the patch uses once are its border: one loop through its corners in order.
+    The border of the patch is the edges of one triangle: one loop through its corners in order.
     """
     ends = edges_of(faces)
     _, first, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
@@ -173,7 +174,7 @@ def _sides(
 def _check_alone(
     joint: Joint, net_complex: Complex, k: int, single: Written, sides: Mapping[Pair, Array]
 ) -> None:
-    """A patch computed by itself has the same vertices on the edges that are stated alike."""
+    """Checks that a patch alone has the same vertices on edges with the same numbers (`alike`)."""
     lines = _sides(single.vertices, single.faces, net_complex, net_complex.loops[k])
     if lines is None:
         joint.wrong.append(f"the border of patch {k} alone does not run from corner to corner")

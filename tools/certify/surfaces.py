@@ -1,4 +1,4 @@
-"""Families of random surfaces: each a function of a seed, the same on every run and machine."""
+"""Families of random surfaces, each a function of a seed, the same in every run."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,15 +20,16 @@ Random: TypeAlias = np.random.Generator
 Surface: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
 
 MODERATE, WILD = 0.1, 0.35
-"""How far control points stray from a regular grid over the unit square, along it."""
+"""The largest distance of control points from a regular grid over the unit square, along the
+square."""
 
 
 @dataclass(frozen=True)
 class Family:
     """Surfaces of one kind.
 
-    `count` of them are looked at in all. `lines` says that there is no area at all, where triangles
-    without any are right; `flat` that two triangles are enough.
+    `make certify` judges `count` of them. `lines`: the surfaces have no area, so triangles without
+    area are right. `flat`: two triangles are enough.
     """
 
     make: Callable[[Random], Surface]
@@ -107,7 +108,7 @@ def _spline(rng: Random, weights: float = 1.0) -> Surface:
 
 
 def _creased(rng: Random) -> Surface:
-    """Knots of any distances, some of them repeated, p times at most."""
+    """A B-spline with knots at random distances, some of them repeated, at most p times."""
     p, q = _degrees(rng, 3)
     knots: list[Knots] = []
     counts: list[int] = []
@@ -129,7 +130,7 @@ def _creased(rng: Random) -> Surface:
 
 
 def _ring(rng: Random) -> Surface:
-    """Closed along u: a tube of a random profile, now and then along v as well."""
+    """A B-spline that is closed along u, with a random profile; sometimes closed along v too."""
     p, q = _degrees(rng, 3)
     rows, columns = int(rng.integers(max(4, p + 1), 8)), int(rng.integers(max(4, q + 1), 8))
     both = bool(rng.integers(2))
@@ -145,7 +146,7 @@ def _ring(rng: Random) -> Surface:
 
 
 def _spike(rng: Random) -> Surface:
-    """Flat but for one control point of 20 × 20."""
+    """A flat B-spline except for one of its 20 × 20 control points."""
     x, y = np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 20), indexing="ij")
     net = np.stack([x, y, np.zeros_like(x)], axis=-1)
     i, j = rng.integers(2, 18, size=2)
@@ -155,7 +156,7 @@ def _spike(rng: Random) -> Surface:
 
 
 def _ridges(rng: Random) -> Surface:
-    """Waves along a random direction: all spans bend, in one direction."""
+    """Waves in a random direction: all spans bend in this direction only."""
     rows, columns = int(rng.integers(12, 24)), int(rng.integers(4, 10))
     x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
     slope = rng.uniform(-0.5, 0.5)
@@ -183,7 +184,7 @@ def _rational_triangle(rng: Random) -> Surface:
 
 
 def _poles(rng: Random) -> Surface:
-    """One side, two of them, or all four corners but two in one point."""
+    """Patches with one or two sides collapsed to a point, or with two corners in one point."""
     p, q = _degrees(rng, 5)
     net = strewn(rng, p + 1, q + 1, MODERATE)
     for side in rng.choice(["u0", "u1", "v0", "v1"], size=rng.integers(1, 3), replace=False):
@@ -214,10 +215,10 @@ def _almost(rng: Random) -> Surface:
 
 
 def _folded(rng: Random) -> Surface:
-    """Two sides are one: opposite ones, or the two at a corner."""
+    """Patches of which two sides coincide: opposite ones, or the two at a corner."""
     p, q = _degrees(rng, 5)
     if rng.integers(2):
-        # Of degree 1 it would be there and back the same way: no surface.
+        # With degree 1 the patch would return along the same points, without an area.
         net = strewn(rng, max(p, 2) + 1, q + 1, WILD)
         net[-1] = net[0]
     else:
@@ -227,7 +228,7 @@ def _folded(rng: Random) -> Surface:
 
 
 def _cusped(rng: Random) -> Surface:
-    """Partials that vanish, turn back or run along each other somewhere."""
+    """Patches with a place where partials vanish, turn back, or are parallel."""
     p, q = max(_degrees(rng, 5)[0], 2), max(_degrees(rng, 5)[1], 2)
     net = strewn(rng, p + 1, q + 1, MODERATE)
     kind = rng.integers(4)
@@ -243,7 +244,7 @@ def _cusped(rng: Random) -> Surface:
 
 
 def _lines(rng: Random) -> Surface:
-    """No surface at all: a line, or a curve."""
+    """A degenerate patch: all points on a line, or on a curve."""
     p, q = _degrees(rng, 4)
     net = strewn(rng, p + 1, q + 1, WILD)
     if rng.integers(2):
@@ -276,7 +277,7 @@ def _quadric(rng: Random) -> Surface:
 
 
 def _flat(rng: Random) -> Surface:
-    """In a plane, within four straight sides, however the parameters run."""
+    """A patch in a plane with four straight sides, whose parameters are not uniform."""
     p, q = _degrees(rng, 6)
     corners = np.array([[0, 0], [0.2, 1], [1, -0.1], [0.9, 0.8]]) + rng.uniform(-0.1, 0.1, (4, 2))
     at = rng.uniform(0, 1, (p + 1, q + 1, 2))
@@ -297,7 +298,7 @@ def _level(rng: Random) -> Surface:
 
 
 def _far(rng: Random) -> Surface:
-    """A metre, a thousand kilometres away."""
+    """A patch of one metre, a thousand kilometres from the origin."""
     away = 1e6 * rng.uniform(-1, 1, 3)
     surface = rng.choice([0, 1])
     if surface:
@@ -306,7 +307,7 @@ def _far(rng: Random) -> Surface:
 
 
 def _bent(rng: Random) -> Surface:
-    """A long strip that winds: most of its length in one direction."""
+    """A long winding strip, which is long mainly in one direction."""
     rows = int(rng.integers(10, 18))
     around = np.linspace(0, rng.uniform(3, 9), rows)
     line = np.stack([np.cos(around), np.sin(around), 0.1 * around], axis=-1)
@@ -347,4 +348,4 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
         "vast": Family(lambda rng: _bicubic(rng, WILD, 1e6), 10),
     }
 )
-"""The families by name; their counts add up to a thousand and some."""
+"""The families by name; all counts together are somewhat above 1000."""

@@ -24,7 +24,7 @@ class Finding:
 
 
 def rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) -> list[str]:
-    """A header, one line a kind, and one for all; `counts` are attributes that are added up."""
+    """A header, a line for each kind, and a line for all; `counts` are attributes to add up."""
     header = (
         f"{title:28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'median':>8}{'found/tol':>10}"
         f"{'bound/tol':>10}{''.join(f'{name:>9}' for name in counts)}{'wrong':>6}{'seconds':>8}"

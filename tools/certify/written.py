@@ -16,11 +16,11 @@ Rows: TypeAlias = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """Vertices (V, 3), faces (T, 3), the report, and what else there is.
+    """Vertices (V, 3), faces (T, 3), the report, and further data of a file.
 
     Places (T, 3, 2) are the parameters at the corners of the faces, `parts` the runs of faces by
-    name, `part_bounds` what is promised of them. Steps (V, 3) are half the distance of neighbouring
-    float32 at each coordinate, where vertices were rounded so.
+    name, `part_bounds` the reported bounds of parts. Steps (V, 3) are half the distance of
+    neighbouring float32 numbers at each coordinate, if vertices were rounded to float32.
     """
 
     vertices: Array
@@ -38,7 +38,7 @@ class Written:
 
 
 def read(name: str, content: bytes, diagonal: int = 0) -> Written:
-    """A file of this format; quads are split along one of their two diagonals."""
+    """Reads a file of a format; splits quads along diagonal 0 or 1."""
     return _glb(content) if name == "glb" else _json(content, diagonal)
 
 
@@ -66,7 +66,7 @@ def _triangles(faces: list[list[int]], diagonal: int) -> Rows:
 
 
 def _glb(content: bytes) -> Written:
-    """All meshes where their nodes place them, in float64: nodes that move and do not turn."""
+    """All meshes at the places of their nodes, in float64; nodes may move but not turn."""
     gltf = read_glb(content)
     points: list[Array] = [np.empty((0, 3))]
     faces: list[Rows] = [np.empty((0, 3), dtype=np.int64)]
@@ -107,5 +107,5 @@ def _primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def edges_of(faces: Rows) -> Rows:
-    """The edges (E, 2) of triangles, as each runs along them."""
+    """The edges (E, 2) of triangles, in the direction of each triangle."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

@@ -1,6 +1,6 @@
-"""Containers built and run with Debian's packages, where no engine runs: buildah, podman, runc.
+"""Builds and runs containers without a Docker daemon, by Debian's packages buildah, podman, runc.
 
-As root. All that is stored lies in one folder of ours, and nothing is pulled from anywhere.
+Needs root. Images and containers are stored in one folder, and no image is downloaded.
 """
 
 import ast
@@ -16,14 +16,14 @@ from typing import Any
 PROGRAMS = ("mmdebstrap", "buildah", "podman", "runc")
 
 DEBIAN = "bookworm"
-"""Its Python is 3.11, its Node 18: enough to run our build."""
+"""The release of the Debian roots; it has Python 3.11 and Node 18, which the build needs."""
 
 ROOTS = {"python": "python3-minimal,python3-venv", "node": "nodejs,npm"}
-"""Packages of the Debian roots that replace the official images, beside Debian's minimum."""
+"""Packages of the Debian roots that replace the official images, besides Debian's minimum."""
 
 
 class Failed(Exception):
-    """A command failed, or something is not as it should be."""
+    """A command failed, or a check found a fault."""
 
 
 def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> str:
@@ -32,7 +32,7 @@ def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> 
     Raises
     ------
     Failed
-        With what it complained of, if it fails or takes too long.
+        The command fails or takes too long; with the end of its output.
     """
     try:
         done = subprocess.run(
@@ -46,7 +46,7 @@ def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> 
 
 
 def missing() -> str:
-    """Programs that this machine lacks, in words."""
+    """The reason why this machine cannot build images, in words; empty if it can."""
     lacking = [name for name in PROGRAMS if not shutil.which(name)]
     if lacking:
         return f"not installed: {', '.join(lacking)} (Debian's packages of these names)"
@@ -69,11 +69,11 @@ class Engine:
 
     def podman(self, *arguments: str | Path, timeout: float = 120) -> str:
         """The output of podman; runc runs the containers, as it supports both kinds of cgroups."""
-        # Where memory runs out, a file that says so is left in the folder that this runs in.
+        # If memory runs out, podman leaves a file about it in the working folder.
         return run(*self._podman, *arguments, timeout=timeout, cwd=self.folder)
 
     def root(self, kind: str) -> str:
-        """Image of a Debian root with "python" or "node"; made once."""
+        """The image of a Debian root with `kind`, "python" or "node"; made once."""
         name = f"localhost/debian-{kind}:{DEBIAN}"
         if not self.podman("images", "--quiet", name).strip():
             print(f"  making a Debian root with {kind} …", flush=True)
@@ -85,11 +85,12 @@ class Engine:
         return name
 
     def build(self, source: Path, tag: str, arguments: dict[str, str]) -> None:
-        """Builds the Dockerfile of a folder anew, with this machine's ways to the registries."""
+        """Builds the Dockerfile of a folder without cache, with this machine's settings for
+        registries."""
         build_arguments = [
             text for pair in arguments.items() for text in ("--build-arg", "=".join(pair))
         ]
-        # The format is Docker's, which has health checks; the times are those of no build.
+        # Docker's format has health checks; the times do not depend on the time of the build.
         self.buildah(
             "bud", "--quiet", "--no-cache", "--pull-never", "--isolation", "chroot",
             "--format", "docker", "--timestamp", "0", *build_arguments, *self._registries(),
@@ -102,7 +103,7 @@ class Engine:
         return images[0]
 
     def state(self, container: str) -> dict[str, Any]:
-        """How a container is: its process, when it began, how it ended."""
+        """The state of a container: its process, its start, its exit code."""
         (found,) = json.loads(self.podman("container", "inspect", container))
         return dict(found["State"])
 
@@ -111,7 +112,8 @@ class Engine:
         return run("sh", "-c", '"$@" 2>&1', "sh", *self._podman, "logs", container)
 
     def _registries(self) -> list[str]:
-        """How pip and npm reach their registries here: as secrets, and the files these name."""
+        """Options that give pip and npm this machine's registries: secrets, and the files that
+        these name."""
         options: dict[str, str] = {}
         for name, text in {"pip.conf": _pip_settings(), "npmrc": _npm_settings()}.items():
             file = self.folder / name
@@ -121,7 +123,7 @@ class Engine:
                 if path.is_file():
                     options[f"{path}:{path}:ro"] = "--volume"
                 elif path.is_dir() and name == "pip.conf" and path.parent != Path("/"):
-                    # An index that is made of files: beside it they lie.
+                    # If the index is a file, its packages are in the same folder.
                     options[f"{path.parent}:{path.parent}:ro"] = "--volume"
         return [text for value, option in options.items() for text in (option, value)]
 

@@ -1,9 +1,9 @@
-"""The image, built and run: `make image-test`. Every line that is printed was seen.
+"""Builds the image, runs it, and checks it: `make image-test`. It prints a line for each check.
 
-Debian roots stand in for the official bases, since no registry of images is needed so; PYTHON_IMAGE
-and NODE_IMAGE in the environment name others, which podman here must have. The container runs
-as in production: as uid 10001, on a file system that it cannot write, without capabilities, with
-512 MB. It listens at 127.0.0.1 on the network of this machine.
+Debian roots replace the official base images, so no registry of images is needed. PYTHON_IMAGE and
+NODE_IMAGE in the environment name other base images, which podman must have on this machine. The
+container runs as in production: as uid 10001, with a read-only file system, without capabilities,
+with 512 MB. It listens at 127.0.0.1 on the network of this machine.
 """
 
 import json
@@ -60,14 +60,14 @@ WRONG: list[str] = []
 
 
 def seen(what: str, fact: object = "", *, good: bool = True) -> None:
-    """Prints what was seen, and remembers what is wrong."""
+    """Prints a line about a check, and remembers the faults."""
     print(f"{' ' if good else '✗'} {what:<44} {fact}", flush=True)
     if not good:
         WRONG.append(what)
 
 
 def build(engine: Engine) -> None:
-    """Two builds: the same layers, not too large, labelled."""
+    """Checks that two builds have the same layers, and that the image is small and labelled."""
     bases = {
         f"{kind.upper()}_IMAGE": os.environ.get(f"{kind.upper()}_IMAGE") or engine.root(kind)
         for kind in ("python", "node")
@@ -99,12 +99,12 @@ def build(engine: Engine) -> None:
 
 @contextmanager
 def running(engine: Engine, *options: str) -> Iterator[str]:
-    """The id of a container that runs as in production and answers; it is gone afterwards."""
+    """The id of a container that runs as in production and responds; removes it afterwards."""
     container = engine.podman(
         "run", "--detach", "--read-only", "--read-only-tmpfs=false", "--cap-drop", "ALL",
         "--security-opt", "no-new-privileges", "--memory", str(MEMORY),
         "--memory-swap", str(MEMORY), "--pids-limit", "64",
-        # Lower than any machine's: the default is more than this process may grant.
+        # Podman's default limits are higher than this process may grant.
         "--ulimit", "nofile=1024:1024", "--ulimit", "nproc=1024:1024",
         "--network", "host", "--env", "SURFACE_HOST=127.0.0.1", "--env", f"SURFACE_PORT={PORT}",
         "--env", f"SURFACE_MEMORY_BYTES={MEMORY_BYTES}", "--volume", "surfaces:/data",
@@ -119,7 +119,7 @@ def running(engine: Engine, *options: str) -> Iterator[str]:
 
 
 def _wait(engine: Engine, container: str) -> None:
-    """Until it answers."""
+    """Waits until the container responds."""
     for _ in range(1500):
         try:
             if httpx.get(f"{URL}/health/ready", trust_env=False).status_code == 200:
@@ -130,10 +130,10 @@ def _wait(engine: Engine, container: str) -> None:
 
 
 def start(engine: Engine) -> None:
-    """From nothing to the first answer: from a cold disk, then five times more.
+    """Measures the time from the start to the first response: from a cold disk, then five times
+    more.
 
-    What counts is the time of the processor, which is all that takes long: the clock shows the same
-    where no other program keeps the processor.
+    The limit is on CPU time, which does not depend on other programs of the machine.
     """
     times, work = [], []
     for number in range(6):
@@ -154,7 +154,7 @@ def start(engine: Engine) -> None:
 
 
 def confinement(engine: Engine, container: str) -> None:
-    """Who it is, and where it may write."""
+    """Checks the container's user and privileges, and where it can write."""
     facts = json.loads(engine.podman("exec", container, "/app/bin/python", "-c", INSIDE))
     seen("uid, gid", (facts["uid"], facts["gid"]), good=facts["uid"] == facts["gid"] == USER)
     none = int(facts["CapEff"], 16) == int(facts["CapBnd"], 16) == 0
@@ -176,7 +176,7 @@ def confinement(engine: Engine, container: str) -> None:
 
 
 def answers(client: httpx.Client) -> str:
-    """Pages, their scripts, a mesh and a stored surface, whose address comes back."""
+    """Checks pages, scripts and a mesh, and stores a surface; returns the URL of the surface."""
     for path in ("/", "/docs", "/openapi.json", "/v1/surfaces", "/metrics"):
         status = client.get(path).status_code
         seen(f"GET {path}", status, good=status == 200)
@@ -194,7 +194,7 @@ def answers(client: httpx.Client) -> str:
 
 
 def largest(client: httpx.Client, suffix: str) -> int:
-    """The largest resolution of one patch that is computed at all."""
+    """The largest resolution of one patch that the service accepts."""
     low, high = 1, 1 << 13
     while high - low > 1:
         middle = (low + high) // 2
@@ -205,7 +205,7 @@ def largest(client: httpx.Client, suffix: str) -> int:
 
 
 def large(engine: Engine, container: str) -> None:
-    """The largest meshes that are computed and large bodies, many at once, within the memory."""
+    """Checks that many of the largest meshes and bodies at once stay within the memory."""
     pid = engine.state(container)["Pid"]
     seen("resident before", f"{resident_memory(pid) >> 20} MiB")
     with httpx.Client(base_url=URL, trust_env=False, timeout=120) as client:
@@ -216,7 +216,7 @@ def large(engine: Engine, container: str) -> None:
     points = json.dumps({"surface": spline, "resolution": 1}).encode()
 
     def ask(number: int) -> int | str:
-        """A mesh that no other client asks for, or a large body for a small one."""
+        """Requests a mesh that no other client requests, or sends a large body for a small mesh."""
         suffix = list(sizes)[number % len(sizes)]
         body = json.dumps({"surface": SURFACE, "resolution": sizes[suffix] - number}).encode()
         where = f"{URL}/v1/mesh?format={suffix}"
@@ -242,7 +242,7 @@ def large(engine: Engine, container: str) -> None:
 
 
 def end(engine: Engine, container: str) -> None:
-    """SIGTERM: exit code 0."""
+    """Checks that SIGTERM ends the container with exit code 0."""
     begin = time.monotonic()
     engine.podman("stop", "--time", "60", container)
     state = engine.state(container)
@@ -251,7 +251,7 @@ def end(engine: Engine, container: str) -> None:
 
 
 def check(engine: Engine) -> None:
-    """All of it."""
+    """Runs all checks."""
     build(engine)
     engine.podman("volume", "rm", "--force", "surfaces")
     start(engine)
@@ -270,7 +270,7 @@ def check(engine: Engine) -> None:
 
 
 def main() -> int:
-    """Exit code 0 if everything was as it should be."""
+    """Runs the program; returns 0 if all checks passed."""
     if lacking := missing():
         print(f"The image cannot be built here: {lacking}.", file=sys.stderr)
         return 2

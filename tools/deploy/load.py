@@ -1,7 +1,7 @@
-"""Many clients at once, each a thread, and the count of what they got.
+"""Many clients at once, each a thread, and counts of their responses.
 
-`http.client` is used because it asks nothing twice: clients that people use hide a connection that
-was closed under them by asking once more.
+It uses `http.client`, which never repeats a request: other clients hide a closed connection by
+sending the request again.
 """
 
 import gzip
@@ -18,18 +18,18 @@ from tools.deploy.traffic import Answer, Request, Traffic
 from tools.processes import HOST
 
 TOO_LATE = 90.0
-"""Seconds without a byte after which an answer is counted as none."""
+"""Seconds without a byte after which a response counts as missing."""
 
 
 @dataclass
 class Tally:
-    """Requests by kind, and whatever failed."""
+    """The times of requests by kind, and the failed requests."""
 
     seconds: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     broken: list[str] = field(default_factory=list)
-    """Requests that got no whole answer."""
+    """Requests without a complete response."""
     wrong: list[str] = field(default_factory=list)
-    """Requests that got a whole answer, but not theirs."""
+    """Requests with a complete but wrong response."""
 
     @property
     def count(self) -> int:
@@ -53,17 +53,17 @@ class Clients:
     number: int
     kinds: dict[str, int]
     keep: bool = True
-    """Whether they keep their connection, or take a new one for each request."""
+    """Whether clients keep their connection, or open a new one for each request."""
     pause: float = 0.0
-    """Seconds between an answer and the next request."""
+    """Seconds between a response and the next request."""
 
 
 def under_load(
     port: int, traffic: Traffic, groups: tuple[Clients, ...], during: Callable[[Tally], None]
 ) -> Tally:
-    """Has clients ask at a port of this machine for as long as `during` takes.
+    """Sends requests of clients to a port of this machine while `during` runs.
 
-    It waits for requests that are running at the end.
+    At the end it waits for the running requests.
     """
     tally = Tally()
     over = threading.Event()

@@ -1,6 +1,6 @@
-"""Instances behind HAProxy that are restarted, and killed, under load: `make test-rolling`.
+"""Restarts and kills instances behind HAProxy under load: `make test-rolling`.
 
-HAProxy runs the file that we ship. The instances share a folder, as containers share a bucket.
+HAProxy uses the shipped file. The instances share a folder, as containers share a bucket.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ REQUESTS = 20_000
 ROUNDS = 4
 KILLS = 10
 LONGEST = float(os.environ.get("LONGEST", "180"))
-"""Seconds after which no further round begins; a machine that has other things to do needs more."""
+"""Seconds after which no further round begins; a busy machine needs more."""
 
 SETTINGS = {"SURFACE_DRAIN_DELAY": "5", "SURFACE_DRAIN_TIMEOUT": "60", "SURFACE_THREADS": "2"}
 """As in `deploy/compose.yaml`."""
@@ -44,7 +44,7 @@ SHORT = {
 CLIENTS = (
     Clients(6, SHORT),
     Clients(4, SHORT, keep=False),
-    # So seldom that connections rest in between.
+    # Rare requests, so that connections are idle in between.
     Clients(2, {"small_post": 1, "large_hit": 1}, pause=3.0),
     Clients(1, {"long_post": 1}, pause=1.0),
 )
@@ -52,7 +52,7 @@ CLIENTS = (
 
 @contextmanager
 def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
-    """HAProxy and two instances that store in one folder; all are gone afterwards."""
+    """HAProxy and two instances that store in one folder; stops all afterwards."""
     settings = SETTINGS | {"SURFACE_STORE": str(folder / "store")}
     one, two = (service_server(folder, settings, probe="/health/ready") for _ in range(2))
     try:
@@ -69,14 +69,14 @@ def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Serv
 
 
 def report(capsys: pytest.CaptureFixture[str], tally: Tally, *lines: str) -> None:
-    """Shows what was seen, whether the test passes or not."""
+    """Prints the results, whether the test passes or not."""
     with capsys.disabled():
         failed = (*tally.broken[:20], *tally.wrong[:20])
         print("", *tally.lines(), *lines, *failed, sep="\n  ")
 
 
 def check_store(folder: Path, traffic: Traffic, instances: tuple[Server, ...]) -> str:
-    """Whatever is stored is whole, and all that was acknowledged is there."""
+    """Checks that stored objects are complete, and that all confirmed objects are stored."""
     objects = [path for path in (folder / "store" / SURFACES).rglob("*") if path.is_file()]
     for path in objects:
         assert hashlib.sha256(path.read_bytes()).hexdigest() == path.name, "a torn object"
@@ -113,7 +113,7 @@ def test_no_request_fails_while_instances_are_restarted(
                     seconds.append(time.monotonic() - start)
                     each.start()
                     each.wait_until_ready()
-                    # Until HAProxy has seen it too: as an operator waits, or Kubernetes does.
+                    # Waits until HAProxy has seen it too, as an operator or Kubernetes does.
                     time.sleep(1.5)
                 rounds += 1
 
@@ -139,7 +139,7 @@ def test_no_request_fails_while_instances_are_restarted(
 def test_killed_instances_lose_nothing_and_tear_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Only responses that have begun may break; no client takes half a response for a whole one.
+    """Only responses that have begun may break, and each client notices an incomplete response.
 
     HAProxy sends requests without any byte of response to the other instance.
     """
@@ -172,10 +172,10 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
 
 
 def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
-    """A client in the midst of a long answer, of the instance that is killed."""
+    """The killed instance is sending a long response to a client."""
     target = f"/v1/surfaces/saddle/mesh.json?resolution=340&engine={ENGINE}"
     plain = {"Accept-Encoding": "identity"}
-    # Little is on its way while the client does not read.
+    # Only a few bytes are in buffers while the client does not read.
     little = httpx.HTTPTransport(socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)])
     with two_behind_haproxy(tmp_path) as (proxy, instances):
         complete = httpx.get(proxy.url + target, headers=plain, timeout=60)
@@ -191,21 +191,22 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
                 deque(pieces)
         assert answer.status_code == 200
         assert int(answer.headers["content-length"]) == len(complete.content)
-        # The other one goes on as if nothing had happened.
+        # The other instance still responds.
         assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == complete.content
 
 
 def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
     with two_behind_haproxy(tmp_path) as (proxy, instances):
-        # The numbers are for those inside, however the address is written.
+        # The proxy serves no metrics to clients, for any spelling of the URL.
         assert httpx.get(f"{instances[0].url}/metrics").status_code == 200
         for path in ("/metrics", "/%6detrics", "/metrics?x=1"):
             shown = httpx.get(proxy.url + path)
             assert (shown.status_code, shown.json()["code"]) == (404, "not_found")
-        # As long a head as the service takes reaches it: it is the service that refuses the query.
+        # A long head reaches the service, which refuses the query itself.
         refused = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
         assert refused.status_code == 422
-        # A small answer is kept, and revalidated here; what was said of one request is not kept.
+        # The proxy caches a small response and revalidates it; headers about one request are not
+        # cached.
         for coding, resolution in (("identity", 4), ("gzip", 5)):
             query = f"resolution={resolution}&engine={ENGINE}"
             target = f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{query}"
@@ -226,7 +227,7 @@ def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
 
 
 def serving(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
-    """The one that is answering just now."""
+    """The instance to which the proxy sends requests now."""
     busy = {
         each: proxy.metric("haproxy_server_current_sessions", f'server="{name}"')
         for each, name in zip(instances, ("surface", "surface-2"), strict=True)

@@ -39,7 +39,7 @@ class Request:
 
 
 class Traffic:
-    """Random requests of all kinds, by a seed, and checks of their responses.
+    """Random requests of all kinds from a seed, and checks of their responses.
 
     The same request must always get the same bytes: from every instance, before and after a
     restart, from the cache and computed.
@@ -80,23 +80,23 @@ class Traffic:
         return None if digest == known else "other bytes than another answer to the same request"
 
     def _small_hit(self) -> Request:
-        """So small, and asked for so often, that the proxy's cache has it."""
+        """A small mesh that is requested often, so that the proxy's cache has it."""
         coding = self._random.choice(({}, {"Accept-Encoding": "gzip"}))
         return Request(
             "small hit", "GET", mesh("utah-teapot", f"resolution=8&engine={ENGINE}"), coding
         )
 
     def _large_hit(self) -> Request:
-        """Too large for the proxy's cache; in the memory of the instances."""
+        """A mesh that is too large for the proxy's cache, but in the cache of the instances."""
         return Request("large hit", "GET", mesh("utah-teapot", f"resolution=40&engine={ENGINE}"))
 
     def _unchanged(self) -> Request:
-        """The client has it."""
+        """A mesh that the client has already."""
         target = mesh("torus", "resolution=32")
         return Request("304", "GET", target, {"If-None-Match": "*"}, statuses=frozenset({304}))
 
     def _cold(self) -> Request:
-        """A surface that is seldom stored already."""
+        """A mesh that is rarely in a cache."""
         name = self._random.choice(("utah-teapot", "torus", "nurbs-goblet", "trefoil-tube"))
         u, v = self._random.randrange(2, 40), self._random.randrange(2, 16)
         return Request("cold", "GET", mesh(name, f"resolution={u},{v}"))
@@ -111,13 +111,13 @@ class Traffic:
         return Request("points", "POST", "/v1/points", JSON, body)
 
     def _long_post(self) -> Request:
-        """Two seconds of a processor: the best mesh within a number of triangles."""
+        """A request for two seconds of work: the best mesh within a number of triangles."""
         budget = LONG_TRIANGLES + self._random.randrange(5)
         body = posted(hills(LONG_SIDE), max_triangles=budget)
         return Request("long post", "POST", "/v1/mesh?format=glb", JSON, body)
 
     def _store(self) -> Request:
-        """A surface that is not stored."""
+        """Stores a surface that is new."""
         body = posted(patch(next(self._stores)))
         statuses = frozenset({200, 201})
         return Request("store", "POST", "/v1/surfaces", JSON, body, statuses)

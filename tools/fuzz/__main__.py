@@ -1,8 +1,7 @@
-"""Fuzzes every parser, one after the other, for SECONDS together: `make fuzz`.
+"""Fuzzes every parser, one after the other, for SECONDS in total: `make fuzz`.
 
-Called with the seconds, and with the names of targets where not all are meant. Whatever is found
-is printed, and its input kept in build/fuzz/; what has been found there once is a test of its own
-in the rooms of the parsers.
+Its arguments are the seconds, and optionally names of targets. It prints each finding and keeps its
+input in build/fuzz/. Each past finding is a test in the room of its parser.
 """
 
 import re
@@ -18,7 +17,7 @@ FOLDER = ROOT / "build" / "fuzz" / "corpus"
 
 
 def fuzzed(name: str, seconds: int) -> bool:
-    """Whether a target was fuzzed and nothing was found."""
+    """Fuzzes a target; returns whether nothing was found."""
     command = [sys.executable, "-m", "tools.fuzz.one", name, str(seconds), str(FOLDER)]
     start = time.monotonic()
     done = subprocess.run(
@@ -38,7 +37,7 @@ def fuzzed(name: str, seconds: int) -> bool:
 
 
 def main(seconds: int, names: list[str]) -> bool:
-    """Whether nothing was found in any target."""
+    """Fuzzes the targets; returns whether nothing was found."""
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
     chosen = names or list(TARGETS)

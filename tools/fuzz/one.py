@@ -1,9 +1,9 @@
 """Fuzzes one target until the time is up or something is found: a process of its own.
 
-Atheris mutates, and keeps what reaches code that nothing reached before. Its exit code is 0 if
-nothing was found. Its mutations know bytes; those that stand here know words and numbers, too:
-numbers that must fit each other, as counts and lengths, are seldom met by changing bytes; a
-word that stands somewhere else, twice, or for another one, meets them sooner.
+Atheris mutates inputs, and keeps those that reach new code. The exit code is 0 if nothing was
+found. Atheris changes bytes; the mutations of this module change words and numbers too. Numbers
+that must agree, such as counts and lengths, rarely agree after a change of bytes. Moving, repeating
+or replacing words finds such inputs sooner.
 """
 
 import random
@@ -20,10 +20,10 @@ with atheris.instrument_imports(include=["service"]):
 
 SEED = 20260101
 SLOW = 30
-"""Seconds after which an input never ends; less is judged by the time of the processor."""
+"""Seconds after which an input counts as endless; shorter runs are judged by their CPU time."""
 
 TOTAL = 2048
-"""MiB that the whole process may take, the inputs that are kept included."""
+"""MiB of memory for the whole process, kept inputs included."""
 
 _TOKENS = re.compile(rb"[0-9A-Za-z_.+-]+|\s+|[^\s0-9A-Za-z_.+-]")
 
@@ -39,7 +39,7 @@ MOST_TOKENS = 5000
 
 
 def main(name: str, seconds: str, folder: str) -> None:
-    """Fuzzes; does not return."""
+    """Fuzzes a target; ends the process."""
     corpus = Path(folder) / name
     corpus.mkdir(parents=True, exist_ok=True)
     for number, content in enumerate(SEEDS[name]()):
@@ -61,7 +61,7 @@ def main(name: str, seconds: str, folder: str) -> None:
     ]
 
     def mutate(content: bytes, most: int, seed: int) -> bytes:
-        """Every other time the fuzzer's own way."""
+        """One mutation: half of them by Atheris, half by this module."""
         if seed % 2:
             return bytes(atheris.Mutate(content, most))
         return mutated(content, seed)[:most]
@@ -71,7 +71,7 @@ def main(name: str, seconds: str, folder: str) -> None:
 
 
 def mutated(content: bytes, seed: int) -> bytes:
-    """The content with some of its words changed, taken away, repeated or exchanged."""
+    """The content with some of its words changed, removed, repeated or exchanged."""
     chance = random.Random(seed)
     tokens = _TOKENS.findall(content, 0, len(content))[:MOST_TOKENS]
     for _ in range(chance.choice((1, 1, 2, 3, 6))):

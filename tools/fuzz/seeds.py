@@ -154,4 +154,4 @@ SEEDS: dict[str, Callable[[], Iterator[bytes]]] = {
     "signed": signed,
     "protocol": requests,
 }
-"""By the name of the target."""
+"""Functions that make the seeds, by the name of the target."""

@@ -68,7 +68,7 @@ SETTINGS = Settings(
 
 
 def json(content: bytes) -> None:
-    """A body in the language of requests, whichever operation it is for."""
+    """A JSON body, for each operation that has one."""
     DocumentBudget(LIMITS).take(content)
     calls: tuple[Callable[[], object], ...] = (
         lambda: _same_again(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
@@ -98,7 +98,7 @@ def _file(name: str) -> Callable[[bytes], None]:
 
 
 def query(content: bytes) -> None:
-    """A query, as an address has it, of a mesh or beside a file."""
+    """The query of a URL: of a mesh, or beside a file."""
     pairs = parse_qsl(content.decode("latin-1"), keep_blank_values=True)
     try:
         wanted = parse_mesh_query(pairs)
@@ -118,7 +118,7 @@ def content(content: bytes) -> None:
 
 
 def header(content: bytes) -> None:
-    """The value of a header that is read here."""
+    """The value of each header that the service reads."""
     text = content.decode("latin-1")
     is_any(content)
     parse_tags(content)
@@ -144,7 +144,7 @@ _PROXIES = Proxies(["10.0.0.0/8", "fd00::/8"])
 
 
 def keys(content: bytes) -> None:
-    """The lines of a file of keys, as far as they are text."""
+    """The lines of a file of keys, if the content is text."""
     with suppress(InvalidKeys):
         join_entries(parse_entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
 
@@ -154,7 +154,7 @@ _PATH = "/v1/surfaces/saddle/mesh.glb"
 
 
 def signed(content: bytes) -> None:
-    """The query of an address that says that it is signed; what is signed here is believed."""
+    """The query of a URL with a signature; only a query that was signed here is accepted."""
     try:
         text = _SIGNER.signed(_PATH, content.decode("latin-1"), 2_000_000_000)
     except ValueError:
@@ -167,7 +167,7 @@ def signed(content: bytes) -> None:
 
 
 class Connection(Wire):
-    """The other end of a connection; what is written after its end is lost, as in a network."""
+    """The other end of a connection; bytes that are written after its end are lost."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -178,7 +178,7 @@ class Connection(Wire):
 
 
 class _Live:
-    """The whole service on an event loop of its own, and what goes wrong in it."""
+    """The whole service on an event loop of its own, and its failures."""
 
     def __init__(self) -> None:
         self.loop = asyncio.new_event_loop()
@@ -190,7 +190,7 @@ class _Live:
         self.config.load()
 
     def speak(self, content: bytes) -> None:
-        """Some bytes of a client, which then goes away."""
+        """Sends some bytes of a client, which then disconnects."""
         self.failures.clear()
         self.loop.run_until_complete(self._speak(content))
         if self.failures:
@@ -252,4 +252,4 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "signed": signed,
     "protocol": protocol,
 }
-"""By name."""
+"""The targets by name."""

@@ -1,10 +1,10 @@
-"""Surfaces of every family and the examples, meshed over HTTP, and proved: `make judge`.
+"""Proves the bounds of meshes over HTTP, for surfaces of every family and examples: `make judge`.
 
     python -m tools.judge [share] [family …]
 
-`share` is the part of the surfaces that is looked at, 1 being all: 200 of every family. The exit
-status is 1 if a point was found beyond a bound, if a file could not be judged, or if anything
-stayed undecided but surfaces that are almost lines.
+`share` is the part of the surfaces that is judged, 1 for all: 200 of every family. The exit status
+is 1 if a point was found beyond a bound, if a file could not be judged, or if a case stayed
+undecided, except for surfaces that are almost lines.
 """
 
 import sys
@@ -27,7 +27,8 @@ from tools.judge.exact import nets_of, read_glb, read_stl
 from tools.judge.proof import Proof, prove
 
 OF_EACH, FIRST = 200, 5000
-"""Surfaces of every family, and the number of the first: others than `make certify` has."""
+"""Number of surfaces of every family, and the seed of the first; `make certify` uses other
+seeds."""
 
 TOGETHER = 20
 """Cases that one process judges before it returns their verdicts."""
@@ -42,15 +43,15 @@ OPTIONS: tuple[dict[str, Any], ...] = (
 
 WITHOUT_PATCHES = {"tube", "ribbon", "group"}
 ALMOST_LINES = "almost degenerate"
-"""Triangles as narrow as the bound are folded anyhow: some of these pieces stay undecided."""
+"""This family has triangles as narrow as the bound, at any angles; some pieces stay undecided."""
 
 
 PROCESSES = min(2, cpu_count())
-"""As many cases are judged at the same time."""
+"""Number of processes that judge cases at the same time."""
 
 
 class Case(NamedTuple):
-    """A mesh of one surface: of a family, or an example where there is no seed."""
+    """A mesh of one surface of a family; without a seed, of an example."""
 
     family: str
     seed: int | None
@@ -69,9 +70,10 @@ class Verdict(NamedTuple):
 
 
 def cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
-    """Every family at every kind of option, every other file an STL.
+    """Every family with every set of options; every other file is an STL.
 
-    But none of lines: where no triangle has an area, pieces would have to be as small as the bound.
+    Families of lines are left out: without areas of triangles, pieces would have to be as small as
+    the bound.
     """
     for number, name in enumerate(name for name, each in FAMILIES.items() if not each.lines):
         for k in range(max(1, round(OF_EACH * share)) if not names or name in names else 0):
@@ -82,7 +84,7 @@ def cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
 
 
 def document_of(surface: Surface) -> dict[str, Any]:
-    """A surface as a client writes it."""
+    """The JSON document of a surface, as a client writes it."""
     net: Any = surface.control_net.tolist()
     weights: Any = None if surface.weights is None else surface.weights.tolist()
     found: dict[str, Any] = {"type": "bezier"}
@@ -97,7 +99,7 @@ def document_of(surface: Surface) -> dict[str, Any]:
 
 
 def rows_of(points: list[Any]) -> list[list[Any]]:
-    """One list as rows of n + 1, n, … 1."""
+    """The items of a list as rows of n + 1, n, … 1."""
     rows, rest = [], points
     while rest:
         count = int((2 * len(rest)) ** 0.5)
@@ -107,10 +109,10 @@ def rows_of(points: list[Any]) -> list[list[Any]]:
 
 
 def judge(client: Client, case: Case) -> Verdict | None:
-    """Asks for the mesh and proves its bound; None where there is nothing to prove."""
+    """Requests the mesh and proves its bound; None if the mesh has no bound."""
     if case.seed is None:
         surface = client.get(f"/v1/surfaces/{case.family}").json()["surface"]
-        surface["up"] = "y"  # glTF is not to turn it
+        surface["up"] = "y"  # so that glTF does not turn the surface
     else:
         surface = document_of(FAMILIES[case.family].surface(case.seed))
     if surface.get("type") in WITHOUT_PATCHES:
@@ -128,9 +130,10 @@ def judge(client: Client, case: Case) -> Verdict | None:
 
 
 def work(some: Sequence[Case]) -> list[Verdict | str]:
-    """Verdicts of some cases in a process of its own; a text where a case could not be judged.
+    """Verdicts of some cases in a process of its own; a text for a case that could not be judged.
 
-    A case that float32 is too coarse for as STL is judged as GLB, which has an origin of its own.
+    If float32 is too coarse for the STL of a case, the GLB is judged, which has an origin of its
+    own.
     """
     verdicts: list[Verdict | str] = []
     with client_of(create_app(Settings())) as client:
@@ -145,7 +148,7 @@ def work(some: Sequence[Case]) -> list[Verdict | str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Judges all, prints what was found of each family, and all that is not proved."""
+    """Judges all cases; prints a row for each family, and each case that is not proved."""
     share = float(arguments[0]) if arguments else 1.0
     totals: dict[str, Counter[str]] = {}
     told, failed = [], False

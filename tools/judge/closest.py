@@ -2,14 +2,14 @@
 
     python -m tools.judge.closest [points] [surfaces] [family …]      (make judge-queries)
 
-It asks for 4500 points near each of 8 surfaces of every family, and of the examples: within and
-beside the box, far away, on the surface, close to it, on its normals up to ten diagonals away, and
-midway between two of its points. A row counts nearer points than the interval allows (`outside`),
-reported points that are not the nearest though the interval was reached (`wrong`), and intervals
-that were not reached. Of every `EACH` points of a family, one is judged by an interval that holds
-the least distance for certain, too (`enclosed`): the two intervals must meet, else the point is
-`outside`. Of some points, as of lines, it takes too many pieces (`undecided`). The exit status is 1
-if any point is outside or wrong.
+It requests the closest points of 4500 points for each of 8 surfaces of every family, and for the
+examples. The points are in the box, beside it, far away, on the surface, close to it, on its
+normals up to ten diagonals away, and midway between two points of the surface. A row has these
+counts. `outside`: the judge found a nearer point than the interval allows. `wrong`: the interval
+was reached, but the reported point is not the nearest. One of `EACH` points is also judged by an
+interval that certainly contains the least distance (`enclosed`): the two intervals must overlap,
+else the point is `outside`. `undecided`: computing that interval takes too many pieces, as for
+lines. The exit status is 1 if any point is outside or wrong.
 """
 
 import sys
@@ -32,18 +32,18 @@ from tools.judge.enclosures import least_distances
 from tools.judge.exact import nets_of
 
 FIRST = 7000
-"""Number of the first surface of a family: others than tests and `make certify` have."""
+"""Seed of the first surface of a family; tests and `make certify` use other seeds."""
 
 
 EACH, WIDTH = 10, 1e-9
-"""One of how many points is enclosed, and how narrowly, in diagonals."""
+"""One of `EACH` points is enclosed, by an interval of width `WIDTH` in diagonals."""
 
 EXAMPLES = tuple(name for name in ALL_EXAMPLES if name not in ("trefoil-tube", "ribbon", "hair"))
-"""Those that are made of patches."""
+"""The examples that are made of patches."""
 
 
 def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) -> Array:
-    """Points of all the kinds above, about as many of each."""
+    """Points of all the kinds above, in about equal numbers."""
     rng = np.random.default_rng(seed)
     reach = float(np.linalg.norm(high - low))
     each = max(1, count // 7)
@@ -62,7 +62,7 @@ def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) 
 
 
 def _with_normals(sheet: Sheet) -> tuple[Array, Array]:
-    """Points of a sheet, and about its unit normals there."""
+    """Points of a sheet, and its approximate unit normals there."""
     places = sheet.samples(500)
     at = sheet.at(places)
     du, dv = (sheet.at(sheet.inside(places + 1e-6 * axis)) - at for axis in np.eye(2))
@@ -84,7 +84,7 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     columns = project_on_surface(model, ProjectQuery(points))
     seconds = time.process_time() - start
     diagonal = float(np.linalg.norm(high - low))
-    # What the samples themselves are wrong by.
+    # The rounding errors of the samples themselves.
     slack = 1e-15 * np.abs(points).max(axis=1) + 1e-14 * diagonal
     least = nearest(sheets, points)
     reached, bounds = columns["reached"], columns["distance_bounds"]
@@ -114,7 +114,7 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
 
 
 def main(arguments: list[str]) -> int:
-    """Judges all, and prints a row for each family."""
+    """Judges all surfaces; prints a row for each family."""
     count, surfaces = (int(a) for a in (arguments + ["4500", "8"][len(arguments[:2]) :])[:2])
     names = arguments[2:] or [*FAMILIES, *EXAMPLES]
     cases = [

@@ -1,13 +1,14 @@
 """Intervals of least distances by the convex hull alone, with none of the engine's code.
 
 A piece of a patch lies in the convex hull of its projected control points c_k (weights > 0). For
-every unit vector e, and so for the one from the middle of the c_k to the point x,
+every unit vector e, here the one from the middle of the c_k to the point x,
 
     |x − S| ≥ min_k e · (x − c_k)
 
-Where pieces are halved this comes as near to the distance as the square of their size, as e is
-almost normal to the surface at its nearest point. A corner of a net is a point of the surface.
-Pieces end where they are farther than the nearest corner, less the width of the interval.
+The gap between this bound and the distance decreases as the square of the size of a piece, because
+e is almost normal to the surface at its nearest point. A corner of a net is a point of the surface.
+A piece is dropped if its bound exceeds the distance of the nearest corner, less the width of the
+interval.
 """
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from tools.judge.exact import Array
 
 LEVELS, MOST = 60, 4000
-"""Halvings of a patch in each direction; pieces of one point at a time."""
+"""Most halvings of a patch in each direction; most pieces of one point at a time."""
 
 ROUNDING = 2.0**-44
 """The error of a control point after `LEVELS` halvings, relative to the largest coordinate: each
@@ -23,15 +24,15 @@ coordinate is a chain of at most 2 × 32 averages, and of quotients of weights u
 
 
 def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Array, Array]:
-    """Intervals that hold the least distances of points to patches, NaN where not found.
+    """Intervals that contain the least distances of points to patches; NaN if not found.
 
     Parameters
     ----------
     nets : list of ndarray of float64, shape (m, p+1, q+1, 4)
-        Homogeneous.
+        Homogeneous control points.
     points : ndarray of float64, shape (n, 3)
     width : float
-        Of the intervals.
+        The width of the intervals.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Arr
 
 
 def _bounds(nets: Array, x: Array) -> tuple[Array, Array]:
-    """Lower bounds, and distances of corners, for pairs of a net (p+1, q+1, 4) and a point."""
+    """Lower bounds and distances of corners, for pairs of a net (p+1, q+1, 4) and a point."""
     points = (nets[..., :3] / nets[..., 3:]).reshape(len(nets), nets.shape[1] * nets.shape[2], 3)
     y = x[:, np.newaxis] - points
     rows, columns = nets.shape[1:3]

@@ -1,7 +1,7 @@
-"""The inputs of the proof: a document as homogeneous Bézier nets, and a file as triangles.
+"""Reads the inputs of the proof: homogeneous Bézier nets of a document, and triangles of a file.
 
-Everything is exact, in fractions, until the nets are rounded once. Only public forms are read: the
-JSON of a surface, binary STL, and glTF with at most one translation.
+All numbers are exact fractions until the nets are rounded once. The module reads only public
+formats: the JSON of a surface, binary STL, and glTF with at most one translation.
 """
 
 import json
@@ -20,12 +20,12 @@ RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute
 
 
 def read_stl(content: bytes) -> tuple[Array, Array]:
-    """Corners (T, 3, 3), and the origin (3,) that they are seen from."""
+    """Corners (T, 3, 3) of an STL file, and the origin (3,) of their coordinates."""
     return np.frombuffer(content[84:], RECORD)["corners"].astype(np.float64), np.zeros(3)
 
 
 def read_glb(content: bytes) -> tuple[Array, Array]:
-    """Corners (T, 3, 3), exactly those of the file, and the origin (3,) where they are placed."""
+    """Corners (T, 3, 3) of a GLB file, unchanged, and the origin (3,) of their coordinates."""
     (length,) = struct.unpack("<I", content[12:16])
     document, buffer = json.loads(content[20 : 20 + length]), content[28 + length :]
 
@@ -52,10 +52,10 @@ def read_glb(content: bytes) -> tuple[Array, Array]:
 
 
 def nets_of(surface: dict[str, Any], origin: Array) -> list[Array]:
-    """All Bézier pieces of a surface by their degrees: (wx, wy, wz, w) about the origin.
+    """All Bézier pieces of a surface, one array for each degree: (wx, wy, wz, w) about the origin.
 
-    Each array is (m, p+1, q+1, 4), its numbers rounded once. Triangles are patches with one side in
-    a point: u leads away from their first corner, v along the side opposite.
+    Each array is (m, p+1, q+1, 4), its numbers rounded once. Triangles become patches with one side
+    collapsed to a point: u leads away from their first corner, v along the opposite side.
     """
     found = list(_pieces(surface, origin))
     shapes = dict.fromkeys(net.shape for net in found)
@@ -114,7 +114,7 @@ def _square(rows: Sequence[Exact]) -> Exact:
 
 
 def _spans(net: Exact, degree: Sequence[int], knots: Sequence[Any]) -> Iterator[Exact]:
-    """The Bézier net of every span that is not empty: blossoms by de Boor's recurrence."""
+    """The Bézier net of every span, from blossoms by de Boor's recurrence."""
     matrices = []
     for axis, (p, named) in enumerate(zip(degree, knots, strict=True)):
         if isinstance(named, str) and named == "periodic":

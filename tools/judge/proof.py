@@ -1,24 +1,25 @@
-"""The proof: pieces of a surface, halved until each is seen to be near enough to the mesh.
+"""The proof: halves pieces of a surface until each is proved to be near the mesh.
 
 Theorem. Let a piece of a patch with positive weights have the projected control points P_i. If each
 lies within d of a point q_i of one triangle, so does every point of the piece: it is Σ λ_i P_i with
 λ_i ≥ 0 that add up to 1, and Σ λ_i q_i is a point of the triangle, which is convex.
 
-Two triangles that have an edge e in common, θ the angle by which they are folded, are nearly as
-good. Σ λ_i q_i then lies on the segment from a point a of the one to a point b of the other. Let
-these be at the distances x and y from the line of e, and their feet on it within e. In the plane
-across e the segment passes the edge at the distance x y sin θ / √(x² + y² + 2 x y cos θ), which
-grows with x and with y and is at most x y sin θ / ((x + y) √cos θ) if cos θ > 0; there it is over a
-point c of e. The path from a to c to b stays on the mesh, and by similar triangles no point of the
-segment is further from it than that. If c is the foot of a instead, or that of b, the same path
-shows that it is no further than x, or y. Where feet lie beyond an end of e, c is moved to this end.
+Two triangles with a common edge e, folded by an angle θ, give almost the same bound. Σ λ_i q_i then
+lies on the segment from a point a of the one to a point b of the other. Let these be at the
+distances x and y from the line of e, and their feet on it within e. In the plane across e the
+segment passes the edge at the distance x y sin θ / √(x² + y² + 2 x y cos θ), which grows with x and
+with y and is at most x y sin θ / ((x + y) √cos θ) if cos θ > 0; there it is over a point c of e.
+The path from a to c to b stays on the mesh, and by similar triangles no point of the segment is
+further from it than that. If c is the foot of a, or that of b, the same path shows that the
+distance is at most x, or y. If feet lie beyond an end of e, c is moved to this end.
 
-Rounding. Numbers are balls: a float64, and a radius that is counted for all of them at once.
-Halving a net of degree p takes p averages one after the other, each wrong by at most u = 2^-53 of
-the largest number; h halvings of degree at most p so by h p u. A quotient X/w adds the rounding of
-X and of w over the least weight. q_i is taken by coefficients that are not negative and add up to
-less than one, so it is in its triangle, whatever found it; it and P_i − q_i are computed in some
-dozen operations of numbers that are no larger than the coordinates.
+Rounding. Each number is a float64 with an error radius, which is computed once for all numbers.
+Halving a net of degree p takes p averages one after the other, each with an error of at most u =
+2^-53 of the largest number; so h halvings of degree at most p have an error of at most h p u. A
+quotient X/w adds the rounding of X and of w over the least weight. q_i has coefficients that are
+not negative and add up to less than one, so it is in its triangle, no matter how it was found; it
+and P_i − q_i are computed in some dozen operations of numbers that are no larger than the
+coordinates.
 """
 
 from dataclasses import dataclass
@@ -34,16 +35,16 @@ Index: TypeAlias = NDArray[np.intp]
 
 U = 2.0**-53
 CHUNK = 2048
-"""Pieces that are begun with at a time."""
+"""Number of pieces of the surface that are started together."""
 
 TINY, FLAT = 1e-300, 1e-18
-"""In place of zero, where nothing is to be divided by zero; the sine, squared, of no angle."""
+"""`TINY` replaces zero in divisors. A squared sine below `FLAT` counts as no angle."""
 
 DEEPEST, MOST = 60, 1 << 16
-"""Halvings of a piece after which it stays undecided, and pieces that are too many to go on."""
+"""Most halvings of a piece, and most pieces at a time; beyond these, pieces stay undecided."""
 
 FEW = 3
-"""Triangles among which the nearest is looked for at first."""
+"""Number of triangles among which the nearest is searched at first."""
 
 LOOKED_AT = 5
 """Levels after which points of the remaining pieces are tested for a violation."""
@@ -55,8 +56,8 @@ WITNESSES = 64
 class Proof:
     """Result of a proof: the pieces examined, those that stay undecided, and a violation.
 
-    `beyond` is the distance of a point of the surface from the whole mesh, its rounding taken off,
-    where that is more than the bound; the proof ends there.
+    `beyond` is a violation, which ends the proof: the distance of a point of the surface from the
+    whole mesh, less its rounding error, that exceeds the bound.
     """
 
     pieces: int = 0
@@ -65,7 +66,7 @@ class Proof:
 
 
 class Mesh:
-    """Triangles (T, 3, 3), what is across their edges, and where they are."""
+    """Triangles (T, 3, 3), their neighbours across edges, and a search tree."""
 
     def __init__(self, corners: Array) -> None:
         self.corners = corners
@@ -82,7 +83,7 @@ class Mesh:
         self.across: Index = across.reshape(-1, 3)
 
     def nearest(self, points: Array, *, of_all: bool) -> Index:
-        """A triangle (m,) near each point (m, 3), or the nearest; no proof depends on which."""
+        """A triangle (m,) near each point (m, 3); any choice gives a valid proof."""
         _, rows = self.soup.tree.query(points, k=range(1, min(FEW, len(self.soup.owner)) + 1))
         owners = self.soup.owner[rows]
         every = np.repeat(points, owners.shape[1], axis=0)
@@ -94,7 +95,7 @@ class Mesh:
             row = np.repeat(np.arange(len(points)), [len(each) for each in near])
             chosen = triangles[np.array([k for each in near for k in each], dtype=np.intp)]
             gap = to_triangles(points[row], self.corners[chosen])
-            order = np.argsort(-gap)  # the least is written last
+            order = np.argsort(-gap)  # the least value is written last
             order = order[gap[order] < least[row[order]]]
             owner[row[order]], least[row[order]] = chosen[order], gap[order]
         return np.asarray(owner, dtype=np.intp)
@@ -136,7 +137,7 @@ def _prove(
         pieces, points = pieces[:, left], points[:, left]
         if late and len(left):
             witnesses = points[:, :: 1 + len(left) // WITNESSES, 0, 0].T
-            # The tree of the mesh may call a triangle flat that is less than 1e-10 high.
+            # The tree of the mesh may treat a triangle lower than 1e-10 as flat.
             far = float(mesh.soup.distances(witnesses).max()) - radius - 1e-9 * mesh.size
             if far > bound:
                 proof.beyond = far
@@ -148,7 +149,7 @@ def _prove(
 
 
 def _points(pieces: Array) -> Array:
-    """Projected control points, (3, m, p+1, q+1)."""
+    """The projected control points of pieces, (3, m, p+1, q+1)."""
     return np.asarray(pieces[:3] / pieces[3])
 
 
@@ -174,7 +175,8 @@ def _split(pieces: Array) -> Array:
 
 
 def _distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
-    """For every piece a distance within which its hull is: of a triangle, or of two, (m,)."""
+    """For every piece, an upper bound of the distance of its hull from one or two triangles,
+    (m,)."""
     points = points.reshape(3, points.shape[1], -1)
     triangle = mesh.nearest(points.mean(axis=2).T, of_all=of_all)
     corners = mesh.corners[triangle].transpose(1, 2, 0)[..., np.newaxis]
@@ -201,7 +203,7 @@ def _distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
 
 def _closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
     """Distances (m, n) of points (3, m, n) to points of triangles (3, 3, m, 1), these points, and
-    where those are over the planes of the triangles: barycentric, (3, m, n).
+    the barycentric coordinates (3, m, n) of the projections to the planes of the triangles.
     """
     a, (e, f) = corners[0], (corners[1:] - corners[0])
     d = points - a
@@ -231,7 +233,7 @@ def _closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
 
 
 def _fold(host: Array, twin: Array, ours: Array, theirs: Array) -> Array:
-    """How far hulls on two triangles may be from both, (m,); they share their first two corners."""
+    """Bounds (m,) of the distances of segments between two triangles, which share two corners."""
     e, c, d = host[1] - host[0], host[2] - host[0], twin[2] - host[0]
     one, two = np.cross(e, c, axis=0), np.cross(d, e, axis=0)
     length, m, n = (np.sqrt(_dot(x, x)) for x in (e, one, two))

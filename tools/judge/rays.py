@@ -1,11 +1,11 @@
-"""Judges hits of rays by closed forms and by looking everywhere, with none of the engine's code.
+"""Judges hits of rays by closed forms and by exhaustive search, without the engine's code.
 
     python -m tools.judge.rays [rays] [surfaces] [family …]      (make judge-queries)
 
 It sends 1000 rays through each of 8 surfaces of every family and of two examples: from outside,
 from inside, along two points of the surface, and along axes; 25 times as many through the teapot,
 and 50 times as many to the sphere and the torus, whose true hits are roots of polynomials; half of
-these are almost tangent. A row counts crossings that are in no interval of their ray (`missed`),
+these rays are almost tangent. A row counts crossings outside all intervals of their ray (`missed`),
 hits that are not on the ray and the surface (`invented`), rays that were not reached, and kinds of
 hits. The exit status is 1 if any hit is missed or invented.
 """
@@ -31,16 +31,17 @@ from tools.certify.surfaces import FAMILIES
 from tools.judge.roots import roots_on_sphere, roots_on_torus
 
 FIRST = 8000
-"""Number of the first surface of a family: others than tests and `make certify` have."""
+"""Seed of the first surface of a family; tests and `make certify` use other seeds."""
 
 EXAMPLES = ("utah-teapot", "octahedral-sphere", "nurbs-goblet")
 EXACT = {"sphere": (sphere, roots_on_sphere), "torus": (torus, roots_on_torus)}
 TIMES = {"utah-teapot": 25, "sphere": 50, "torus": 50}
-"""How many times as many rays these get."""
+"""Factors of the number of rays, by example."""
 
 
 def strewn(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Array, Array]:
-    """Rays towards points in the box, and of the surface; half of these along it."""
+    """Rays towards points in the box and towards points of the surface; half of the latter are
+    tangent."""
     rng = np.random.default_rng(seed)
     low, high = model.bounds
     reach = float(np.linalg.norm(high - low))
@@ -60,7 +61,7 @@ def strewn(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Arr
 
 
 def unheld(ray: Ints, t: Array, slack: Array, rays: Ints, intervals: tuple[Array, Array]) -> Bools:
-    """Which of values t (n,) are in no interval of their ray; `rays` of the intervals ascend."""
+    """Whether each value t (n,) is outside all intervals of its ray; `rays` is sorted."""
     firsts, lasts = (np.searchsorted(rays, ray, side) for side in ("left", "right"))
     held = np.zeros(len(ray), bool)
     low, high = intervals
@@ -112,7 +113,7 @@ def _counted(
 
 
 def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
-    """The findings about the sphere or the torus: its roots and the hits hold each other."""
+    """The findings about the sphere or the torus: compares its roots with the hits."""
     name, seed, count = case
     model = to_patches(find(name).surface().lower())
     off, roots = EXACT[name]
@@ -128,7 +129,7 @@ def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     _tell(name, seed, true_ray[lost])
     places = origins[ray] + t[:, np.newaxis] * d[ray]
     invented = np.abs(off(places)[0]) > 2e-9 * model.diagonal
-    # A crossing is no mere touching: there is a root within its interval.
+    # A crossing is more than a touch: its interval contains a root.
     order = np.lexsort((true, true_ray))
     ends = true[order] - error[order], true[order] + error[order]
     low, high = found["t_bounds"].T
@@ -163,7 +164,7 @@ def _judge_any(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
 
 
 def main(arguments: list[str]) -> int:
-    """Judges all, and prints a row for each family."""
+    """Judges all surfaces; prints a row for each family."""
     count, surfaces = (int(a) for a in (arguments + ["1000", "8"][len(arguments[:2]) :])[:2])
     names = arguments[2:] or [*FAMILIES, *EXAMPLES, "sphere", "torus"]
     cases = [(n, FIRST + k, TIMES.get(n, 1) * count) for k in range(surfaces) for n in names]

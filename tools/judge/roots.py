@@ -1,7 +1,8 @@
-"""Where rays meet the unit sphere and the torus of radii 1 and 0.4: roots of polynomials.
+"""Hits of rays on the unit sphere and on the torus of radii 1 and 0.4, as roots of polynomials.
 
-All rays together in float64; with 50 digits those whose roots it cannot tell apart: rounding moves
-a root of a pair by the square root of 10⁻¹⁴, one of three or four by its fourth root.
+All rays are computed in float64; rays whose roots are too close together are computed again with 50
+digits. Rounding moves a root of a pair by the square root of 10⁻¹⁴, and a root of a group of three
+or four by its fourth root.
 """
 
 import numpy as np
@@ -12,10 +13,10 @@ from tests.oracles.sheets import Array
 
 RADIUS, TUBE = 1.0, 0.4
 PAIR, GROUP = 4e-5, 0.02
-"""Distances of two roots, and of three, below which 50 digits decide."""
+"""Distances of two roots, and of three or more, below which 50 digits are used."""
 
 Roots = tuple[Ints, Array, Array]
-"""Rays (n,), t (n,), and how wrong it is."""
+"""Rays (n,), t (n,), and the errors of t (n,)."""
 
 
 def roots_on_sphere(origins: Array, directions: Array) -> Roots:

@@ -1,1 +1,1 @@
-"""The recipes of CONTRIBUTING.md, followed with toys in a copy of this checkout: do they hold?"""
+"""Checks the recipes of CONTRIBUTING.md with small examples ("toys") in a copy of this checkout."""

@@ -1,4 +1,4 @@
-"""Recipes: steps in a checkout, and the tests that judge them."""
+"""The types of recipes: steps in a checkout, and the tests that judge the result."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Step:
-    """A new file of this text; or texts put behind the first place where another text stands.
+    """A step: writes a new file with a text, or inserts texts behind given texts of a file.
 
     `path` is relative to the checkout.
     """
@@ -16,7 +16,7 @@ class Step:
     behind: tuple[tuple[str, str], ...] = ()
 
     def do(self, checkout: Path) -> None:
-        """Does the step in a checkout."""
+        """Carries out the step in a checkout."""
         file = checkout / self.path
         text = file.read_text(encoding="utf-8") if self.behind else self.text
         for place, added in self.behind:
@@ -28,7 +28,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Recipe:
-    """Steps, how many files they may touch, and the tests that judge beside the common ones."""
+    """Steps, the most files that they may touch, and tests in addition to the common ones."""
 
     most: int
     steps: tuple[Step, ...]

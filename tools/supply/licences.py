@@ -1,6 +1,6 @@
-"""The page of licences, `docs/licences.md`: what others' work is in the service, under which terms.
+"""Writes `docs/licences.md`: the packages of other projects in the service, and their licences.
 
-`python -m tools.supply.licences` writes it anew, and fails for a licence that we do not allow.
+`python -m tools.supply.licences` fails for a licence that the project does not allow.
 """
 
 import re
@@ -18,8 +18,8 @@ ALLOWED = {
     "0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MPL-2.0",
     "PSF-2.0", "Unlicense", "Zlib",
 }  # fmt: skip
-"""Licences (SPDX) of what may be shipped with the service, unchanged: they ask for their text to
-come along, which it does, and MPL-2.0 for changes of its own files to be published."""
+"""Licences (SPDX) of packages that the service may ship unchanged. They require that their text is
+shipped too, which it is. MPL-2.0 also requires that changes of its files are published."""
 
 READ = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
@@ -27,8 +27,9 @@ READ = {
     "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
     "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
 }
-"""Packages that state no SPDX expression: what they say instead, and what a person read in their
-licence files (obstore has none). Whatever says something else one day is to be read again."""
+"""Packages without an SPDX expression: their own statement, and the licence that a person read in
+their licence files (obstore has no such file). If a statement changes, a person must read the
+licence again."""
 
 INTRODUCTION = """\
 # Licences
@@ -82,12 +83,12 @@ def _first_line(package: Distribution, field: str) -> str:
 
 
 def check(name: str, expression: str) -> str:
-    """The expression, if all that it names is allowed: also what it leaves to choose.
+    """The expression, if all licences that it names are allowed, alternatives included.
 
     Raises
     ------
     Unread
-        If something is not.
+        The expression names a licence that is not allowed.
     """
     named = set(re.findall(r"[^\s()]+", expression)) - {"AND", "OR", "WITH"}
     if not named or named - ALLOWED:
@@ -96,7 +97,7 @@ def check(name: str, expression: str) -> str:
 
 
 def page() -> str:
-    """The page."""
+    """The text of the page."""
     lines = ["| Python package | version | licence |", "| --- | --- | --- |"]
     for name, each in needed().items():
         lines.append(f"| {each.name} | {each.version} | {check(name, licence(each))} |")

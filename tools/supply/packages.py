@@ -26,7 +26,7 @@ PLATFORM = {
     "sys_platform": "linux",
     "platform_system": "Linux",
 }
-"""The image's Python: what depends on Python is what this one needs, whichever asks."""
+"""The Python of the image; conditions of dependencies are evaluated for it, on every machine."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def needed() -> dict[str, Distribution]:
     Raises
     ------
     PackageNotFoundError
-        Where one is not installed: under another Python, which needs others, say.
+        A package is not installed, for example because another Python needs other packages.
     """
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     optional = project["optional-dependencies"]
@@ -66,7 +66,7 @@ def needed() -> dict[str, Distribution]:
 
 
 def scripts() -> list[Script]:
-    """The npm packages that pages load, as they are locked."""
+    """The npm packages that pages load, with the versions of the lock file."""
     packages = json.loads(LOCK.read_text(encoding="utf-8"))["packages"]
     locked = {name: packages[f"node_modules/{name}"] for name in BUNDLED}
     return [

@@ -1,6 +1,6 @@
-"""Whether what lies here may be tagged, beyond what every test checks: `make release-check`.
+"""Checks whether this checkout may be tagged, beyond the tests: `make release-check`.
 
-`docs/release.md` tells what is done before and afterwards.
+`docs/release.md` has the steps before and after it.
 """
 
 import hashlib
@@ -30,17 +30,17 @@ def git(*arguments: str) -> str:
 
 
 def nothing_uncommitted() -> str:
-    """Only commits are tagged."""
+    """Fails for changes that are not committed."""
     return git("status", "--porcelain")
 
 
 def tag_is_new() -> str:
-    """A version is published once."""
+    """Fails for a version that has a tag already."""
     return git("tag", "--list", TAG) and f"{TAG} exists: raise service/__init__.py"
 
 
 def changelog_is_closed() -> str:
-    """All news stand under this version."""
+    """Fails if CHANGELOG.md has entries that are not under this version."""
     return unreleased((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), __version__)
 
 
@@ -58,7 +58,8 @@ def unreleased(changelog: str, version: str) -> str:
 
 
 def engine_is_raised() -> str:
-    """Other numbers than the last release's have another engine: addresses are kept for ever."""
+    """Fails if golden files changed but ENGINE did not: caches keep URLs with `engine=N` for
+    ever."""
     before = git("describe", "--tags", "--abbrev=0", "--match", "v*")
     if not before or not git("diff", "--name-only", before, "--", GOLDEN):
         return ""
@@ -69,7 +70,7 @@ def engine_is_raised() -> str:
 
 
 def wheel_is_reproducible() -> str:
-    """Two builds give the same bytes."""
+    """Fails if two builds of the wheel have different bytes."""
     checksums = set()
     for _ in range(2):
         with tempfile.TemporaryDirectory() as folder:
@@ -90,7 +91,7 @@ CHECKS: tuple[Callable[[], str], ...] = (
 
 
 def main() -> int:
-    """Exit code 0 if nothing is wrong."""
+    """Prints the result of each check; returns 0 if all pass."""
     wrong = 0
     for check in CHECKS:
         problem = check()

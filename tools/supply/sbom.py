@@ -2,9 +2,9 @@
 
     python -m tools.supply.sbom PYTHON OUTPUT
 
-PYTHON is one with the service and nothing else installed. cyclonedx-py lists what it has; what
-pages load is added, and all is checked against the schema. It has neither a time nor a number by
-chance: the same packages give the same bytes.
+PYTHON is a Python in which only the service is installed. cyclonedx-py lists its packages; this
+program adds the npm packages of the pages, and checks the list against the schema. The list has no
+time and no random number, so the same packages give the same bytes.
 """
 
 import base64
@@ -34,7 +34,7 @@ def python_packages(python: str) -> dict[str, Any]:
 
 
 def component(script: Script) -> dict[str, Any]:
-    """An npm package as one, its checksum the lock file's."""
+    """The CycloneDX component of an npm package, with the checksum of the lock file."""
     algorithm, _, checksum = script.integrity.partition("-")
     return {
         "type": "library",
@@ -48,7 +48,8 @@ def component(script: Script) -> dict[str, Any]:
 
 
 def with_scripts(bill: dict[str, Any]) -> dict[str, Any]:
-    """The list with what pages load, and with our version, which pyproject.toml does not tell."""
+    """The list with the packages of pages, and with the service's version, which pyproject.toml
+    does not have."""
     main = {**bill["metadata"]["component"], "version": __version__}
     main_ref = main["bom-ref"]
     more = [component(script) for script in scripts()]
@@ -67,8 +68,9 @@ def with_scripts(bill: dict[str, Any]) -> dict[str, Any]:
 
 
 def main(python: str, output: str) -> None:
-    """Writes the list, if it is of its schema."""
-    # Neither is installed where the tests are: this runs in a Python of its own.
+    """Writes the list if it is valid by its schema."""
+    # These modules are not in the environment of the tests: this program runs in a Python of its
+    # own.
     validation = importlib.import_module("cyclonedx.validation.json")
     version = importlib.import_module("cyclonedx.schema").SchemaVersion.V1_6
     text = json.dumps(with_scripts(python_packages(python)), indent=2, sort_keys=True) + "\n"
