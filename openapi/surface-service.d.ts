@@ -4543,10 +4543,7 @@ export interface operations {
     createMesh: {
         parameters: {
             query?: {
-                /**
-                 * @description Format of the response; takes precedence over `Accept`.
-                 * @example glb
-                 */
+                /** @description Format of the response; takes precedence over `Accept`. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
                 /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
@@ -4685,10 +4682,7 @@ export interface operations {
     estimateMesh: {
         parameters: {
             query?: {
-                /**
-                 * @description The format to estimate for; without it, all formats.
-                 * @example glb
-                 */
+                /** @description The format to estimate for; without it, all formats. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
                 /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
@@ -4879,10 +4873,7 @@ export interface operations {
     createCurve: {
         parameters: {
             query?: {
-                /**
-                 * @description Format of the response; takes precedence over `Accept`.
-                 * @example glb
-                 */
+                /** @description Format of the response; takes precedence over `Accept`. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj";
             };
             header?: never;
@@ -4988,10 +4979,7 @@ export interface operations {
     intersectSurface: {
         parameters: {
             query?: {
-                /**
-                 * @description Format of the response; takes precedence over `Accept`.
-                 * @example glb
-                 */
+                /** @description Format of the response; takes precedence over `Accept`. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "obj" | "svg";
                 /** @description With a file: the id of a built-in or a stored surface. */
                 surface?: string;
@@ -5320,125 +5308,59 @@ export interface operations {
     getSurfaceMesh: {
         parameters: {
             query?: {
-                /**
-                 * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget.
-                 * @example 16
-                 */
+                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /**
-                 * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
-                 * @example 0.001
-                 */
+                /** @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /**
-                 * @description The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`.
-                 * @example 0.001
-                 */
+                /** @description The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`. */
                 relative_tolerance?: number;
-                /**
-                 * @description The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance.
-                 * @example 0.2
-                 */
+                /** @description The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance. */
                 angle_tolerance?: number;
-                /**
-                 * @description The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
-                 * @example 2000
-                 */
+                /** @description The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /**
-                 * @description The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles.
-                 * @example 100000
-                 */
+                /** @description The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles. */
                 max_bytes?: number;
-                /**
-                 * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
-                 * @example true
-                 */
+                /** @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
                 two_sided?: boolean;
-                /**
-                 * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays.
-                 * @example quads
-                 */
+                /** @description Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays. */
                 faces?: "triangles" | "quads" | "none";
                 /** @description Whether vertices carry analytic unit normals. */
                 normals?: boolean;
                 /** @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. */
                 uvs?: boolean;
-                /**
-                 * @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons.
-                 * @example true
-                 */
+                /** @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons. */
                 curvatures?: boolean;
                 /** @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. */
                 weld?: boolean;
-                /**
-                 * @description Angle in radians above which the normals of neighbouring patches stay apart.
-                 * @example 0.5
-                 */
+                /** @description Angle in radians above which the normals of neighbouring patches stay apart. */
                 crease_angle?: number;
-                /**
-                 * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; in a group wider than the tolerance, only points eight times nearer are one. Patches without width are left out of the mesh. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined.
-                 * @example 1e-9
-                 */
+                /** @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; in a group wider than the tolerance, only points eight times nearer are one. Patches without width are left out of the mesh. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined. */
                 weld_tolerance?: number;
-                /**
-                 * @description Lines to draw in addition to the faces, if the format has lines.
-                 * @example [
-                 *       "control_net",
-                 *       "boundary"
-                 *     ]
-                 */
+                /** @description Lines to draw in addition to the faces, if the format has lines. */
                 overlays?: ("control_net" | "boundary")[];
-                /**
-                 * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction.
-                 * @example 4
-                 */
+                /** @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /**
-                 * @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces.
-                 * @example tubes
-                 */
+                /** @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces. */
                 wires?: "lines" | "tubes" | "ribbons";
-                /**
-                 * @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points.
-                 * @example 0.02
-                 */
+                /** @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points. */
                 wire_width?: number;
-                /**
-                 * @description Sides of a tube.
-                 * @example 12
-                 */
+                /** @description Sides of a tube. */
                 wire_sides?: number;
-                /**
-                 * @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures.
-                 * @example de_casteljau
-                 */
+                /** @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures. */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /**
-                 * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it.
-                 * @example bez
-                 */
+                /** @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /**
-                 * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`).
-                 * @example true
-                 */
+                /** @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`). */
                 quantize?: boolean;
-                /**
-                 * @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions.
-                 * @example meshopt
-                 */
+                /** @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions. */
                 compression?: "none" | "meshopt";
-                /**
-                 * @description Version of the numbers. With it the URL of a surface whose id is a hash stands for the same mesh for ever. A service with another version returns 410.
-                 * @example 3
-                 */
+                /** @description Version of the numbers. With it the URL of a surface whose id is a hash stands for the same mesh for ever. A service with another version returns 410. */
                 engine?: 3;
                 /** @description Only in a signed URL: when it expires, in Unix time. */
                 expires?: number;

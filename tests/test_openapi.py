@@ -8,6 +8,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import numpy as np
 import pytest
@@ -276,6 +277,9 @@ def test_examples_are_valid_and_answered(client: Client, path: str) -> None:
     shown = examples_of(path, "200")
     assert shown, f"call `show_responses` beside the route of {path} in service/api/routes/"
     requests = examples_of(path)
+    # Pages for trying calls fill these in, beside every example of a body.
+    parameters = operation.get("parameters", [])
+    assert not any("example" in p or "default" in p["schema"] for p in parameters)
     for name, request in requests.items():
         assert errors(request_schema, request) == []
         answer = client.post(path, request)
@@ -317,12 +321,30 @@ def test_files_are_taken_with_their_examples(client: Client) -> None:
                 assert client.request("POST", path, body, headers).status_code == 200
 
 
+def test_reads_with_all_their_examples_and_defaults_are_answered(client: Client) -> None:
+    """As pages for trying calls fill them in."""
+    assert client.post("/v1/surfaces", client.get("/v1/surfaces/saddle").json()).is_success
+    for path, item in DOCUMENT["paths"].items():
+        query: dict[str, Any] = {}
+        url, headers = path, {}
+        for parameter in item.get("get", {}).get("parameters", []):
+            name, shown = parameter["name"], list(parameter.get("examples", {}).values())
+            value = parameter.get("example", parameter["schema"].get("default"))
+            if parameter["in"] == "path":
+                url = url.replace(f"{{{name}}}", shown[0]["value"])
+            elif value is not None and parameter["in"] == "query":
+                query[name] = ",".join(map(str, value)) if isinstance(value, list) else value
+            elif value is not None:
+                headers[name] = value
+        if "get" in item:
+            response = client.get(f"{url}?{urlencode(query).lower()}", headers)
+            assert response.status_code == 200, (path, query, response.text)
+
+
 def test_query_parameters_beside_a_file_have_valid_examples() -> None:
     parameters = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
     beside = {parameter["name"]: parameter for parameter in parameters}
     assert beside.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
-    # Pages that try calls fill these in, and beside JSON they are refused.
-    assert not any("example" in p or "default" in p["schema"] for p in parameters[1:])
     net = np.zeros((4, 4, 3))
     net[..., 0], net[..., 1] = np.indices((4, 4))
     for name in FIELDS:

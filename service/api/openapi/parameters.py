@@ -103,18 +103,20 @@ def format_parameter(
     description: str = "Format of the response; takes precedence over `Accept`.",
 ) -> Json:
     """The query parameter `format`."""
-    names = {"type": "string", "enum": [fmt.name for fmt in formats]}
-    return _parameter("query", "format", description, names, example="glb")
+    names = {"type": "string", "enum": [fmt.name for fmt in formats], "examples": ["glb"]}
+    return _parameter("query", "format", description, names)
 
 
 def option_parameters() -> list[Json]:
-    """The options of a mesh and `engine` as query parameters; lists are comma-separated."""
-    parameters = []
-    for name, schema in MeshQuery.model_json_schema()["properties"].items():
-        description, examples = schema.pop("description"), schema.pop("examples", [])
-        more = {"example": examples[0]} if examples else {}
-        parameters.append(_parameter("query", name, description, schema, **more, **_style(name)))
-    return parameters
+    """The options of a mesh and `engine` as query parameters; lists are comma-separated.
+
+    Their examples stand in their schemas: pages for trying calls fill in all examples of parameters
+    at once, and some options exclude each other.
+    """
+    return [
+        _parameter("query", name, schema.pop("description"), schema, **_style(name))
+        for name, schema in MeshQuery.model_json_schema()["properties"].items()
+    ]
 
 
 def _style(name: str) -> Json:
@@ -178,19 +180,15 @@ def surface_body(examples: Json, *parameters: Json, has_options: bool = True) ->
 
 
 def _beside_a_file(option: Json) -> Json:
-    """An option without a top-level example, and with its default in the description.
+    """An option with its default in the description.
 
-    Pages for trying calls fill in examples and defaults of parameters; with a JSON body these must
-    stay empty.
+    Pages for trying calls fill in defaults of parameters; with a JSON body these must stay empty.
     """
-    parameter = {key: value for key, value in option.items() if key != "example"}
     schema = dict(option["schema"])
     default = schema.pop("default", None)
     default_text = "" if default is None else f" Default: {json.dumps(default)}."
-    if "example" in option:
-        schema["examples"] = [option["example"]]
     text = f"With a file: {option['description']}{default_text}"
-    return parameter | {"description": text, "schema": schema}
+    return option | {"description": text, "schema": schema}
 
 
 def _pair(item: Json, examples: list[Any]) -> Json:
