@@ -1,5 +1,5 @@
-// What the editor draws with: the parts of three.js that its modules import, and nothing more.
-// Bundled once, when the service is installed: a third of the bytes, in one request.
+// The parts of three.js that the modules of the editor import, and nothing more.
+// They are bundled once, when the service is installed: this is 1/3 of the bytes, in one request.
 
 export {
   Box3,

@@ -274,7 +274,7 @@ def test_text_that_is_no_json_stays_on_the_page(page: Page) -> None:
     page.click("#open")
     page.fill("#paste", "{control_net}")
     page.click("#paste-open")
-    assert "no JSON" in page.inner_text("#paste-problem")
+    assert "not the JSON of a surface" in page.inner_text("#paste-problem")
     net = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
     page.fill("#paste", json.dumps({"surface": {"control_net": net, "name": "mine"}}))
     settled(page, lambda: page.click("#paste-open"))

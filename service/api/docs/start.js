@@ -1,4 +1,4 @@
-// The operations first, and of the prose about them only its first paragraph.
+// Shows the operations first, and only the first paragraph of the text about them.
 const operationsFirst = ({ React, getComponent, specSelectors }) => {
   const { createElement: h, Fragment } = React;
   const paragraphs = () => specSelectors.info().get("description", "").split("\n\n");

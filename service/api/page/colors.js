@@ -2,7 +2,7 @@
 
 /**
  * @typedef {object} Palette
- * @property {string} name  name of the colour of control points, for texts
+ * @property {string} name  name of the colour of control points, used in texts
  * @property {string} glaze  a surface that has no colour of its own
  * @property {string} net
  * @property {string} wires
@@ -29,14 +29,14 @@ const DIVERGING = [
 /** Share of the area whose curvature is inside the range of colours. */
 const WITHIN = 0.9;
 
-/** The colour of a share from -1 to 1, sRGB. @param {number} share @returns {number[]} */
+/** The sRGB colour of a value from -1 to 1. @param {number} share @returns {number[]} */
 export function diverging(share) {
   const at = (Math.min(1, Math.max(-1, share)) + 1) / 2 * (DIVERGING.length - 1);
   const low = Math.min(DIVERGING.length - 2, Math.floor(at));
   return DIVERGING[low].map((c, i) => c + (at - low) * (DIVERGING[low + 1][i] - c));
 }
 
-/** Light as the renderer computes with it (IEC 61966-2-1). @param {number} c */
+/** The linear value of an sRGB component, for the renderer (IEC 61966-2-1). @param {number} c */
 export function linear(c) {
   return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
 }

@@ -2,7 +2,7 @@
 // So the history keeps complete documents, which share their equal parts.
 
 /** @typedef {(string | number)[]} Path  keys and indices from the root of a document */
-/** @typedef {{[key: string]: any}} Surface  a surface in the language of requests */
+/** @typedef {{[key: string]: any}} Surface  a surface as in a request */
 
 /**
  * The value at a path, or undefined if there is none.
@@ -56,11 +56,11 @@ export function pathOf(pointer) {
 export function surfaceOf(text) {
   const value = JSON.parse(text);
   if (value === null || typeof value !== 'object' || Array.isArray(value)) {
-    throw new SyntaxError('This is no surface: an object with a control net is needed.');
+    throw new SyntaxError('This is not a surface: an object with a control net is needed.');
   }
   const surface = value.surface ?? value;
   if (surface === null || typeof surface !== 'object' || Array.isArray(surface)) {
-    throw new SyntaxError('What stands under "surface" is no object.');
+    throw new SyntaxError('The field "surface" must be an object.');
   }
   return surface;
 }

@@ -41,7 +41,7 @@ export async function anotherKey(code, sent) {
 export function watchKey(again) {
   const open = async () => {
     isDeclined = false;
-    // A user who has a key and opens the dialog was not asked for another one.
+    // If the user opens the dialog, the service has not refused the present key.
     if (await anotherKey(key ? '' : 'key_needed', key)) again();
   };
   button('api-key').addEventListener('click', open);

@@ -52,7 +52,7 @@ export class Library {
     element('examples', HTMLElement).replaceChildren(...items);
   }
 
-  /** Opens an example, or what was stored under an id. @param {string} id */
+  /** Opens an example, or the stored surface with an id. @param {string} id */
   async byId(id) {
     this.waiting();
     try {
@@ -84,12 +84,12 @@ export class Library {
     } catch (error) {
       const place = element('paste-problem', HTMLElement);
       place.hidden = false;
-      write('paste-problem', `This is no JSON that a surface could be read from. ${/** @type {Error} */ (error).message}`);
+      write('paste-problem', `The text is not the JSON of a surface. ${/** @type {Error} */ (error).message}`);
       if (!this.dialog.open) this.dialog.showModal();
     }
   }
 
-  /** Reads JSON here; every other file is stored by the service, which tells what it read. @param {File} file */
+  /** Opens a JSON file here; sends other files to the service, and opens the surface that it stored. @param {File} file */
   async file(file) {
     const suffix = file.name.toLowerCase().split('.').pop() ?? '';
     const mediaType = this.mediaTypes[suffix];

@@ -7,7 +7,7 @@
  * @property {(wish: Wish) => Promise<Result>} send
  * @property {(result: Result, wish: Wish) => void | Promise<void>} answered
  * @property {(error: Error, wish: Wish) => void} failed
- * @property {() => void} idle  nothing is in flight and nothing waits
+ * @property {() => void} idle  called when no request runs or waits
  */
 
 /**

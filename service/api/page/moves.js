@@ -30,13 +30,13 @@ export class Drag {
       this.camera.getWorldDirection(new Vector3()), this.origin,
     );
     this.step = stepFor(stage.radius());
-    // The mouse seldom hits the exact point: the point must not jump to the mouse.
+    // The mouse rarely hits the exact point, and the point must not jump to the mouse.
     this.slip = this.origin.clone().sub(this.onPlane(at) ?? this.origin);
   }
 
   /**
    * The present position of the point.
-   * @param {Vector2} at @param {Axis} axis @param {boolean} straight  along whichever axis is nearest
+   * @param {Vector2} at @param {Axis} axis @param {boolean} straight  along the nearest axis
    * @returns {number[]}
    */
   to(at, axis, straight) {
@@ -114,12 +114,12 @@ export function nudge(stage, frame, key, far) {
   return moved;
 }
 
-/** After a nudge, without the dust of binary fractions. @param {number} value @param {Stage} stage */
+/** A coordinate after a nudge, without rounding errors of binary fractions. @param {number} value @param {Stage} stage */
 export function settled(value, stage) {
   return rounded(value, stepFor(stage.radius()));
 }
 
-/** The digits that a drag leaves: a power of ten, about 1/20 000 of the model. @param {number} radius */
+/** The step to which a drag rounds coordinates: a power of ten, about 1/20 000 of the model. @param {number} radius */
 function stepFor(radius) {
   return 10 ** Math.floor(Math.log10(radius / 5000));
 }

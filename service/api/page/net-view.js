@@ -60,7 +60,7 @@ export class NetView {
     this.group.add(object);
   }
 
-  /** How clearly the surface lets the net through that is behind it or inside. @param {boolean} clear */
+  /** Sets how visible the net is behind the surface, or inside it. @param {boolean} clear */
   veil(clear) {
     this.lines[0].opacity = clear ? 0.4 : 0.13;
     this.points[0].opacity = clear ? 0.75 : 0.25;
@@ -114,12 +114,12 @@ export class NetView {
     points.geometry.setAttribute('position', new BufferAttribute(new Float32Array(place), 3));
   }
 
-  /** Where a control point stands in the scene. @param {number} index */
+  /** The position of a control point in the scene. @param {number} index */
   at(index) {
     return new Vector3().fromBufferAttribute(this.places, index);
   }
 
-  /** Where a control point is seen: CSS pixels of the canvas, and its depth. @param {number} index */
+  /** The position of a control point on the canvas, in CSS pixels, and its depth. @param {number} index */
   seenAt(index) {
     const { camera, canvas } = this.stage;
     const { x, y, z } = this.at(index).project(camera);
@@ -143,7 +143,7 @@ export class NetView {
     return best;
   }
 
-  /** @param {Palette} palette @param {boolean} alarmed  whether the chosen point is what is wrong */
+  /** @param {Palette} palette @param {boolean} alarmed  whether an error points to the chosen point */
   paint(palette, alarmed) {
     this.lines.forEach((material) => material.color.set(palette.net));
     this.points.forEach((material) => material.color.set(palette.point));

@@ -9,8 +9,8 @@ import { valueAt, replaced } from './documents.js';
 /**
  * One control point.
  * @typedef {object} Handle
- * @property {Path} point  where its coordinates stand
- * @property {Path} weights  where the weights of its net stand, if the net has any
+ * @property {Path} point  path of its coordinates
+ * @property {Path} weights  path of the weights of its net, if the net has any
  * @property {Path} place  its indices in the net, and in the weights
  * @property {number} frame  number of the placement of its surface
  */
@@ -51,7 +51,7 @@ export function netOf(surface) {
 }
 
 /**
- * Coordinates of a control point, of which there are three, or two in a plane curve.
+ * The three coordinates of a control point; two in a plane curve.
  * @param {Surface} surface
  * @param {Handle} handle
  * @returns {number[]}
@@ -171,7 +171,7 @@ function addCurve({ net, base, frame }, curve) {
   if (curve.type === 'bspline' && curve.knots === 'periodic') join(points.at(-1), points[0]);
 }
 
-/** The number of a new handle; -1 where there is no point. @param {Net} net @param {any} point @param {Handle} handle */
+/** Adds a handle and returns its number; -1 if the document has no point there. @param {Net} net @param {any} point @param {Handle} handle */
 function addHandle(net, point, handle) {
   return isPoint(point) ? net.handles.push(handle) - 1 : -1;
 }

@@ -6,7 +6,7 @@ import { isParametric, lookOf, RANGES, relativeTolerance } from './settings.js';
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
 
-/** What the colours say; `shaded` speaks for itself. @type {Record<Settings['look'], string>} */
+/** The meaning of the colours; `shaded` needs no text. @type {Record<Settings['look'], string>} */
 const EXPLAINED = {
   shaded: '',
   normals: 'The colour tells which way the surface faces.',

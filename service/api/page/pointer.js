@@ -14,7 +14,7 @@ import { Drag, nudge, settled } from './moves.js';
  * @property {() => Axis} axis
  * @property {(axis: Axis) => void} setAxis
  * @property {() => void} fit
- * @property {(at: Vector2) => void} click  on something else than a control point
+ * @property {(at: Vector2) => void} click  for a click beside all control points
  */
 
 const TURN = 0.08;
@@ -101,7 +101,7 @@ export function watchPointer(stage, net, state, controls) {
   });
   canvas.addEventListener('blur', () => { if (drag === null) state.settle(); });
 
-  /** Whether the key meant something. @param {KeyboardEvent} event @returns {boolean} */
+  /** Handles a key; returns whether the key has a meaning. @param {KeyboardEvent} event @returns {boolean} */
   function press(event) {
     const { key } = event;
     const count = state.net.handles.length;
@@ -122,7 +122,7 @@ export function watchPointer(stage, net, state, controls) {
     return true;
   }
 
-  /** Arrow keys: of the chosen point, or of the camera. @param {KeyboardEvent} event */
+  /** Handles an arrow key: moves the chosen point, or the camera. @param {KeyboardEvent} event */
   function step({ key, shiftKey }) {
     const { handle } = state;
     const point = state.point();

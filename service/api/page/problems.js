@@ -9,7 +9,7 @@ import { Away, Refusal } from './service.js';
 /** @typedef {import('./service.js').Issue} Issue */
 /** @typedef {import('./state.js').State} State */
 
-/** How a problem is left: a word in `html[data-state]`, too. @typedef {'refused' | 'away'} Kind */
+/** The kind of a problem, also in `html[data-state]`. @typedef {'refused' | 'away'} Kind */
 
 /** @param {State} state @param {() => void} retry */
 export function watchProblems(state, retry) {
@@ -22,7 +22,7 @@ export function watchProblems(state, retry) {
   });
 }
 
-/** Shows what went wrong; tells which control point it is about, or -1. @param {Error} error @param {State} state */
+/** Shows an error; returns the number of the control point that it names, or -1. @param {Error} error @param {State} state */
 export function showProblem(error, state) {
   const refused = error instanceof Refusal;
   const isLost = refused && error.code === 'unknown_surface';

@@ -23,7 +23,7 @@ export function clearReadouts() {
     .forEach((id) => put(id, null, '–'));
 }
 
-/** Tells those who listen. @param {Report} report */
+/** Announces the report to users of screen readers. @param {Report} report */
 export function speakReadouts(report) {
   const bound = report.deviation_bound;
   const deviation = typeof bound === 'number' ? `, deviation at most ${significant(bound)}` : '';
@@ -37,7 +37,7 @@ function put(id, value, text) {
   if (place.textContent !== text) place.textContent = text;
 }
 
-/** Three digits, rounded up: what is said of a bound must still be one. @param {number} value */
+/** Three digits, rounded up, so that a bound stays a bound. @param {number} value */
 function significant(value) {
   if (value === 0) return '0';
   const unit = 10 ** (Math.floor(Math.log10(Math.abs(value))) - 2);

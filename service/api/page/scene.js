@@ -11,7 +11,7 @@ const FIELD_OF_VIEW = 26;
 const FROM = new Vector3(0.42, 0.4, 1).normalize();
 const MARGIN = 1.09;
 
-/** What this browser draws with in three dimensions, if it does at all. @param {HTMLCanvasElement} canvas */
+/** The WebGL 2 context of a canvas, or null without WebGL 2. @param {HTMLCanvasElement} canvas */
 export function contextOf(canvas) {
   return canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'default' });
 }
@@ -104,7 +104,7 @@ export class Stage {
     return this.canvas.getBoundingClientRect().bottom - over.getBoundingClientRect().top;
   }
 
-  /** Light, shadow and floor for what fills this box. @param {Box3} box */
+  /** Places light, shadow and floor for a model with this box. @param {Box3} box */
   settle(box) {
     this.awake = true;
     this.box = box;
@@ -165,7 +165,7 @@ export class Stage {
     this.draw();
   }
 
-  /** Turns the camera about what it looks at. @param {number} right @param {number} up  radians */
+  /** Turns the camera about its target. @param {number} right @param {number} up  radians */
   turn(right, up) {
     const from = this.camera.position.clone().sub(this.controls.target);
     const length = from.length();
@@ -178,7 +178,7 @@ export class Stage {
     this.draw();
   }
 
-  /** Nearer or further away. @param {number} factor  of the distance */
+  /** Moves the camera nearer or further away. @param {number} factor  of the distance */
   zoom(factor) {
     const from = this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor);
     this.camera.position.copy(this.controls.target).add(from);

@@ -110,7 +110,7 @@ let arePrivate = false;
 /** Whether reading surfaces and meshes needs a key, so that their URLs alone are not enough. */
 export const readsArePrivate = () => arePrivate;
 
-/** Where something of the service is, with its host. @param {string} path */
+/** The URL of a path of the service, with its host. @param {string} path */
 export function urlOf(path) {
   return new URL(path, document.baseURI).href;
 }

@@ -27,12 +27,12 @@ export const DEFAULTS = Object.freeze({
   look: 'shaded', net: true, wires: false, accuracy: 'resolution', resolution: 16, tolerance: -3,
 });
 
-/** The tolerance itself, in the fewest digits that tell the steps of the slider apart. @param {Settings} settings */
+/** The tolerance, with enough digits to distinguish the steps of the slider. @param {Settings} settings */
 export function relativeTolerance(settings) {
   return Number((10 ** settings.tolerance).toPrecision(2));
 }
 
-/** The look that a surface can have: what is swept along a curve has no curvature to show. @param {Settings} settings @param {Surface} surface @returns {Look} */
+/** The look for a surface: tubes and ribbons cannot show curvatures. @param {Settings} settings @param {Surface} surface @returns {Look} */
 export function lookOf(settings, surface) {
   return isCurved(settings.look) && !isParametric(surface) ? 'shaded' : settings.look;
 }
@@ -42,7 +42,7 @@ function isCurved(look) {
   return look === 'gaussian' || look === 'mean';
 }
 
-/** Whether the service knows curvatures of it. @param {Surface} surface @returns {boolean} */
+/** Whether the service can compute curvatures of a surface. @param {Surface} surface @returns {boolean} */
 export function isParametric(surface) {
   const members = surface.type === 'group' && Array.isArray(surface.members) ? surface.members : [];
   return surface.type !== 'tube' && surface.type !== 'ribbon'

@@ -72,7 +72,7 @@ async function copy(text, what) {
     write('copied', `Copied: ${text}`);
     announce(`${what}: copied`);
   } catch {
-    // Without permission for the clipboard, or without https, the text is shown to be copied by hand.
+    // Without permission for the clipboard, or without https, the text is shown, and the user can copy it by hand.
     write('copied', text);
     announce(`${what}: shown, to be copied`);
   }

@@ -58,7 +58,7 @@ export class SurfaceView {
   /** The material of the page for that of a file. @param {any} original */
   materialLike(original) {
     const { vertexColors, opacity, transparent } = original;
-    // Faces without a colour in the file.
+    // The file has no colour for these faces.
     const plain = original.name === 'surface' && !vertexColors;
     const name = plain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
     if (!this.materials.has(name)) {
@@ -138,7 +138,7 @@ export class SurfaceView {
   }
 }
 
-/** How much of the area is nearest to each vertex, twice and thrice over. @param {any} geometry */
+/** Twice the area of the triangles at each vertex. @param {any} geometry */
 function areasOf(geometry) {
   const position = geometry.getAttribute('position');
   const areas = new Float32Array(position.count);
@@ -153,7 +153,7 @@ function areasOf(geometry) {
   return areas;
 }
 
-/** Every edge of some triangles once: pairs of vertices. @param {ArrayLike<number>} triangles */
+/** The edges of triangles, each once: pairs of vertices. @param {ArrayLike<number>} triangles */
 function edgesOf(triangles) {
   let most = 0;
   for (let i = 0; i < triangles.length; i += 1) most = Math.max(most, triangles[i]);
