@@ -1,1 +1,2 @@
-"""Tests, in the same folders as what they test; `oracles` holds the slow truths."""
+"""Tests, in the folders of the modules that they test; `oracles` has slow, independent
+computations."""

@@ -1,9 +1,9 @@
-"""Hostile requests to a service of its own process, and what that process then opens and connects.
+"""Sends hostile requests to a service, and prints the files and connections that it opens.
 
-`python -m tests.api.audited FOLDER` prints, as JSON, what Python's audit hooks have told of: they
-see whatever goes through the interpreter, in any library. The store's own library goes past it, so
-the test looks at the folder as well. At the end the process does what it should not have done, to
-show that this would have been seen.
+`python -m tests.api.audited FOLDER` prints, as JSON, the events that Python's audit hooks reported:
+they see all operations of the interpreter, in any library. The library of the store does not use
+the interpreter, so the test checks the folder too. At the end the process does some forbidden
+operations, to show that the hooks report them.
 """
 
 import asyncio
@@ -77,7 +77,8 @@ KEY = new_key()
 
 
 async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers: str) -> int:
-    """The status of the answer to a request as a server would hand it on, its path decoded."""
+    """The status of the response to a request, which is passed on as by a server, with a decoded
+    path."""
     path, _, query = url.partition("?")
     named = {"authorization": f"Bearer {KEY}", "host": "127.0.0.1", **headers}
     scope = {
@@ -108,7 +109,7 @@ async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers:
 
 
 def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
-    """Every name in every place where a request can say one."""
+    """Requests with each hostile name in each place of a request that can have a name."""
     for number, name in enumerate(NAMES):
         for place in PLACES[number % 2 :: 2]:
             yield "GET", place.format(name), b"", {}
@@ -125,7 +126,7 @@ def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
 
 
 async def friendly(app: ASGIApp) -> None:
-    """Reads and imports that ordinary work makes once."""
+    """Sends ordinary requests first, because some files and modules are read only once."""
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
     body = json.dumps({"surface": {"control_net": net}}).encode()
     await ask(app, "POST", "/v1/surfaces", body, content_type="application/json")

@@ -29,7 +29,7 @@ class Client:
     """Requests to one application, on one event loop."""
 
     def __init__(self, app: ASGIApp, portal: BlockingPortal) -> None:
-        # As a server does: an exception that the application raises after a 500 goes to the log.
+        # As behind a server, an exception that the application raises after a 500 goes to the log.
         self._transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         self._portal = portal
 
@@ -40,7 +40,7 @@ class Client:
         content: Body | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> httpx.Response:
-        """The response; an iterable body arrives in its pieces and without a length."""
+        """The response to a request; an iterable body arrives in its pieces, without a length."""
         return self._portal.call(self._request, method, url, content, headers)
 
     def get(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:

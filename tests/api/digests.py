@@ -1,4 +1,4 @@
-"""Hashes of some files in every coding; run by itself it prints them."""
+"""Hashes of some files in every coding; as a program it prints them."""
 
 import hashlib
 from dataclasses import replace
@@ -16,8 +16,8 @@ OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
 
 
 def digests() -> list[str]:
-    """One line a file: of a surface with colours, of one with attributes, of a group; and of
-    bodies whose borders are made equal, by resolution and by tolerance.
+    """A line for each file: of a surface with colours, of one with attributes, of a group; and of
+    bodies whose borders become equal, by resolution and by tolerance.
     """
     lines = []
     for build in (noisy, mixed, crowded):

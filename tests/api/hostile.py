@@ -572,13 +572,13 @@ def many_keys(count: int, end: str) -> str:
 
 
 def many_parts() -> str:
-    """Parts whose patches are no numbers."""
+    """Parts whose patches are not numbers."""
     parts = ",".join(f'"p{i}":[null,null,null]' for i in range(20_000))
     return patches(f'{GRIDS},"parts":{{{parts}}}')
 
 
 def giants() -> Iterator[Hostile]:
-    """Bombs: many bytes, or bytes that would become very many objects."""
+    """Very long bodies, and bodies that would become very many objects."""
     size = 15 * MIB
     start = b'{"surface":{"control_net":['
     named = b'{"name":"'

@@ -1,4 +1,4 @@
-"""Bodies that mean no good for the other calls, each with the answer that it must get."""
+"""Hostile bodies for the other calls, each with the error that the service must return."""
 
 from collections.abc import Iterator, Mapping
 
@@ -22,7 +22,7 @@ from tests.api.hostile import (
 
 
 def queries() -> Iterator[Hostile]:
-    """Points of /v1/points that are none."""
+    """Invalid points of /v1/points."""
 
     def uv(text: str) -> str:
         return options(f'"uv":{text}')
@@ -68,7 +68,7 @@ QUERIES: tuple[Hostile, ...] = tuple(queries())
 
 
 def stores() -> Iterator[Hostile]:
-    """Bodies for storing that hold something else than a surface, or something beside it."""
+    """Bodies for storing without a surface, or with further fields."""
     yield from documents()
     yield case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
     yield case("the surface alone", GOOD, "missing_field", "/surface")
@@ -95,7 +95,7 @@ STORES: tuple[Hostile, ...] = tuple(stores())
 
 
 def conversions() -> Iterator[Hostile]:
-    """Operations of /v1/convert that cannot be done."""
+    """Invalid operations of /v1/convert."""
     start = '{"surface":{"control_net":[[[0,0,0],[0,1,1],[0,2,0]],[[1,0,1],[1,1,2],[1,2,1]]]},'
 
     def after(operation: str) -> str:
@@ -103,7 +103,7 @@ def conversions() -> Iterator[Hostile]:
         return f'{start}"operations":[{turn},{turn},{operation}]}}'
 
     def spoiled(op: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
-        """The texts stand behind the name of the operation."""
+        """Cases of one operation; their texts follow the name of the operation."""
         yield from wrong(op, after(f'{{"op":"{op}"?}}'), "/operations/2", faults)
 
     faults = {
@@ -175,7 +175,7 @@ CONVERSIONS: tuple[Hostile, ...] = tuple(conversions())
 
 
 def curves() -> Iterator[Hostile]:
-    """Curves of /v1/curve that are none, and options that say nothing."""
+    """Invalid curves and options of /v1/curve."""
     quarter = '"control_points":[[1,0],[1,1],[0,1]]'
     loop = '"type":"bspline","control_points":[[2,0,0],[0,2,1],[-2,0,0],[0,-2,1]]'
     faults = {"null_value": "null", "wrong_type": "[]", "unknown_type": '{"type":"circle"}@/type'}
@@ -218,7 +218,7 @@ CURVES: tuple[Hostile, ...] = tuple(curves())
 
 
 def projections() -> Iterator[Hostile]:
-    """Points of /v1/project that are none."""
+    """Invalid points of /v1/project."""
 
     def points(text: str) -> str:
         return options(f'"points":{text}')
@@ -240,7 +240,7 @@ def projections() -> Iterator[Hostile]:
 
 
 def rays() -> Iterator[Hostile]:
-    """Rays of /v1/intersect that are none."""
+    """Invalid rays of /v1/intersect."""
 
     def of(text: str) -> str:
         return options(f'"rays":{{{text}}}')
@@ -272,7 +272,7 @@ def rays() -> Iterator[Hostile]:
 
 
 def planes() -> Iterator[Hostile]:
-    """Planes of /v1/intersect that are none."""
+    """Invalid planes of /v1/intersect."""
     normals = options('"planes":{"normals":?,"offsets":[0]}')
     offsets = options('"planes":{"normals":[[0,0,1]],"offsets":?}')
     places = options('"planes":{"normals":[[0,0,1]],"points":?}')

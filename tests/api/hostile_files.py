@@ -1,4 +1,4 @@
-"""Files of control points that mean no good, and queries beside them, with the answers to them."""
+"""Hostile files of control points and queries beside them, with the errors that they must get."""
 
 import io
 from collections.abc import Callable, Iterator

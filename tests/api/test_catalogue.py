@@ -59,7 +59,7 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
     ],
 )
 def test_parameters_are_refused_where_there_are_none(method: str, url: str) -> None:
-    """Beside JSON only `format` may stand, where there are formats."""
+    """With a JSON body the query may only have `format`, and only for calls with formats."""
     headers = {"Content-Type": "application/json"}
     with client_of(create_app(Settings(allow_delete=True))) as client:
         response = client.request(method, url, b'{"surface":{}}', headers)
@@ -83,6 +83,6 @@ def test_head_is_get_without_the_body(client: Client, url: str) -> None:
     get, head = client.get(url), client.request("HEAD", url)
     assert head.status_code == get.status_code == 200
     assert head.content == b""
-    # How long a request took is its own.
+    # Two requests take different times.
     headers = [{**response.headers, "server-timing": ""} for response in (get, head)]
     assert headers[0] == headers[1]

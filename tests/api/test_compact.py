@@ -1,4 +1,4 @@
-"""Compact glTF over HTTP: by URL and by body, refused where it is not to be had."""
+"""Compact glTF over HTTP, by URL and by body; other formats refuse it."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def test_by_url_and_by_body(client: Client) -> None:
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
 def test_other_formats_refuse_it_by_url_too(client: Client, option: str) -> None:
-    # Not even after the same mesh without the option was kept.
+    # Also after the mesh without the option was cached.
     assert client.get(f"{SADDLE}.stl?resolution=2").status_code == 200
     response = client.get(f"{SADDLE}.stl?resolution=2&{option}")
     assert response.status_code == 422

@@ -1,4 +1,4 @@
-"""POST /v1/convert: surfaces out that are surfaces in, and pointed refusals."""
+"""POST /v1/convert: the results are valid surfaces; refusals have pointers."""
 
 from typing import Any
 
@@ -53,7 +53,8 @@ WORK: dict[str, list[tuple[str, Any]]] = {
 def test_converted_surfaces_are_valid_bodies(
     client: Client, kind: str, op: str, fields: Any
 ) -> None:
-    """Converted, posted to be meshed, and converted again by nothing: the same digits."""
+    """A converted surface has a mesh, and a conversion without operations changes no digit of
+    it."""
     document = {"surface": SURFACES[f"{kind} with channels"], "operations": [{"op": op, **fields}]}
     response = client.post("/v1/convert", document)
     assert response.status_code == 200
@@ -69,7 +70,7 @@ def test_converted_surfaces_are_valid_bodies(
 
 
 def test_a_group_has_no_parameters(client: Client) -> None:
-    """Neither one that is given, nor one that a split has made."""
+    """A group cannot be converted, whether it is posted or a result of `split`."""
     split = {"op": "split", "u": 1}
     document = {"surface": SURFACES["bspline"], "operations": [split, {"op": "transpose"}]}
     error = client.post("/v1/convert", document).json()["errors"][0]

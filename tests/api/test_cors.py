@@ -1,4 +1,4 @@
-"""Which pages of other origins may read answers, from the cache and from behind it."""
+"""Which pages of other origins may read responses, cached and computed ones."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ def of(origin: str) -> dict[str, str]:
 
 
 def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]:
-    """A mesh that is computed or kept, the same from the cache, a 304, other files, a problem."""
+    """Responses: a mesh, the same from the cache, a 304, other files, a problem."""
     first = client.get(MESH, headers)
     yield first
     yield client.get(MESH, headers)
@@ -33,7 +33,7 @@ def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]
 def test_any_origin_may_read_and_a_request_without_one_is_answered_alike(
     headers: dict[str, str],
 ) -> None:
-    """A browser keeps what it got on a visit, and gives it to scripts of other origins later."""
+    """A browser may give a response that it cached on a visit to scripts of other origins."""
     with client_of(create_app(Settings())) as client:
         for response in answers(client, headers):
             assert response.headers["access-control-allow-origin"] == "*"

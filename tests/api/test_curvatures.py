@@ -1,4 +1,4 @@
-"""Curvatures as attributes over HTTP: formats that carry them, refusals, the report."""
+"""Curvatures as attributes over HTTP: formats with attributes, refusals, the report."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ HILL = {"control_net": NET}
 
 
 def test_vertices_agree_with_points(client: Client) -> None:
-    """`POST /v1/points` at the parameters of every vertex: the same numbers, and the same signs."""
+    """`POST /v1/points` at the parameters of every vertex has the same numbers and signs."""
     body = {"surface": HILL, "resolution": [4, 8], "curvatures": True}
     mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
     asked = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}

@@ -100,7 +100,7 @@ def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> 
 
 
 def test_a_curve_far_from_zero_has_the_right_position(client: Client) -> None:
-    """In three coordinates from a local origin, turned upright with everything else."""
+    """Positions are relative to a local origin in the node, which also turns the curve upright."""
     points = [[1e6, 2e6, 3e6], [1e6 + 1, 2e6, 3e6], [1e6 + 1, 2e6 + 1, 3e6 + 2]]
     glb = read_glb(body("glb", client, {"curve": {"control_points": points, "up": "z"}}))
     (node,) = glb.document["nodes"]
@@ -159,7 +159,7 @@ def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
 
 
 def test_curves_have_as_many_points_as_can_be_measured_in_seconds() -> None:
-    """Fewer points in a high degree, and always fewer than a mesh may have vertices."""
+    """The limit of points falls with the degree, and is below the limit of a mesh's vertices."""
     most = [
         plan_curve(BezierCurve(np.eye(n + 1)[:, :3]), CurveOptions(1), CURVE_FORMATS[0]).max_points
         for n in (2, 8, 64)

@@ -67,7 +67,7 @@ def test_an_array_is_the_net_that_its_lists_would_be(
 
 
 def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -> None:
-    """Each has vertices of its own, and yet the seams are as closed as with shared ones."""
+    """Patches without shared vertices have seams that are as closed as with shared vertices."""
     teapot = find("utah-teapot").surface()
     assert isinstance(teapot, PatchSurface)
     array = teapot.vertices[teapot.patches]
@@ -165,7 +165,7 @@ TEXTS = {
 
 @st.composite
 def changed_text(draw: st.DrawFn) -> tuple[bytes, str]:
-    """A text of patches with some words put in or taken out, and its type."""
+    """A text of patches with some words inserted or removed, and its media type."""
     media_type = draw(st.sampled_from(sorted(TEXTS)))
     words = TEXTS[media_type].replace(b"\n", b" \n ").split(b" ")
     others = (b"{", b"}", b"1e308", b"-1", b"0", b"1e-308", b"nan", b"\n", b"BBP", b"7")

@@ -1,4 +1,4 @@
-"""Every hostile body gets a problem that says where, and nothing of the body."""
+"""Every hostile body gets a problem with the place of the error, and without text of the body."""
 
 import pytest
 from orjson import dumps
@@ -57,7 +57,7 @@ def test_all_calls_refuse_invalid_surfaces_with_equal_errors(client: Client, cal
 
 
 def test_every_call_refuses_invalid_fields() -> None:
-    """The calls and their fields are those of the document: new ones are tested at once."""
+    """Calls and fields come from the OpenAPI document, so new ones are tested at once."""
     key = "sfk_" + "a1" * 32
     limits = Settings(
         max_json_depth=16, api_keys=(entry_line("k", key),), signing_keys=(SecretStr("s" * 32),)
@@ -95,10 +95,10 @@ def test_no_two_files_are_alike() -> None:
 @pytest.mark.parametrize("path", ["/v1/mesh", "/v1/estimate", "/v1/surfaces"])
 def test_hostile_files_are_refused(client: Client, path: str) -> None:
     for case in FILES:
-        if path == "/v1/surfaces" and "=" in case.query:  # it has no options
+        if path == "/v1/surfaces" and "=" in case.query:  # this call has no options
             continue
         headers, body = {"Content-Type": case.media_type}, case.build()
-        if path != "/v1/mesh" and len(body) >= MIB:  # it is read by the code of /v1/mesh
+        if path != "/v1/mesh" and len(body) >= MIB:  # read by the code of /v1/mesh
             continue
         response = client.request("POST", f"{path}?{case.query}", body, headers)
         if path == "/v1/estimate" and response.status_code == 200:

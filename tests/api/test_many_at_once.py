@@ -1,4 +1,4 @@
-"""Many requests for something large at the same time: what waits takes little memory."""
+"""Many large requests at the same time: waiting requests take little memory."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from tests.api.client import Client, client_of
 
 COUNT = 4
 SIDE = 115
-"""More bytes than the event loop has the time for, as JSON and as it is stored."""
+"""The surface is too long for the event loop, as JSON and in its stored form."""
 NET = [[[i, j, (i * j) % 7 / 7] for j in range(SIDE)] for i in range(SIDE)]
 LARGE = {"surface": {"type": "bspline", "degree": 1, "control_net": NET}}
 
@@ -36,7 +36,7 @@ def client(app: FastAPI) -> Iterator[Client]:
 
 
 class Watch:
-    """How many surfaces are patches at the same time; the first waits until all have come."""
+    """Counts surfaces that are patches at the same time; the first waits for all requests."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = self.most = 0
@@ -57,7 +57,7 @@ class Watch:
 
 
 def together(ask: Callable[[int], int]) -> list[int]:
-    """The statuses of some requests that are made at the same time."""
+    """The statuses of requests that are sent at the same time."""
     statuses: list[int] = []
     asking = [
         threading.Thread(target=lambda each=each: statuses.append(ask(each)))
@@ -101,7 +101,7 @@ def test_deleted_surfaces_are_not_shared(client: Client, app: FastAPI) -> None:
     services: Services = app.state.services
     url = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
     id = url.rpartition("/")[2]
-    job = Job(services.workers)  # which does not end
+    job = Job(services.workers)  # a job that does not end
     kept = client.call(stored.surface_of, services, job, id)
     assert client.get(url).status_code == 200
     assert client.request("DELETE", url).status_code == 204

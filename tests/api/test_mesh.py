@@ -223,7 +223,7 @@ def test_unknown_suffix(client: Client, suffix: str) -> None:
         {"Content-Type": "application/jsonp"},
         {"Content-Type": "application/json; charset=latin-1"},
         {"Content-Type": 'application/json; a="; charset=utf-8"; CHARSET=latin-1'},
-        # What the standard library's parser of mail fails on: the fuzzer found it.
+        # The standard library's parser of mail fails on this header, which the fuzzer found.
         {"Content-Type": "text/plain;q*;q*0"},
         {"Content-Type": "application/json", "Content-Encoding": "gzip"},
     ],

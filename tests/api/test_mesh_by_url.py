@@ -1,4 +1,4 @@
-"""Meshes by URL: canonical addresses, tags, codings, and what may be kept how long."""
+"""Meshes by URL: canonical URLs, tags, codings, and how long caches may keep them."""
 
 import os
 import re
@@ -33,7 +33,7 @@ STEP = r"{};dur=\d+\.\d+"
 
 @pytest.fixture
 def fresh() -> Iterator[Client]:
-    """A client of a service that has answered nothing yet."""
+    """A client of a new service, whose cache is empty."""
     with client_of(create_app(Settings())) as client:
         yield client
 
@@ -240,7 +240,7 @@ def test_long_responses_are_sent_completely_from_the_cache(client: Client) -> No
 
 
 def test_ranges_are_not_read(client: Client) -> None:
-    """RFC 9110 allows it: a client that asks for a range gets the whole, with status 200."""
+    """A request for a range gets the whole body with status 200, as RFC 9110 allows."""
     whole = client.raw(SADDLE, PLAIN)
     part = client.raw(SADDLE, {**PLAIN, "Range": "bytes=0-3", "If-Range": whole.headers["etag"]})
     assert (part.status_code, part.content) == (200, whole.content)
@@ -283,7 +283,7 @@ def test_the_canonical_address_stands_for_the_same_bytes(said: dict[str, str], f
 
 
 def test_another_process_makes_the_same_bytes() -> None:
-    """Whatever its seed of hashes: nothing is in the order of a set."""
+    """The bytes do not depend on the seed of hashes, hence not on the order of a set."""
     environment = {**os.environ, "PYTHONHASHSEED": "1"}
     root = Path(__file__).parents[2]
     other = run_python("-m", "tests.api.digests", env=environment, cwd=root)

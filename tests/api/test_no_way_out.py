@@ -1,4 +1,4 @@
-"""Nothing that a request says becomes the name of a file, or an address that is connected to."""
+"""No text of a request becomes the name of a file, or an address to connect to."""
 
 import json
 import re
@@ -16,7 +16,7 @@ ALLOWED = tuple(
     str(Path(folder).resolve())
     for folder in (Path(service.__file__).parent, sys.prefix, sys.base_prefix)
 )
-"""Modules are imported from there when they are needed first, and static files read."""
+"""Folders from which modules are imported at their first use, and static files are read."""
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ needs_three = pytest.mark.skipif(
 
 @needs_three
 def test_everything_on_the_page_comes_from_here(client: Client) -> None:
-    """By relative addresses, so that the page works behind any prefix."""
+    """All URLs are relative, so that the page works behind any prefix."""
     response = client.get("/")
     assert response.status_code == 200
     assert response.headers["content-type"] == "text/html; charset=utf-8"
@@ -49,13 +49,13 @@ def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
         assert policy[directive] == "'none'"
     assert response.headers["x-content-type-options"] == "nosniff"
     assert response.headers["referrer-policy"] == "no-referrer"
-    # Nothing on the page needs more: no script and no style stands in it.
+    # The page has no inline script and no inline style, which would need more rights.
     assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", response.text) == []
 
 
 @needs_three
 def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
-    """All modules are announced, so that the browser fetches them at once; all files are taken."""
+    """The page lists all modules, so that the browser fetches them at once, and all file types."""
     text = client.get("/").text
     announced = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
     assert announced == sorted({name for name in FILES if re.match(r"page/.*\.js", name)} - {MAIN})

@@ -1,4 +1,4 @@
-"""POST /v1/points: of every kind of surface, in its own parameters, or a refusal."""
+"""POST /v1/points: points of every kind of surface in its own parameters, or a refusal."""
 
 import math
 from typing import Any
@@ -57,7 +57,7 @@ def test_zero_has_no_sign(client: Client) -> None:
 
 
 def test_results_of_many_points_are_in_order(client: Client) -> None:
-    """Beyond what is done on the event loop."""
+    """The query is too long for the event loop."""
     uv = np.random.default_rng(2).random((3000, 2))
     found = ask(client, uv=uv.tolist(), derivatives=2)
     np.testing.assert_allclose(

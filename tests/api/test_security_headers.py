@@ -18,7 +18,7 @@ NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]
 def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
     origins: tuple[str, ...], policy: str
 ) -> None:
-    """New, kept, unchanged, stored, a page, a file of one, a problem of each kind."""
+    """Responses of each kind: computed, cached, unchanged, stored, a page, its file, problems."""
     with client_of(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
         url = client.post("/v1/surfaces", NET).headers["location"]
         tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/page/main.js")}

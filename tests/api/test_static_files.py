@@ -17,7 +17,7 @@ SCRIPT = b"export const answer = 42;\n" * 1000
 
 
 class Folder:
-    """A closed list of two files, one of which comes later; it counts how often they are read."""
+    """A list of two files, one of which appears later; counts how often they are read."""
 
     def __init__(self) -> None:
         self.reads = 0

@@ -1,4 +1,4 @@
-"""Meshes of stored surfaces by URL: for ever under their hashes, forgotten when deleted."""
+"""Meshes of stored surfaces by URL: caches may keep them for ever; a deletion removes them."""
 
 import threading
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ def client(app: FastAPI) -> Iterator[Client]:
 
 
 def stored(client: Client) -> dict[str, str]:
-    """Addresses of the meshes of a surface that was stored."""
+    """The URLs of the meshes of a stored surface, by suffix."""
     links: dict[str, str] = client.post("/v1/surfaces", SAIL).json()["links"]["mesh"]
     return links
 

@@ -1,4 +1,4 @@
-"""Surfaces with an address: stored, given back, deleted; one id for one content."""
+"""Surfaces by URL: stored, returned, deleted; equal contents have one id."""
 
 import logging
 from collections.abc import Callable, Iterator
@@ -25,13 +25,13 @@ ID = surface_id(canonical_content(find("saddle").surface()))
 
 @pytest.fixture
 def fresh() -> Iterator[Client]:
-    """A client of a service that has stored nothing yet, and lets surfaces be deleted."""
+    """A client of a service with an empty store, which allows deletion."""
     with client_of(create_app(Settings(allow_delete=True))) as client:
         yield client
 
 
 def stored(client: Client, surface: Any) -> str:
-    """The address of a surface."""
+    """Stores a surface and returns its URL."""
     return str(client.post("/v1/surfaces", {"surface": surface}).headers["location"])
 
 
@@ -48,7 +48,7 @@ def test_a_surface_is_stored_once(fresh: Client) -> None:
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_a_stored_surface_is_given_back(client: Client, name: str) -> None:
-    """As a document that is the same surface, and has the same mesh."""
+    """The response is the document of the same surface, and has the same mesh."""
     url = stored(client, SURFACES[name])
     response = client.get(url)
     assert response.status_code == 200
@@ -157,7 +157,7 @@ def test_bodies_are_those_of_other_calls(headers: dict[str, str], body: bytes, s
     ],
 )
 def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> None:
-    """With a reason, and as what was asked for: the id."""
+    """The error has a reason, and points to the id, which is all that the client sent."""
     wide, narrow = create_app(Settings()), create_app(settings)
     narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
     with client_of(wide) as client:
@@ -170,7 +170,7 @@ def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> 
 
 
 def test_whole_objects_that_are_no_surfaces(caplog: pytest.LogCaptureFixture) -> None:
-    """Contents of other programs under their own hashes: not sent, and logged."""
+    """Contents of other programs under their own hashes are logged and not sent."""
     content = b"no surface\n"
     id = surface_id(content)
     app = create_app(Settings())

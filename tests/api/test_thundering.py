@@ -15,7 +15,7 @@ from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
-"""Large enough, at 32 divisions, to be computed in a thread."""
+"""At 32 divisions the mesh is large enough to be computed in a thread."""
 
 
 async def crowd(

@@ -1,4 +1,4 @@
-"""Threads and memory: granted in order, bounded, given back whatever happens."""
+"""Threads and memory: granted in order, bounded, and always released."""
 
 import asyncio
 import gc
@@ -44,7 +44,7 @@ def workers_of(cache_bytes: int = 0, **chosen: Any) -> Workers:
 
 
 class Work:
-    """Work of some cost; what it computes is a function's business."""
+    """Work with a cost; it calls a function."""
 
     def __init__(
         self, memory: int = 1000, call: Any = lambda: "done", *, long: bool = True
@@ -54,14 +54,14 @@ class Work:
 
 
 async def rest() -> None:
-    """Lets all tasks go on until they wait."""
+    """Lets all tasks run until they wait."""
     for _ in range(10):
         await asyncio.sleep(0)
 
 
 @asynccontextmanager
 async def lent(**chosen: Any) -> AsyncIterator[Workers]:
-    """Workers of which nothing is held at the end."""
+    """Workers; checks at the end that all threads and memory are released."""
     workers = workers_of(**chosen)
     yield workers
     await rest()
@@ -107,7 +107,7 @@ async def test_work_that_is_longer_than_its_cost_says_leaves_the_event_loop(
 
 
 async def test_short_works_take_turns_on_the_event_loop() -> None:
-    """The event loop looks at what else is ready once they have had their time."""
+    """After their time, the event loop serves other tasks that are ready."""
     async with lent() as workers:
         rounds: list[int] = []
         now = 0
@@ -329,7 +329,7 @@ def test_failed_work_keeps_no_local_variables() -> None:
         try:
             first()
         except KeyError:
-            raise ArithmeticError from None  # it refers to the other, and to all of its frames
+            raise ArithmeticError from None  # the error refers to the first one and its frames
 
     async def scenario() -> None:
         async with lent() as workers:
@@ -346,7 +346,7 @@ def test_failed_work_keeps_no_local_variables() -> None:
         asyncio.run(scenario())
         end = time.monotonic() + 10
         while any(large() for large in held) and time.monotonic() < end:
-            time.sleep(0.001)  # the thread itself lets go of it a moment later
+            time.sleep(0.001)  # the thread releases its reference a moment later
         assert [large() for large in held] == [None, None]
     finally:
         gc.enable()

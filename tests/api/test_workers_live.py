@@ -1,4 +1,4 @@
-"""Who waits, who is refused, who goes away and who is slow: on a real server."""
+"""Waiting, refused, disconnecting and slow clients of a real server."""
 
 import gc
 import json
@@ -21,7 +21,7 @@ from tests.live import running_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 SIDE = 200
-"""Divisions: more vertices than small requests have."""
+"""Divisions of a mesh that is not small."""
 
 LONG = {"surface": {"control_net": NET}, "resolution": SIDE}
 SHORT = {"surface": {"control_net": NET}, "resolution": 4}
@@ -30,7 +30,7 @@ ROOM = 4 << 30
 
 
 class Looping:
-    """Meshes with many vertices, which take until they are let go."""
+    """Meshes with many vertices, which are computed until the test ends them."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.calls = self.stopped = 0
@@ -61,7 +61,7 @@ def looping(monkeypatch: pytest.MonkeyPatch) -> Iterator[Looping]:
 
 
 class Service:
-    """A service with one thread, its clients, and what it has lent."""
+    """A service with one thread, and its clients."""
 
     def __init__(self, url: str, workers: Workers, clients: ExitStack) -> None:
         where = urlsplit(url)
@@ -132,7 +132,7 @@ def serving(**chosen: Any) -> Iterator[Service]:
 
 
 def until(condition: Callable[[], bool]) -> None:
-    """Waits until something has come true."""
+    """Waits until a condition is true."""
     deadline = time.monotonic() + 20
     while not condition():
         assert time.monotonic() < deadline
@@ -242,7 +242,7 @@ def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
 
 
 def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
-    """Python looks rarely for what does: whatever a request had is gone when it is over."""
+    """Reference cycles would keep the memory of a request, because Python rarely looks for them."""
     many = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
     before, kept = gc.isenabled(), list[object]()
     with serving(max_queue=1) as service:

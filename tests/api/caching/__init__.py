@@ -1,1 +1,1 @@
-"""Answers that may be kept."""
+"""Tests of service.api.caching."""

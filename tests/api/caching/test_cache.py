@@ -1,4 +1,4 @@
-"""The memory of answers: bounded whatever happens, the least recently used go first."""
+"""The cache of responses: always within its bound, drops the least recently used first."""
 
 import tracemalloc
 
@@ -54,7 +54,7 @@ def test_entries_that_are_too_large_are_not_kept() -> None:
     cache = ResponseCache(ROOM)
     small = entry("a", 30)
     assert cache.put(small, cache.generation)
-    # In all three codings it may become three times as large.
+    # With all three codings an entry may become three times as large.
     assert not cache.put(entry("b", ROOM // SHARE // 2), cache.generation)
     assert cache.holds(small)
     assert not ResponseCache(0).put(entry("c", 0), 0)
@@ -148,7 +148,7 @@ def test_counted_bytes_are_at_least_the_memory_taken(size: int) -> None:
 
 
 class Memory(RuleBasedStateMachine):
-    """Whatever is asked, in whatever order."""
+    """Any sequence of calls keeps the cache within its bound and its counts right."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Content codings: what a client wants, and bytes that are always the same."""
+"""Content codings: the preferred one of a client, and bytes that are always the same."""
 
 import time
 

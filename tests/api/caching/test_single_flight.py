@@ -1,4 +1,4 @@
-"""Work that many wait for and one task does."""
+"""Single flight: one task does work for which several requests wait."""
 
 import asyncio
 import gc
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.anyio
 
 
 class Airport(SingleFlight):
-    """SingleFlight that requests join, each for as long as it takes."""
+    """SingleFlight with a method that joins as a request does."""
 
     def __init__(self) -> None:
         self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), ResponseCache(0))
@@ -34,7 +34,7 @@ class Airport(SingleFlight):
 
 
 class Work:
-    """Work that goes on until it is let go."""
+    """Work that runs until the test ends it."""
 
     def __init__(self, result: object = "done") -> None:
         self.calls = 0

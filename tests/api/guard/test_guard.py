@@ -171,7 +171,7 @@ def test_the_request_record_has_the_name_of_the_key() -> None:
 
 
 def test_other_protocols_reach_the_application(client: Client) -> None:
-    """The life of the server, which has neither a method nor headers."""
+    """Events of the server's start and end have neither a method nor headers."""
     app = create_app(SETTINGS)
     sent: list[Message] = []
 

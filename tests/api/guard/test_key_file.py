@@ -1,4 +1,4 @@
-"""The file of keys: read again when it changes, and not when it is broken."""
+"""The file of keys: read again when it changes; a broken file is ignored."""
 
 import logging
 import os
@@ -39,7 +39,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def write(file: Path, text: str) -> None:
-    """Writes it as of later, however coarse the clock of the disk is."""
+    """Writes the file with a later time, because the clock of the disk may be coarse."""
     later = os.stat(file).st_mtime_ns + 10**9 if file.exists() else None
     file.write_text(text, encoding="utf-8")
     if later is not None:

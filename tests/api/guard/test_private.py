@@ -76,7 +76,7 @@ def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client)
         response = client.get(path, WITH)
         assert response.status_code == 200
         assert response.headers.get_list("cache-control") == ["private, no-cache"]
-        # Once, also when the answer is kept: what is sent from memory is made once.
+        # Only once, also for a cached response, whose headers are made once.
         assert response.headers.get_list("vary").count("Authorization") == 1
         again = client.get(path, WITH | {"If-None-Match": response.headers["etag"]})
         assert again.status_code == 304

@@ -1,4 +1,4 @@
-"""Headers of trusted proxies are believed, those of all others are not."""
+"""The service uses headers of trusted proxies, and ignores those of all others."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -72,7 +72,7 @@ def test_others_are_not_believed(peer: str) -> None:
 def test_addresses_that_a_client_writes_are_not_trusted(
     forged: list[str],
 ) -> None:
-    """The proxy adds whom it saw, to the same line or in one of its own."""
+    """The proxy appends the address of its client, to the same line or in another line."""
     assert introduced(*forged, CLIENT)[0] == CLIENT
     if forged:
         assert introduced(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT

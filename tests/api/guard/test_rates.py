@@ -1,4 +1,4 @@
-"""Rates: a bucket that fills steadily, told in headers, for keys and for addresses."""
+"""Rate limits for keys and for addresses, and their headers."""
 
 import re
 
@@ -45,7 +45,7 @@ def test_the_requests_of_a_minute_may_come_at_once_and_then_one_each_interval() 
     st.lists(st.sampled_from([0.0, 0.01, 0.5, 1.0, 7.0, 61.0]), min_size=1, max_size=150),
 )
 def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: list[float]) -> None:
-    """A caller that waits for the reported time is let in."""
+    """A caller that waits for the reported time may send a request."""
     clock = Clock()
     counted = Rates(limit, clock)
     passed: list[float] = []

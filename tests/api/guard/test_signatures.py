@@ -1,4 +1,4 @@
-"""Signed addresses: what a signature holds for, and what it does not."""
+"""Signed URLs: the URLs for which a signature is valid, and those for which it is not."""
 
 import hmac
 from random import Random
@@ -53,7 +53,7 @@ def test_any_order_and_spelling_of_the_query_verifies_the_same(
 
 
 def _escaped(text: str) -> str:
-    """Every letter escaped, which no ordinary client does, and which means the same."""
+    """The text with every letter escaped, which has the same meaning."""
     return "".join(f"%{byte:02x}" for byte in text.encode())
 
 

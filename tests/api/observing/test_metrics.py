@@ -1,4 +1,4 @@
-"""GET /metrics: what it says, in both forms, and that it stays small."""
+"""GET /metrics: its numbers, both forms, and a bounded number of series."""
 
 from collections.abc import Callable, Iterator
 
@@ -23,7 +23,7 @@ def own() -> Iterator[Client]:
 
 
 def sample(client: Client, name: str, **labels: str) -> float:
-    """One number of a scrape; 0 where there is none."""
+    """One number of a scrape; 0 if the scrape does not have it."""
     for family in families(client.get("/metrics").text):
         for found in family.samples:
             if found.name == name and labels.items() <= found.labels.items():

@@ -1,4 +1,4 @@
-"""The middleware around every request: ids on responses, log lines, and what they never say."""
+"""The middleware around every request: ids on responses, and log lines without texts of clients."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""Spans: one for each request, children for its steps, a parent where the caller has one."""
+"""Spans: one for each request, children for its steps; its parent is the caller's span."""
 
 import asyncio
 import sys
@@ -91,7 +91,7 @@ def test_its_steps_are_children(traced: Client, spans: InMemorySpanExporter) -> 
         assert step.parent == span.context
         times = [span.start_time, step.start_time, step.end_time, span.end_time]
         known = [at for at in times if at]
-        # Two clocks: they may differ by the little that passes between looking at both.
+        # The two clocks are read one after the other, so they may differ a little.
         assert len(known) == 4
         assert all(b >= a - 10**6 for a, b in pairwise(known))
 
@@ -151,7 +151,7 @@ def test_the_text_of_an_exception_stays_in_the_log(
 
 @contextmanager
 def collector() -> Iterator[tuple[str, list[bytes]]]:
-    """URL of something that takes spans, and what it took."""
+    """The URL of a server that receives spans, and the bodies that it received."""
     taken: list[bytes] = []
 
     class Handler(BaseHTTPRequestHandler):
@@ -161,7 +161,7 @@ def collector() -> Iterator[tuple[str, list[bytes]]]:
             self.end_headers()
 
         def log_message(self, format: str, *args: object) -> None:
-            """Quiet."""
+            """Writes no log line."""
 
     with serve(Handler) as url:
         yield url, taken
@@ -182,7 +182,8 @@ def test_spans_are_sent_to_the_configured_address(monkeypatch: pytest.MonkeyPatc
 
 
 class Stuck(SpanProcessor):
-    """Hands nothing on, as a collector that does not answer would have it, until it is let go."""
+    """A processor that blocks, as with a collector that does not respond, until the test ends
+    it."""
 
     def __init__(self) -> None:
         self.released = threading.Event()
@@ -193,8 +194,8 @@ class Stuck(SpanProcessor):
 
 def test_without_a_collector_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tracing_module, "SHUTDOWN_TIMEOUT", 0.05)
-    # Not the exporter itself: its thread would go on trying, and drawing random numbers, in other
-    # tests' time.
+    # The exporter itself is not used: its thread would keep retrying, and drawing random numbers,
+    # during other tests.
     stuck, provider = Stuck(), TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(stuck)
     try:
@@ -222,7 +223,7 @@ def test_without_the_extra_the_start_ends(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_without_tracing_its_modules_are_not_imported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only that module knows OpenTelemetry: import-linter sees to it."""
+    """Only that module imports OpenTelemetry, as import-linter checks."""
     name = "service.api.observing.tracing"
     monkeypatch.delitem(sys.modules, name)
     assert create_app(Settings()).state.tracing is None
