@@ -11,11 +11,11 @@ from tests.scheduling import Scheduling, scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
-# No test speaks TLS, and each client of httpx would read all certificates of the system.
+# No test uses TLS, but each client of httpx would read all certificates of the system.
 os.environ["SSL_CERT_DIR"] = os.path.dirname(__file__)
 
-# The same few examples on every run and every machine; how long one takes is no property of it.
-# `make test-properties` takes others, and many more.
+# The same few examples in every run; a slow example is not a failure.
+# `make test-properties` uses many more, random examples.
 hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=6)
 hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)
 hypothesis.settings.load_profile("surface")
@@ -24,7 +24,7 @@ hypothesis.settings.load_profile("surface")
 @pytest.fixture(scope="session")
 def server() -> Iterator[str]:
     """URL of the running service, for the length of the test run."""
-    # The process that hands out the tests needs no service: to import it takes a second.
+    # Imported here, because the process that distributes the tests does not need it.
     from tests.live import running_service  # noqa: PLC0415
 
     with running_service() as url:
@@ -59,7 +59,7 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
 
 
 def _without_skips(report: Report) -> Report:
-    """Where all tools are said to be installed, a skipped test is a failed one."""
+    """With TESTS_REQUIRE_TOOLS=1 a skipped test is a failed one."""
     expected = hasattr(report, "wasxfail")
     if report.skipped and not expected and os.environ.get("TESTS_REQUIRE_TOOLS") == "1":
         report.outcome = "failed"

@@ -1,4 +1,4 @@
-"""Surfaces lowered, where a test needs their patches."""
+"""Lowers surfaces for tests that need their patches."""
 
 from service.surface import Surface
 from service.surface.examples import find
@@ -6,7 +6,7 @@ from service.surface.lowered import PatchModel
 
 
 def patches_of(source: str | Surface) -> PatchModel:
-    """The Bézier patches of an example or a surface that lowers to patches and nothing else."""
+    """The Bézier patches of an example, or of a surface that lowers to patches."""
     surface = find(source).surface() if isinstance(source, str) else source
     model = surface.lower()
     assert isinstance(model, PatchModel)

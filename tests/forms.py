@@ -1,4 +1,4 @@
-"""One small surface of every form that a request can take, with all that it can carry."""
+"""Small surfaces in every form of a request, with all channels that the form can have."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -123,7 +123,7 @@ SURFACES: Mapping[str, Json] = MappingProxyType(
         },
     }
 )
-"""The surfaces by what they show."""
+"""The surfaces by their titles."""
 
 WIRES: Mapping[str, Json] = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""The service as uvicorn serves it, or anything else, on a free port of this machine."""
+"""Runs the service by uvicorn, or another server, on a free port of this machine."""
 
 import threading
 import time
@@ -19,8 +19,8 @@ def running_service(
 ) -> Iterator[str]:
     """URL of a service that runs in a thread of this process, until the block ends.
 
-    Its surfaces are kept in memory unless the settings say otherwise. What is put around the
-    application sees every request that reaches the server.
+    Its surfaces are kept in memory unless the settings say otherwise. The wrapper of the
+    application gets every request that reaches the server.
     """
     settings = settings or Settings()
     app = around(create_app(settings))
@@ -40,7 +40,7 @@ def running_service(
 
 @contextmanager
 def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
-    """URL at which this handler answers, on a free port of this machine."""
+    """The URL of a server with this handler, on a free port of this machine."""
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
         thread = threading.Thread(target=httpd.serve_forever, name="served")
         thread.start()

@@ -1,8 +1,8 @@
-"""Meshes built by hand, slowly and plainly: what the encoders are tested with before any engine.
+"""Meshes for tests of encoders, built by plain code without the engine.
 
 The silo is a closed body of three patches, each a part: a flat base whose centre is a pole with
 one normal, a wall, and a conical roof whose apex is a pole with many. It has creases (two normals
-at one position), a seam, and overlays. With four sides and one row its numbers are all short.
+at one position), a seam, and overlays. With four sides and one row, all of its numbers are short.
 """
 
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ class Grid:
 def silo(sides: int = 4, rows: int = 1, faces: Faces = "triangles", *, name: str = "silo") -> Mesh:
     """A prism of radius and height 1 below a pyramid of height 1, closed, float64."""
     angle = 2 * np.pi * np.arange(sides + 1) / sides
-    # Rounded, so that the seam closes and no machine's cosine shows.
+    # Rounded, so that the seam closes, and the numbers are equal on all machines.
     cosine, sine = np.round(np.cos(angle), 12), np.round(np.sin(angle), 12)
     climb = np.arange(rows + 1) / rows
 
@@ -54,7 +54,7 @@ def silo(sides: int = 4, rows: int = 1, faces: Faces = "triangles", *, name: str
 
 
 def sheet(divisions: int) -> Mesh:
-    """A flat square of one patch, float64, with as many samples as one likes."""
+    """A flat square of one patch, float64, with a given number of samples."""
     u, v = np.meshgrid(*[np.arange(divisions + 1) / divisions] * 2, indexing="ij")
     positions = np.stack([u, v, np.zeros_like(u)], axis=-1)
     normals = np.broadcast_to([0.0, 0.0, 1.0], positions.shape)
@@ -84,7 +84,7 @@ def carrying(mesh: Mesh, opacity: bool = False) -> Mesh:
     """The mesh with colours by position, a temperature, and a flow of six numbers."""
     size = np.ptp(mesh.positions, axis=0)
     share = (mesh.positions - mesh.positions.min(axis=0)) / np.where(size > 0, size, 1)
-    # From dark to light, through both branches of sRGB.
+    # From dark to light, so that both branches of the sRGB formula are used.
     colors = np.round(share, 3) * [1.0, 0.5, 0.05]
     if opacity:
         colors = np.hstack([colors, 1 - np.round(share[:, :1], 3) / 2])
@@ -117,7 +117,8 @@ def single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y"
 
 
 def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
-    """Weld grids of samples, one part each, vertex by vertex: equal position, equal normal."""
+    """Welds grids of samples, each a part: samples with equal position and normal are one
+    vertex."""
     rows: dict[tuple[float, ...], int] = {}
     spots: dict[tuple[float, ...], int] = {}
     vertices: list[tuple[float, ...]] = []

@@ -1,4 +1,4 @@
-"""Readers of compressed bodies: those of the standard library, or of what stands in for it."""
+"""Readers of compressed bodies: those of the standard library, or of its backport."""
 
 import gzip
 import sys

@@ -1,7 +1,7 @@
-"""Programs made by others that judge what we write. A test that lacks one is skipped.
+"""Programs of other projects that check our files. A test without its program is skipped.
 
 With TESTS_REQUIRE_TOOLS=1, as in `.ci/run`, a skipped test counts as a failed one
-(`tests/conftest.py`): there, everything is installed first.
+(`tests/conftest.py`), because `.ci/run` installs all programs first.
 """
 
 import os
@@ -41,6 +41,6 @@ def node_package(name: str) -> Path:
 def run_python(
     *arguments: str, check: bool = True, **options: Any
 ) -> subprocess.CompletedProcess[str]:
-    """A process of this Python, once it has ended, and what it printed."""
+    """Runs this Python; returns the ended process with its output."""
     command = [sys.executable, *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=check, **options)

@@ -1,7 +1,7 @@
-"""Which process gets which tests, where there are several: all of a module, and all of the browser.
+"""Distributes tests to processes: a module to one process, and all tests in the browser to one.
 
-The browser is closed whenever a process leaves its tests. If it were given one module of them now
-and another later, it would start it as many times, which takes longer than the tests.
+A process closes its browser after the browser's tests. If it got one module of these now and
+another later, it would start the browser again, which takes longer than the tests.
 """
 
 import pytest
@@ -11,7 +11,7 @@ BROWSER = "tests/web"
 
 
 class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
-    """By modules, but that the tests in the browser are one."""
+    """Distributes by modules; all tests in the browser count as one module."""
 
     def _split_scope(self, nodeid: str) -> str:
         return BROWSER if nodeid.startswith(f"{BROWSER}/") else str(super()._split_scope(nodeid))

@@ -1,7 +1,7 @@
-"""One surface, written in many ways.
+"""Random spellings of one surface.
 
-Keys change places, blanks come and go, numbers and strings are spelled as JSON allows, and what a
-default says is said or left out. All of it is chosen by a seeded generator.
+A seeded generator changes the order of keys, the blanks and the spelling of numbers and strings,
+and writes or leaves out defaults.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from typing import Any
 from tests.forms import Json
 
 WHOLE = frozenset({"patches", "triangles", "parts", "degree", "sides"})
-"""Fields of whole numbers, which have one spelling: 1.0 is no index."""
+"""Fields of whole numbers, which have one spelling: 1.0 is not an index."""
 
 NAMES: Mapping[str, str] = {"tube": "tube", "ribbon": "ribbon", "group": "group"}
 """Default names of surfaces; other kinds are called `surface`."""
@@ -34,12 +34,12 @@ EYE = [[float(i == j) for j in range(4)] for i in range(4)]
 
 
 def spelled(surface: Json, random: Random) -> str:
-    """One of the texts that say this surface."""
+    """One of the JSON texts of this surface."""
     return _text(_surface(surface, random), random, whole=False)
 
 
 def _surface(content: Json, random: Random) -> Json:
-    """The definition with its defaults said or unsaid."""
+    """The definition, with or without each of its defaults."""
     kind = content.get("type", "bezier")
     defaults = {"up": "y", "name": NAMES.get(kind, "surface")} | DEFAULTS[kind]
     if "camera" in content:
@@ -60,7 +60,7 @@ def _surface(content: Json, random: Random) -> Json:
 
 
 def _for_both(value: Any, random: Random) -> Any:
-    """Something for u and for v, as one value or as two where they are equal."""
+    """A value for u and one for v, as a list of two, or as one value if they are equal."""
     one, other = value if isinstance(value, list) else (value, value)
     return one if one == other and random.random() < 0.5 else [one, other]
 
@@ -85,14 +85,14 @@ def _member(content: Json, random: Random) -> Json:
 
 
 def _with_defaults(content: Json, defaults: Json, random: Random) -> Json:
-    """Each field that has its default, or could, is there or not."""
+    """Each field with its default is written or left out."""
     said = {key: value for key, value in content.items() if value != defaults.get(key)}
     unsaid = {key: value for key, value in defaults.items() if content.get(key, value) == value}
     return said | {key: value for key, value in unsaid.items() if random.random() < 0.5}
 
 
 def _text(value: Any, random: Random, *, whole: bool) -> str:
-    """JSON of a value, somehow."""
+    """A random JSON text of a value."""
     blank = random.choice(("", "", "", " ", "\n\t ")) if random.random() < 0.2 else ""
     if isinstance(value, dict):
         keys = random.sample(list(value), len(value))

@@ -60,7 +60,7 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
         check=True,
     )
     key, line, *rest = done.stdout.splitlines()
-    # As it is shown, but for the digits.
+    # The output is as on the page, except for the digits.
     forms = [shown.rstrip("…")[:-4] for shown in blocks("text")[0].splitlines()]
     assert [printed[: len(form)] for printed, form in zip((key, line), forms, strict=True)] == forms
     assert {file.name for file in tmp_path.iterdir()} == {"patch.glb", "saddle.glb"}

@@ -1,4 +1,4 @@
-"""Rules of the house that no linter knows."""
+"""Rules of the project that no linter checks."""
 
 import json
 import re
@@ -53,7 +53,7 @@ def test_constraints_pin_exact_versions_and_name_no_host() -> None:
 
 
 def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
-    """Whatever the service and its tests need, and whatever that needs in turn."""
+    """All packages that the service and its tests need, directly or not."""
     pinned = {
         str(canonicalize_name(n)): v for n, _, v in (line.partition("==") for line in CONSTRAINTS)
     }

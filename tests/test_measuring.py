@@ -1,4 +1,4 @@
-"""Seconds by name: what is within something measured is part of it, and threads count along."""
+"""Seconds by name: nested blocks count once, and threads count too."""
 
 import contextvars
 import threading

@@ -58,14 +58,14 @@ def document_of(settings: Settings) -> dict[str, Any]:
 
 
 DOCUMENT: dict[str, Any] = json.loads(COMMITTED.read_text(encoding="utf-8"))
-"""The document as it was committed: that of the code, as the first test sees."""
+"""The committed document; the first test compares it with the code."""
 SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
     "everything": everything(),
     "defaults": Settings(memory_bytes=1 << 44),
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
-"""Ways to set a service up, each with another document."""
+"""Settings, each with another document."""
 COMPUTING = [
     path
     for path, item in DOCUMENT["paths"].items()
@@ -175,7 +175,7 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
 
 
 def test_every_model_has_a_route() -> None:
-    """A model that no route reads or answers is that of a route that was forgotten."""
+    """Each model belongs to a route, as a request or as a response."""
     names = {reference.rpartition("/")[2] for reference in references(DOCUMENT)}
     routes = sorted(file.name for file in (SERVICE / "api" / "routes").glob("[a-z]*.py"))
     for folder, base in (("schemas", RequestModel), ("api.models", ResponseModel)):
@@ -465,7 +465,8 @@ def surface_in(value: Any) -> Surface:
 def test_schemas_of_requests_are_no_stricter_than_the_code(
     name: str, cases: tuple[Hostile, ...], taken: Callable[[Any], object], least: int
 ) -> None:
-    """The code refuses all that the schema refuses: a client may check beforehand."""
+    """The code refuses every body that the schema refuses, so clients can check bodies
+    themselves."""
     checked = 0
     for case in cases:
         body = case.build()

@@ -105,7 +105,7 @@ def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
     assert int(response.headers["access-control-max-age"]) == 86400
 
 
-def test_other_origins_are_not_granted_beforehand() -> None:
+def test_preflight_requests_of_other_origins_are_refused() -> None:
     with client_of(create_app(Settings(cors_origins=(OURS,)))) as client:
         ours, other = (
             client.request("OPTIONS", "/v1/mesh", headers={**of(origin), **ASKED})

@@ -121,13 +121,13 @@ def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> N
     assert len(read) == 3
 
 
-def test_body_of_the_very_length_is_read() -> None:
+def test_a_body_of_the_largest_length_is_read() -> None:
     body = b'{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]}}'.ljust(1024)
     with client_of(create_app(Settings(max_body_bytes=1024))) as client:
         assert client.request("POST", "/v1/mesh", body, JSON).status_code == 200
 
 
-def test_slow_body_is_given_up() -> None:
+def test_a_slow_body_is_refused() -> None:
     async def slow() -> AsyncIterator[bytes]:
         yield b"{"
         await anyio.sleep(600)

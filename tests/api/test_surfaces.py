@@ -169,7 +169,7 @@ def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> 
     assert (error["code"], error["parameter"]) == (code, "id")
 
 
-def test_whole_objects_that_are_no_surfaces(caplog: pytest.LogCaptureFixture) -> None:
+def test_complete_objects_that_are_not_surfaces(caplog: pytest.LogCaptureFixture) -> None:
     """Contents of other programs under their own hashes are logged and not sent."""
     content = b"no surface\n"
     id = surface_id(content)

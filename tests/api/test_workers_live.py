@@ -180,7 +180,7 @@ def test_the_deadline_holds_for_computing_and_waiting_requests(looping: Looping)
         assert looping.stopped == looping.calls >= 1
 
 
-def test_small_requests_pass_by_large_ones(looping: Looping) -> None:
+def test_small_requests_do_not_wait_for_large_ones(looping: Looping) -> None:
     with serving(max_queue=1) as service:
         computed = service.posted(LONG)
         until(lambda: looping.calls == 1)

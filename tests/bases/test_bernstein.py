@@ -1,4 +1,4 @@
-"""Bernstein bases: right to the last digits, positive, cached."""
+"""Bernstein bases: exact to the last digits, positive, cached."""
 
 from fractions import Fraction
 from math import comb
@@ -24,14 +24,14 @@ ULP = 2.0**-52
 
 
 def exact_basis(degree: int, t: float) -> list[Fraction]:
-    """C(n, i) tⁱ (1 − t)ⁿ⁻ⁱ without rounding, at exactly this float."""
+    """C(n, i) tⁱ (1 − t)ⁿ⁻ⁱ in exact fractions."""
     x = Fraction(t)
     return [comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)]
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 7, 15, 30, 64])
 def test_every_value_is_right_to_about_n_units_in_its_last_place(degree: int) -> None:
-    """Relative to each value, the tiny ones at the far ends included."""
+    """The error is relative to each value, also to the smallest."""
     t = np.array([0.0, 1e-9, 0.1, 1 / 3, 0.5, 0.7, 1 - 2**-30, 1.0])
     basis = bernstein(degree, t)
     assert basis.shape == (len(t), degree + 1)
@@ -44,7 +44,7 @@ def test_every_value_is_right_to_about_n_units_in_its_last_place(degree: int) ->
 
 @given(st.integers(0, 64), st.lists(st.floats(0, 1), min_size=1, max_size=9))
 def test_partition_of_unity_and_positivity(degree: int, t: list[float]) -> None:
-    """Weighted means: nothing negative, the sum 1."""
+    """No value is negative, and the sum is 1."""
     basis = bernstein(degree, t)
     assert (basis >= 0).all()
     assert np.abs(basis.sum(axis=1) - 1).max() <= (degree + 1) * ULP
@@ -52,7 +52,7 @@ def test_partition_of_unity_and_positivity(degree: int, t: list[float]) -> None:
 
 @given(st.integers(1, 64), st.integers(1, 40))
 def test_ends_are_exactly_the_first_and_the_last_control_point(degree: int, divisions: int) -> None:
-    """Zeros and a one, not nearly so."""
+    """The values are exactly zeros and a one."""
     basis = sample_basis(degree, divisions)
     np.testing.assert_array_equal(basis[0], np.eye(degree + 1)[0])
     np.testing.assert_array_equal(basis[-1], np.eye(degree + 1)[-1])
@@ -95,7 +95,7 @@ def test_grid_basis_is_the_product_of_the_two() -> None:
 
 @given(nets(limit=2), nets(limit=2))
 def test_product_of_polynomials_is_the_product_of_their_values(first: Array, second: Array) -> None:
-    """Coordinate by coordinate, against exact values of both factors."""
+    """The product agrees with exact values of both factors, coordinate by coordinate."""
     product = multiply(np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0))
     net = exact.exact_net(np.moveaxis(product, 0, -1))
     one, other = exact.exact_net(first), exact.exact_net(second)

@@ -23,7 +23,7 @@ def never() -> NDArray[np.float64]:
 
 
 def test_builds_once_and_returns_the_same_read_only_array() -> None:
-    """The second request gets what the first one made."""
+    """The second call returns the array of the first."""
     cache = ArrayCache(64 * KIB)
     first = cache.array("key", of(KIB))
     assert cache.array("key", never) is first
@@ -31,7 +31,7 @@ def test_builds_once_and_returns_the_same_read_only_array() -> None:
 
 
 def test_the_least_recently_used_goes_first() -> None:
-    """Looking at an array keeps it."""
+    """Getting an array makes it the most recently used."""
     cache = ArrayCache(8 * KIB)
     for name in range(8):
         cache.array(name, of(KIB, name))
@@ -43,7 +43,7 @@ def test_the_least_recently_used_goes_first() -> None:
 
 
 def test_never_holds_more_than_its_capacity() -> None:
-    """And counts what it holds rightly."""
+    """The cache counts its bytes correctly, too."""
     cache = ArrayCache(10 * KIB)
     for name in range(100):
         cache.array(name, of(8 * (1 + name % 128)))
@@ -52,7 +52,7 @@ def test_never_holds_more_than_its_capacity() -> None:
 
 
 def test_a_builder_that_fails_leaves_nothing_behind() -> None:
-    """The next request tries again."""
+    """The next call builds again."""
     cache = ArrayCache(8 * KIB)
     with pytest.raises(AssertionError):
         cache.array("key", never)
@@ -61,7 +61,7 @@ def test_a_builder_that_fails_leaves_nothing_behind() -> None:
 
 
 def test_threads_get_the_right_arrays_while_others_evict() -> None:
-    """Four threads over more keys than fit: every answer has its key's figures."""
+    """Four threads use more keys than fit; each gets the array of its key."""
     cache = ArrayCache(16 * KIB)
     start, wrong = Barrier(4), []
 

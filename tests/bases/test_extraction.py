@@ -1,4 +1,5 @@
-"""Bézier points of the spans of a B-spline: exact, the same from both ends, one where they meet."""
+"""Bézier points of the spans of a B-spline: exact, equal for the reversed curve, shared by
+spans."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -60,7 +61,7 @@ def test_reversed_curves_have_the_same_bits(vector: KnotVector, seed: int, ratio
 
 @given(knot_vectors(parted=True), seeds, st.booleans())
 def test_spans_meet_or_are_discontinuous(vector: KnotVector, seed: int, rational: bool) -> None:
-    """Up to multiplicity p the very same numbers; at p + 1 two control points."""
+    """Up to multiplicity p, spans share one point, bit for bit; at p + 1 there are two points."""
     p = vector.degree
     points = points_for(vector.points, seed)
     weights = weights_for(vector.points, seed) if rational else None
@@ -76,7 +77,7 @@ def test_spans_meet_or_are_discontinuous(vector: KnotVector, seed: int, rational
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_equal_control_points_stay_that_point(rational: bool) -> None:
-    """A pole is one point after lowering too, with whatever weights: no number of it changes."""
+    """Equal control points with any weights stay that point, bit for bit; so poles stay poles."""
     vector = np.array([0, 0.1, 0.1, 0.27, 0.5, 0.61, 0.9, 1, 1.3, 1.7])
     points = np.broadcast_to([0.1, -1e6 / 3, 7e30 / 11], (6, 3)).copy()
     weights = weights_for(6, 3) if rational else None
@@ -86,7 +87,7 @@ def test_equal_control_points_stay_that_point(rational: bool) -> None:
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> None:
-    """Over knots like k/7, whose differences are not equal in floating point."""
+    """It also closes over knots like k/7, whose differences are unequal in floating point."""
     points = knots.wrap_points(points_for(7, 1), 3)
     weights = knots.wrap_points(weights_for(7, 1), 3) if rational else None
     vector = knots.periodic_knots(7, 3) / 7
@@ -98,7 +99,7 @@ def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> 
 
 
 def test_other_ends_stay_apart() -> None:
-    """Points that repeat over knots that do not: no loop."""
+    """Repeated points over knots that are not periodic do not close the curve."""
     points = knots.wrap_points(points_for(7, 1), 3)
     vector = knots.periodic_knots(7, 3)
     vector[-1] += 1e-6
@@ -109,7 +110,7 @@ def test_other_ends_stay_apart() -> None:
 
 @pytest.mark.parametrize("degree", [3, 40])
 def test_chunks_give_the_same_points(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Bit for bit, and nothing large is held at once."""
+    """The points are equal bit for bit, and little memory is used at a time."""
     rng = np.random.default_rng(3)
     vector = np.sort(rng.uniform(0, 1, 60 + 2 * degree))
     vector[degree + 5 : degree + 8] = vector[degree + 5]
@@ -124,7 +125,7 @@ def test_chunks_give_the_same_points(degree: int, monkeypatch: pytest.MonkeyPatc
 
 
 def test_extractions_are_cached_by_knots_and_closure() -> None:
-    """One knot vector, one extraction, and another one for curves that end as they begin."""
+    """Curves with equal knots share an extraction; closed curves have another one."""
     vector, points = knots.periodic_knots(7, 3), points_for(7, 1)
     kept = plan_extraction(vector, 3, points_for(10, 2))
     assert plan_extraction(vector.copy(), 3, points_for(10, 3)) is kept

@@ -1,4 +1,4 @@
-"""Bernstein nets raised, cut and cut out: the same points in exact arithmetic, and their bits."""
+"""Elevation, split and restriction of nets: the same points in exact arithmetic, and their bits."""
 
 from fractions import Fraction
 
@@ -77,7 +77,7 @@ def test_the_highest_degree_loses_nothing() -> None:
 
 
 @given(curves(), inner)
-def test_both_sides_of_a_cut(net: Net, t: float) -> None:
+def test_split_keeps_the_curve_on_both_sides(net: Net, t: float) -> None:
     left, right = split(net, t)
     cut = Fraction(t)
     for s in PARAMETERS:
@@ -89,7 +89,7 @@ def test_both_sides_of_a_cut(net: Net, t: float) -> None:
 
 
 @given(curves(), st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted))
-def test_a_piece(net: Net, ends: list[float]) -> None:
+def test_restrict_keeps_the_curve(net: Net, ends: list[float]) -> None:
     first, last = ends
     piece = restrict(net, first, last)
     for s in PARAMETERS:
@@ -99,7 +99,7 @@ def test_a_piece(net: Net, ends: list[float]) -> None:
 
 @given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)
 def test_equal_points_stay_one_point(count: int, x: float, weight: float, t: float) -> None:
-    """Bit for bit, whatever the weights: poles are found by equality."""
+    """Equal points stay equal bit for bit with any weights, because poles are found by equality."""
     points = np.full((count, 3), x)
     weights = np.linspace(1, weight, count)
     for loads in (None, weights):
@@ -120,7 +120,7 @@ def test_other_axes_are_kept() -> None:
 
 
 def test_points_with_share_0_have_no_effect() -> None:
-    """A term without a share neither pulls nor widens the bounds of the mean."""
+    """A point with share 0 changes neither the mean nor its bounds."""
     points = np.array([[0.1], [0.1], [9.0]])
     index = np.array([[0], [2], [1]])
     mean, _ = combine(points, None, index, np.array([[1 / 3], [0.0], [2 / 3]]))

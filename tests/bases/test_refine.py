@@ -1,4 +1,4 @@
-"""B-splines over other knots: the same points in exact arithmetic, and nothing that cancels."""
+"""B-splines over other knots: the same points in exact arithmetic, and no negative share."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -36,7 +36,8 @@ def exact(
 def test_other_knots_give_the_same_curve(
     vector: KnotVector, seed: int, more: int, ends: list[float], whole: bool
 ) -> None:
-    """Raised, clamped and cut out at once: shares are not negative and add up to one."""
+    """The new knots elevate, clamp and restrict at once; shares are not negative and add up to
+    one."""
     (knots, degree), count = vector, vector.points
     low, high = domain(knots, degree)
     first, last = (low, high) if whole else ((1 - s) * low + s * high for s in ends)
@@ -64,7 +65,8 @@ def test_other_knots_give_the_same_curve(
 
 @given(knot_vectors(parted=True), seeds)
 def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int) -> None:
-    """A clamped spline over its own knots is itself, however often its knots come."""
+    """A clamped spline over its own knots keeps its control points, with knots of any
+    multiplicity."""
     knots, degree = vector
     low, high = domain(knots, degree)
     own = raise_knots(knots, degree, degree, low, high)

@@ -16,7 +16,7 @@ breaks_of = st.lists(st.integers(-20, 20), min_size=2, max_size=6, unique=True).
 
 
 def blossom(points: list[tuple[Fraction, ...]], places: list[Fraction]) -> tuple[Fraction, ...]:
-    """De Casteljau with a parameter of its own at every step."""
+    """De Casteljau with another parameter at every step."""
     for t in places:
         points = [
             tuple((1 - t) * x + t * y for x, y in zip(a, b, strict=True))

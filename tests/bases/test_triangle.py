@@ -55,7 +55,7 @@ def test_samples_are_correctly_rounded(divisions: int) -> None:
 
 @given(st.integers(0, 12), st.integers(1, 4))
 def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
-    """Each value by itself to a few units in its last place: also the smallest."""
+    """Each value has an error of a few units in its last place, also the smallest."""
     places = triangles.places(divisions)
     found = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions))
     truth = np.array([exact_basis(degree, place) for place in places]).astype(float).T
@@ -64,7 +64,7 @@ def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
 
 @pytest.mark.parametrize("degree", [1, 3, 20, 64])
 def test_basis_is_a_partition_of_unity(degree: int) -> None:
-    """Also close to the corners, where s / (r + s) has few digits left."""
+    """The sum is 1 also close to the corners, where s / (r + s) has few digits."""
     near = 2.0 ** -np.arange(1, 50)
     places = np.concatenate(
         [triangle.barycentric(9)]
@@ -75,12 +75,12 @@ def test_basis_is_a_partition_of_unity(degree: int) -> None:
     basis = triangle_basis.triangle_bernstein(degree, places)
     assert basis.min() >= 0
     assert np.abs(basis.sum(axis=0) - 1).max() < 1e-14
-    # And reproduces the places themselves: degree n takes b_ijk = (i, j, k)/n to the identity.
+    # The net b_ijk = (i, j, k)/n has the value (r, s, t) at (r, s, t).
     assert np.abs(basis.T @ triangle.barycentric(degree) - places).max() < 1e-14
 
 
 def test_corners_and_sides_need_no_rounding() -> None:
-    """One control point at each corner; along t = 0 the basis of one variable."""
+    """At a corner one value is 1; along t = 0 the values are the basis of one variable."""
     corners = triangle_basis.triangle_bernstein(5, np.eye(3))
     assert (corners == 1).sum() == 3
     assert (corners == 0).sum() == 3 * 21 - 3
@@ -119,7 +119,8 @@ def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
 
 @pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 3), (1, 2), (2, 5), (3, 3), (20, 64)])
 def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
-    """Its columns are Bernstein polynomials of the lower degree written in the higher one."""
+    """The columns are the Bernstein polynomials of the lower degree in the basis of the higher
+    one."""
     matrix = elevation_matrix(low, high)
     t = np.arange(12) / 11
     np.testing.assert_allclose(bernstein(high, t) @ matrix, bernstein(low, t), atol=1e-15)

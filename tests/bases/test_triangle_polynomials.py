@@ -1,4 +1,4 @@
-"""Sides of triangular nets that are raised; tests/surface/convert judges the points of all else."""
+"""Sides of elevated triangular nets; tests/surface/convert tests all points."""
 
 import numpy as np
 from hypothesis import given
@@ -20,7 +20,8 @@ def net_for(degree: int, seed: int) -> Net:
 
 @given(small, st.integers(1, 4), seeds)
 def test_sides_are_elevated_like_curves(degree: int, more: int, seed: int) -> None:
-    """Bit for bit, in either direction: what shares an edge shares it afterwards."""
+    """Sides are equal bit for bit, in either direction, so patches that share an edge still share
+    it."""
     points, weights = net_for(degree, seed)
     assert weights is not None
     n = degree + more

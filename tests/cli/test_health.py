@@ -17,7 +17,7 @@ from tests.programs import run_python
 
 @contextmanager
 def answering(response: bytes) -> Iterator[str]:
-    """Port of a server that takes one connection and answers it so."""
+    """The port of a server that accepts one connection and sends this response."""
 
     def once() -> None:
         connection, _ = listener.accept()
@@ -51,7 +51,9 @@ def test_a_ready_service(
     ],
     ids=["draining", "another program", "silence"],
 )
-def test_one_that_is_not(response: bytes, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_service_that_is_not_ready(
+    response: bytes, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with answering(response) as port:
         assert main(["health", "--port", port]) == 1
     shown = capsys.readouterr()
@@ -60,7 +62,7 @@ def test_one_that_is_not(response: bytes, told: str, capsys: pytest.CaptureFixtu
 
 
 def test_the_address_of_the_health_check(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the service listens, as it reads it itself; and at an address that can be asked."""
+    """The address is read as the service reads it; a wildcard becomes the loopback address."""
     assert listening_at(None, None) == (Settings().host, Settings().port)
     assert listening_at("10.1.2.3", "81") == ("10.1.2.3", 81)
     monkeypatch.setenv("SURFACE_HOST", "::")
@@ -68,7 +70,7 @@ def test_the_address_of_the_health_check(monkeypatch: pytest.MonkeyPatch) -> Non
     assert listening_at(None, None) == ("::1", 82)
 
 
-def test_it_waits_for_no_heavy_import() -> None:
+def test_it_imports_no_slow_module() -> None:
     code = (
         "import sys; from service.cli.main import main; main(['health', '--port', '1'])\n"
         "print(*{'numpy', 'pydantic', 'fastapi', 'uvicorn', 'asyncio'} & sys.modules.keys())"

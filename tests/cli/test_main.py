@@ -58,7 +58,7 @@ def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Pa
 
 
 def test_a_local_file_may_contain_many_blanks(tmp_path: Path) -> None:
-    """The budget of a body guards a server; the command line serves who runs it."""
+    """The limit of a body protects a server; local files have no such limit."""
     file, output = tmp_path / "net.json", tmp_path / "net.off"
     file.write_text(json.dumps(SURFACE) + " " * (3 << 20), encoding="utf-8")
     assert main(["mesh", str(file), "-o", str(output), "--resolution", "1"]) == 0
@@ -243,7 +243,7 @@ def test_option_of_a_file_is_named_by_its_place_in_the_file(
 
 
 class _Stranger(BaseHTTPRequestHandler):
-    """A server that is something else, or that is broken."""
+    """A server that is not this service, or is broken."""
 
     def do_GET(self) -> None:
         broken = self.path.startswith("/broken/")
@@ -305,7 +305,7 @@ def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
-    """Bare, or in a request whose options the command line overrides."""
+    """The file has a bare curve, or a request whose options the command line overrides."""
     bare, request = tmp_path / "bare.json", tmp_path / "request.json"
     bare.write_text('{"control_points": [[0, 0], [1, 1], [2, 0]]}')
     request.write_text(

@@ -8,7 +8,7 @@ import pytest
 from service.cli.main import main
 
 
-def test_flags_say_how_narrow(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+def test_flags_set_the_tolerance(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
     assert main(["measure", "heated-panel", "--tolerance", "1e-3", "-o", "-"]) == 0
     coarse = json.loads(capsysbinary.readouterr().out)["area"]
     flags = ["--tolerance", "1e-9", "--weld-tolerance", "0"]

@@ -34,7 +34,7 @@ def test_a_request_with_a_curve(tmp_path: Path, capsysbinary: pytest.CaptureFixt
     assert json.loads(capsysbinary.readouterr().out)["positions"] == [[0.25, 0]]
 
 
-def test_a_file_that_is_no_array_is_refused(
+def test_a_file_that_is_not_an_array_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "points.npy").write_bytes(b"points")

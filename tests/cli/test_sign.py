@@ -1,4 +1,5 @@
-"""`surface sign`: addresses signed without a service, that services with the secret answer."""
+"""`surface sign`: URLs that are signed without a service, and that services with the secret
+accept."""
 
 import pytest
 from pydantic import SecretStr

@@ -1,4 +1,4 @@
-"""`surface store`: a surface goes to a service, its addresses come back."""
+"""`surface store`: stores a surface at a service, and prints its URLs."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Geomview's own reader: `anytooff` loads an OOGL file and writes what it understood as OFF."""
+"""Geomview's own reader: `anytooff` loads an OOGL file and writes it as OFF."""
 
 import subprocess
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from tests.programs import program
 class Read:
     """A file as Geomview read it: vertices as it stores them, float32, and faces.
 
-    `colors`, red, green, blue and opacity, are None where it knows of none.
+    `colors`, red, green, blue and opacity, are None for a file without colours.
     """
 
     vertices: NDArray[np.float64]
@@ -23,7 +23,7 @@ class Read:
 
 
 def read_oogl(content: bytes, folder: Path) -> Read:
-    """Load a file as Geomview does; fail where it complains, also where it then carries on."""
+    """Loads a file as Geomview does; fails if Geomview prints an error, even if it continues."""
     path = folder / "model.oogl"
     path.write_bytes(content)
     done = subprocess.run(
@@ -41,7 +41,7 @@ def _parse_off(text: str) -> Read:
     columns = 3 + 3 * ("N" in keyword) + 4 * ("C" in keyword)
     vertices, faces, _edges = (int(next(words)) for _ in range(3))
     table = np.array([[float(next(words)) for _ in range(columns)] for _ in range(vertices)])
-    # A face may be followed by its colour: each stands on a line of its own.
+    # Each face is on a line of its own; its colour may follow it.
     lines = [line.split() for line in text.strip().rstrip("}").splitlines() if line.strip()]
     loops = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-faces:]]
     return Read(table[:, :3], loops, table[:, -4:] if "C" in keyword else None)

@@ -12,12 +12,13 @@ from tests.programs import node_package, program
 SCRIPT = Path(__file__).with_suffix(".mjs")
 
 UNUSED = "UNUSED_OBJECT"
-"""Said, for information, of texture coordinates without a texture."""
+"""The code of the validator's note about texture coordinates without a texture."""
 
 
 @cache
 def _validator() -> subprocess.Popen[str]:
-    """The validator, which stays: to start Node takes longer than to read most files."""
+    """The process of the validator, started once, because starting Node takes longer than most
+    files."""
     command = [program("node"), str(SCRIPT), str(node_package("gltf-validator"))]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(process.kill)

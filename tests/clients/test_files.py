@@ -1,4 +1,4 @@
-"""Files as people have them, sent as curl sends them, and judged by Geomview."""
+"""Files that users may have, sent by curl, and read by Geomview."""
 
 import subprocess
 from pathlib import Path
@@ -17,7 +17,7 @@ GEOMVIEW = Path("/usr/share/geomview/geom")
 
 
 def posted(url: str, file: Path, media_type: str) -> bytes:
-    """The answer to a file, which curl sends as it is."""
+    """The response to a file, which curl sends unchanged."""
     command = [program("curl"), "--silent", "--show-error", "--fail", "--data-binary", f"@{file}",
                "--header", f"Content-Type: {media_type}", url]  # fmt: skip
     return subprocess.run(command, capture_output=True, timeout=60, check=True).stdout

@@ -1,4 +1,4 @@
-"""NumPy files: what `numpy.save` writes comes back bit for bit, everything else is refused."""
+"""NumPy files: files of `numpy.save` are read bit for bit, all others are refused."""
 
 import io
 import tracemalloc
@@ -27,7 +27,7 @@ def saved(array: NDArray[Any], version: tuple[int, int] = (1, 0)) -> bytes:
 
 
 def with_header(text: str, numbers: bytes = b"", version: bytes = b"\1\0") -> bytes:
-    """A file with a header of one's own."""
+    """A file with this header."""
     size = len(text).to_bytes(2 if version == b"\1\0" else 4, "little")
     return b"\x93NUMPY" + version + size + text.encode("latin-1") + numbers
 
@@ -94,12 +94,12 @@ REPLACED = [
     (b"}  ", b"} 1"),
     (b"\1\0v", b"\3\0v"),
 ]
-"""Changes after which a file may still be one, or nearly."""
+"""Replacements in a header, after which the file may still be valid, or almost."""
 
 
 @st.composite
 def damaged(draw: st.DrawFn) -> bytes:
-    """A file with some of its bytes changed, put in, taken out, or cut off."""
+    """A file with some bytes changed, inserted, removed, or cut off."""
     content = FILE
     for old, new in draw(st.lists(st.sampled_from(REPLACED), max_size=3)):
         content = content.replace(old, new)
@@ -200,7 +200,7 @@ def test_numbers_of_another_type_are_refused(content: bytes, got: str) -> None:
 @pytest.mark.parametrize(
     "shape", [(), (3,), (4, 3), (2, 2, 2), (2, 2, 5), (1, 2, 2, 2), (1, 1, 2, 2, 3)]
 )
-def test_other_shapes_are_no_nets(shape: tuple[int, ...]) -> None:
+def test_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(SurfaceError) as caught:
         decode(saved(np.zeros(shape)), None, MOST)
     assert caught.value.issues[0].code == "wrong_dimension"
@@ -233,7 +233,7 @@ def test_kinds_that_an_array_cannot_be_are_refused(array: NDArray[Any], kind: st
 
 
 def test_headers_of_other_programs_are_read() -> None:
-    """Keys in another order, no blanks, no comma at the end, blanks to fill up: all are NumPy's."""
+    """Keys in another order, no blanks, no comma at the end, padding: all are valid for NumPy."""
     for text in (
         "{'shape':(2,2,3),'fortran_order':False,'descr':'<f8'}",
         "{ 'descr' : '<f8' , 'fortran_order' : False , 'shape' : ( 2 , 2 , 3 , ) , }",

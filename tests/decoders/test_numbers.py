@@ -1,4 +1,4 @@
-"""Numbers in texts: every one of them, to the last bit, wherever the text is cut."""
+"""Numbers in texts: all of them, to the last bit, wherever the text is cut."""
 
 import numpy as np
 import pytest
@@ -47,4 +47,4 @@ def test_no_more_numbers_are_read_than_are_wanted(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(numbers, "PIECE", 16)
     assert read(b"1 " * 100, 100) == [1.0] * 100
     with pytest.raises(SurfaceError, match="more control points"):
-        read(b"1 " * 100 + b"x", 100)  # whatever stands behind them
+        read(b"1 " * 100 + b"x", 100)  # the text after them is not read

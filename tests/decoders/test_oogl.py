@@ -1,4 +1,4 @@
-"""OOGL patches: what we write and what Geomview reads comes back; refusals tell the line."""
+"""OOGL patches: the files that we write and that Geomview reads; errors name the line."""
 
 import subprocess
 import tracemalloc
@@ -132,7 +132,7 @@ FORMS = [
     b"STBEZ113 " + FLAT + b" 0 0 1 0 0 1 1 1",
     b"CBEZ113 " + FLAT + b" 1 1 1 1" * 4,
 ]
-"""One and the same patch, as the format lets it be written."""
+"""One patch in all the forms of the format."""
 
 OURS_ALONE = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
 """Texts that Geomview refuses, or draws differently."""
@@ -163,7 +163,7 @@ def test_geomviews_own_files_are_the_surfaces_that_geomview_draws(name: str) -> 
     done = subprocess.run(
         [program("bez2mesh"), str(dice), str(file)], capture_output=True, timeout=60, check=True
     )
-    # Each patch a MESH of dice × dice lines: x y z, and perhaps a normal.
+    # Each patch is a MESH of dice × dice lines: x y z, and sometimes a normal.
     lines = [line.split() for line in done.stdout.decode().splitlines()]
     numbers = [line for line in lines if len(line) in (3, 6) and line[0][-1].isdigit()]
     drawn = np.array([line[:3] for line in numbers], dtype=float)

@@ -22,7 +22,7 @@ def teapot() -> PatchSurface:
 
 
 def text_of(surface: PatchSurface, comma: str = ",", rows: bool = False) -> str:
-    """A surface as such a text, its patches in a line each or in one line a row."""
+    """The text of a surface, with one line for each patch, or for each row of a patch."""
     lines = [str(len(surface.patches))]
     for patch in np.asarray(surface.patches) + 1:
         nets = patch if rows else patch.reshape(1, -1)

@@ -54,8 +54,8 @@ def settings_of(environment: Mapping[str, str]) -> Settings:
 
 
 def check_limits(settings: Settings, limit: int, patience: int) -> None:
-    """Running requests and the process itself fit into a limit of memory, with some to spare, and
-    the longest request and the drain into the seconds between SIGTERM and SIGKILL.
+    """Checks that running requests and the process fit into a limit of memory, with a reserve, and
+    that the longest request and the drain end between SIGTERM and SIGKILL.
     """
     assert settings.memory_bytes + PROCESS < 0.7 * limit
     assert settings.drain_timeout >= settings.request_timeout, "the longest request ends"

@@ -1,4 +1,4 @@
-"""The compose file follows the specification, agrees with the service, and keeps our promises."""
+"""The compose file follows the specification, and agrees with the service and the documents."""
 
 from ipaddress import ip_address, ip_network
 from typing import Any
@@ -81,7 +81,7 @@ def test_limits_leave_room_for_the_settings(name: str) -> None:
 
 
 @instances
-def test_the_proxy_alone_is_believed(name: str) -> None:
+def test_only_the_proxy_is_trusted(name: str) -> None:
     (subnet,) = load(FILE)["networks"]["front"]["ipam"]["config"]
     url = ip_address(SERVICES["proxy"]["networks"]["front"]["ipv4_address"])
     assert settings_in(name).trusted_proxies == (str(url),)

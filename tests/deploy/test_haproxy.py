@@ -46,7 +46,7 @@ def test_one_address_cannot_take_all_connections() -> None:
 
 
 def test_not_ready_is_known_before_the_listener_closes() -> None:
-    """A service that drains answers at once."""
+    """A draining service responds to the check at once."""
     known = seconds("inter") + (number("fall") - 1) * seconds("fastinter")
     settings = settings_of(SERVICES["surface"]["environment"])
     assert settings.drain_delay >= 2 * known

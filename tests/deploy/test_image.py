@@ -1,4 +1,4 @@
-"""The Dockerfile is clean, and agrees with what runs its image."""
+"""The Dockerfile passes a linter, and agrees with the files that run its image."""
 
 from tests.deploy.files import DEPLOY, ROOT, USER, load, run
 from tests.programs import program

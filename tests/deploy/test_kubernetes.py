@@ -1,4 +1,4 @@
-"""The Kubernetes manifests are valid, agree with the service, and keep the promises we make."""
+"""The Kubernetes manifests are valid, and agree with the service and the documents."""
 
 from functools import cache
 from typing import Any
@@ -157,7 +157,7 @@ def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
 
 
 def test_a_volume_has_one_replica() -> None:
-    """Two would not see each other's surfaces, or could not both mount the volume."""
+    """Two replicas would not see each other's surfaces, or could not both mount the volume."""
     claim = the("local", "PersistentVolumeClaim")
     assert claim["spec"]["accessModes"] == ["ReadWriteOnce"]
     deployment = the("local", "Deployment")["spec"]

@@ -1,4 +1,4 @@
-"""Alerts and the dashboard: understood by Prometheus, true of the service, and explained."""
+"""Alerts and the dashboard: valid for Prometheus, with metrics that exist, and documented."""
 
 import json
 import re
@@ -89,9 +89,9 @@ QUIET: dict[str, dict[str, str]] = {
         f"surface_cache_hits_total{{{SERVICE}}}": "0+90x200",
         f"surface_cache_misses_total{{{SERVICE}}}": "0+90x200",
     },
-    # Without a quota nothing is nearly full; without requests nothing is slow or missed.
+    # Without a quota the store is never nearly full; without requests, none is slow or missed.
     "idle": {f"surface_store_quota_bytes{{{SERVICE}}}": "0x200"},
-    # A restart now and then, and refused probes, need no alert.
+    # Rare restarts and refused probes need no alert.
     "rolling": {
         f"surface_ready{{{SERVICE}}}": "1x50 0 0 1x150",
         f'{TOOK}_count{{{SERVICE},route="/health/ready",status="5xx"}}': "0+60x200",
@@ -107,7 +107,7 @@ def promtool() -> str:
 
 @pytest.fixture(scope="module")
 def scraped() -> set[str]:
-    """Names of all samples that an application has, whatever its families have to say so far."""
+    """Names of all samples of an application, also of families that have no samples yet."""
     with client_of(create_app(Settings())) as client:
         client.get("/v1/surfaces/saddle/mesh.glb?resolution=2")
         found = client.get("/metrics").text
@@ -180,7 +180,7 @@ def test_each_alert_fires_when_it_should_and_no_other(promtool: str, tmp_path: P
 
 
 def _test(series: dict[str, str], firing: list[str]) -> dict[str, Any]:
-    # Restarts, 30 to 34 minutes on, are seen for 15 minutes; misses of the cache after 2 hours.
+    # Restarts at 30 to 34 minutes count for 15 minutes; cache misses alert after 2 hours.
     at = "150m" if firing in ([], ["SurfaceCacheMisses"]) else "40m"
     return {
         "interval": "1m",

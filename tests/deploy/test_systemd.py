@@ -1,4 +1,4 @@
-"""The systemd unit is one, is confined, and agrees with the service."""
+"""The systemd unit is valid, is confined, and agrees with the service."""
 
 import re
 import shutil
@@ -22,7 +22,7 @@ def the(name: str) -> str:
 
 @pytest.fixture
 def unit(tmp_path: Path) -> Path:
-    """The unit, its program one that is there."""
+    """The unit, with a program that exists on this machine."""
     text = UNIT.read_text(encoding="utf-8")
     assert OURS in text
     copy = tmp_path / UNIT.name
@@ -35,7 +35,7 @@ def test_systemd_accepts_the_unit(unit: Path) -> None:
 
 
 def test_it_is_confined(unit: Path) -> None:
-    """systemd's own mark: from 0, closed, to 10, open."""
+    """systemd's own rating is from 0, confined, to 10, exposed."""
     told = run(program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit)
     (mark,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", told)
     assert float(mark) <= 1.5

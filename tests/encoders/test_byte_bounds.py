@@ -1,4 +1,4 @@
-"""No file is longer than was predicted from the shapes, however awkward its numbers."""
+"""No file is longer than its bound from the shapes, whatever its numbers."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ COMPACT: list[dict[str, Any]] = [
     if compression == "none" or meshopt.available()
 ]
 AWKWARD = -1.2345678901234567e-305
-"""A float64 that needs all the characters there can be."""
+"""A float64 with the largest number of characters."""
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
 
@@ -113,7 +113,7 @@ def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
 
 @each_format
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
-def test_the_bound_is_of_use(known: Format, faces: Faces) -> None:
+def test_the_bound_is_not_far_above_the_size(known: Format, faces: Faces) -> None:
     mesh = silo(48, 16, faces)
     assert mesh.normals is not None
     turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
@@ -139,7 +139,7 @@ def test_exact_form(degree: int) -> None:
     assert length <= byte_bound(size, EncodeOptions("bez")) <= 3 * length + 1024
 
 
-def test_no_number_is_longer_than_we_say() -> None:
+def test_no_number_is_longer_than_the_constant() -> None:
     bits = np.random.default_rng(1).integers(0, 2**64, 200_000, dtype=np.uint64)
     for dtype, longest in ((np.float64, FLOAT64_CHARS), (np.float32, FLOAT32_CHARS)):
         values = bits.view(dtype)

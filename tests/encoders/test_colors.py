@@ -28,7 +28,7 @@ def test_black_and_white_are_exact_and_light_only_grows() -> None:
     assert (light[0] == 0).all()
     assert (light[-1] == 1).all()
     assert (np.diff(light, axis=0) > 0).all()
-    # The two branches meet to 1e-8 only: so the standard has it.
+    # In the standard, the two branches differ by 1e-8 where they meet.
     below, above = to_linear(np.array([[0.04045] * 3, [np.nextafter(0.04045, 1)] * 3]))
     np.testing.assert_allclose(below, above, rtol=2e-5)
 
@@ -45,7 +45,7 @@ def test_every_byte_comes_back() -> None:
     np.testing.assert_array_equal(to_bytes((every / 255).astype(np.float32)), every)
 
 
-def test_four_numbers_and_whether_one_sees_through() -> None:
+def test_rgba_and_transparency() -> None:
     three, four = np.array([[0.25, 0.5, 1]]), np.array([[0.25, 0.5, 1, 0.75]])
     assert add_opacity(three).tolist() == [[0.25, 0.5, 1, 1]]
     assert add_opacity(four).tolist() == four.tolist()

@@ -1,7 +1,7 @@
 """One small body in every format, byte for byte as in `tests/golden`.
 
-A difference means that clients will get other bytes: mend the encoder, or, if the change is
-meant, write the files anew with `python -m tests.encoders.test_golden` and read what changed.
+A difference means that clients get other bytes. Correct the encoder; or, if the change is intended,
+write the files again with `python -m tests.encoders.test_golden`, and read the difference.
 """
 
 from pathlib import Path
@@ -48,7 +48,7 @@ def content(file: str) -> bytes:
 
 
 @pytest.mark.parametrize("file", FILES)
-def test_the_very_bytes(file: str) -> None:
+def test_files_are_equal_to_the_golden_files(file: str) -> None:
     assert content(file) == (FOLDER / file).read_bytes()
 
 

@@ -1,4 +1,4 @@
-"""OBJ, line by line: what trimesh does not tell, as groups, lines and parameters."""
+"""OBJ, line by line: groups, lines and parameters, which trimesh does not read."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def corners(found: list[list[str]]) -> list[list[tuple[int, ...]]]:
 
 
 def test_a_position_of_two_colors_has_two_lines() -> None:
-    """Each vertex finds its own."""
+    """Each corner has its own texture coordinates and normal."""
     mesh = silo(5, 2)
     either = np.random.default_rng(2).integers(0, 2, (len(mesh.positions), 3)).astype(np.float64)
     mesh = replace(mesh, colors=either)

@@ -1,4 +1,4 @@
-"""OFF with colours, line by line: trimesh passes over them."""
+"""OFF with colours, line by line, because trimesh ignores the colours."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""OOGL forms made from a mesh: our text, and what Geomview itself reads in it."""
+"""OOGL forms of a mesh: our text, and the mesh that Geomview reads from it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -37,7 +37,7 @@ def test_positions_keep_all_their_digits(form: OoglForm, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("value", [1e-30, 1.5e22, -0.0, 1e-5, 123456789.0, -1e-7])
-def test_no_number_puzzles_geomview(value: float, tmp_path: Path) -> None:
+def test_geomview_reads_every_number(value: float, tmp_path: Path) -> None:
     mesh = with_overlays(sheet(2))
     odd = replace(mesh, positions=mesh.positions + value)
     for form in ("cquad", "mesh", "off"):

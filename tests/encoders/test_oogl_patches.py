@@ -1,4 +1,4 @@
-"""The exact OOGL form: control points as they are, and the surface that Geomview makes of them."""
+"""The exact OOGL form: unchanged control points, and the surface that Geomview makes from them."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from tests.clients.geomview import read_oogl
 Array = NDArray[np.float64]
 
 DICE = 10
-"""Points a side that Geomview dices a patch into, if not told otherwise."""
+"""Points along each side into which Geomview divides a patch by default."""
 
 
 def model(*batches: TensorPatches) -> PatchModel:
@@ -44,13 +44,13 @@ def de_casteljau(points: Array, t: float) -> Array:
 
 
 @pytest.mark.parametrize("degree", [(1, 1), (2, 3), (3, 3), (9, 1), (10, 4), (12, 12)])
-def test_geomview_dices_the_very_surface(degree: tuple[int, int], tmp_path: Path) -> None:
+def test_points_of_geomview_are_on_the_surface(degree: tuple[int, int], tmp_path: Path) -> None:
     points = net(*degree)
     read = read_oogl(encode_patches(model(TensorPatches(points))), tmp_path)
     t = np.arange(DICE) / (DICE - 1)
     expected = np.array([de_casteljau(de_casteljau(points[0], u), v) for v in t for u in t])
     assert len(read.vertices) == DICE * DICE
-    # Nearest of all, as the order in which Geomview lists them is its own.
+    # Compared with the nearest point, because Geomview has another order of points.
     distance = np.linalg.norm(expected[:, None] - read.vertices, axis=-1)
     assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
 

@@ -1,4 +1,4 @@
-"""PLY without what a mesh need not have: the rest is in golden files, and read by trimesh."""
+"""PLY without optional channels; golden files and trimesh test PLY with channels."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The table of formats keeps its promises."""
+"""Each format in the registry does what its entry states."""
 
 import gc
 from dataclasses import replace
@@ -30,7 +30,7 @@ def test_every_module_that_writes_a_format_is_in_the_registry() -> None:
             assert bound in bounds, f"service/encoders/registry.py lacks {found.name}"
 
 
-def test_media_types_tell_formats_apart_and_have_no_parameters() -> None:
+def test_media_types_differ_and_have_no_parameters() -> None:
     media_types = [known.media_type for known in FORMATS]
     assert len(set(media_types)) == len(media_types)
     assert not any(";" in media_type for media_type in media_types)
@@ -49,7 +49,7 @@ def test_quads_are_written_or_refused(known: Format) -> None:
 
 
 @each_format
-def test_overlays_are_written_where_they_are_said_to_be(known: Format) -> None:
+def test_overlays_are_written_by_the_formats_that_state_them(known: Format) -> None:
     bare, decorated = silo(), with_overlays(silo())
     differ = known.encode(bare, EncodeOptions()) != known.encode(decorated, EncodeOptions())
     assert differ == known.overlays
@@ -57,8 +57,10 @@ def test_overlays_are_written_where_they_are_said_to_be(known: Format) -> None:
 
 @each_format
 @pytest.mark.parametrize("kind", ["colors", "uvs", "attribute"])
-def test_channels_are_written_where_they_are_said_to_be(known: Format, kind: ChannelKind) -> None:
-    """OOGL in the form that has a place for most."""
+def test_channels_are_written_by_the_formats_that_state_them(
+    known: Format, kind: ChannelKind
+) -> None:
+    """The form of OOGL that can store most channels."""
     options = EncodeOptions("off")
     full = carrying(silo())
     lacking = {
@@ -96,10 +98,10 @@ def test_memory_is_free_at_once() -> None:
     """Arrays in a cycle would wait for the garbage collector, which may not come for minutes."""
     surface, options = find("saddle").surface(), MeshOptions(resolution=(4, 4))
     for known in FORMATS:
-        render(surface, options, known)  # what is kept once for all is made now
+        render(surface, options, known)  # fills caches that stay
     gc.collect()
     gc.disable()
-    gc.freeze()  # whatever else there is need not be looked through
+    gc.freeze()  # older objects need not be examined
     try:
         for known in FORMATS:
             render(surface, options, known)

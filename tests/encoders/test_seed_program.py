@@ -1,6 +1,6 @@
 """The random surface at 49 × 39 divisions, line by line as the program of 1996 printed it.
 
-The program is written here once more, from what it computes: Paul Bourke, "Bézier surfaces (in
+The program is written here again, by its published formula: Paul Bourke, "Bézier surfaces (in
 3D)". Binomial coefficients are multiplied and divided factor by factor and powers taken with
 `pow`, so that its sums differ in the last bits from those of any other formula; six significant
 digits do not show it.

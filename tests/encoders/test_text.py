@@ -1,4 +1,4 @@
-"""Numbers as text: every fast way gives what Python writes number by number."""
+"""Numbers as text: every fast method gives the text that Python writes number by number."""
 
 import json
 from dataclasses import replace
@@ -38,7 +38,7 @@ def test_lines_hold_the_numbers_of_their_rows() -> None:
 
 @pytest.mark.parametrize("count", [0, 1, 32, 33, 64, 2601])
 def test_long_rows_of_the_longest_numbers(count: int) -> None:
-    """Which orjson by itself would write beyond its memory."""
+    """Rows that orjson alone would write beyond its buffer."""
     array = -1.2345678901234567e-300 * (1 + np.arange(2.0 * count).reshape(2, count) / 1e6)
     assert json.loads(json_array(array)) == array.tolist()
     value = {"array": array[0], "gaps": array[:, ::2], "done": b"[1]", "number": array.sum()}

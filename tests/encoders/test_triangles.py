@@ -1,4 +1,4 @@
-"""Surfaces with triangular patches, written in every format and read back by what others made."""
+"""Surfaces with triangular patches, written in every format and read by other programs."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from tests.clients.geomview import read_oogl
 from tests.oracles import triangles
 
 
-def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
+def test_points_of_geomview_are_on_the_sphere(tmp_path: Path) -> None:
     """The exact form of a triangle is a square with a pole, and just as round."""
     work = plan_mesh(
         find("octahedral-sphere").surface(), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez")

@@ -1,6 +1,7 @@
 """Quads in OBJ and OFF as trimesh reads them: counts, volume, closed.
 
-Without parameters: trimesh takes them for texture coordinates, and wants Pillow for those.
+The meshes have no parameters, because trimesh reads these as texture coordinates and needs Pillow
+for that.
 """
 
 from dataclasses import replace

@@ -29,7 +29,7 @@ def wireframe(wires: WireForm, surface: bool = False) -> MeshOptions:
 def test_every_format_takes_tubes_and_those_with_lines_take_lines(
     fmt: Format, wires: WireForm
 ) -> None:
-    """Within the bytes that were predicted."""
+    """The files stay within the predicted bytes."""
     for surface in (True, False):
         options = wireframe(wires, surface)
         if wires == "lines" and not fmt.overlays:

@@ -1,4 +1,4 @@
-"""Making meshes in tests, and what must be true of every one of them."""
+"""Makes meshes for tests, and checks properties that every mesh has."""
 
 from typing import Any
 
@@ -48,16 +48,16 @@ def as_triangles(mesh: Mesh) -> np.ndarray:
 
 
 def check_sound(mesh: Mesh) -> None:
-    """Check the promises for meshes of surfaces without degenerate shapes."""
+    """Checks properties of meshes of surfaces without degenerate shapes."""
     check_values(mesh)
-    # A face that names a place twice has no area and no place in a mesh.
+    # A face that names a position twice has no area, and must not be in a mesh.
     shape = shape_of(mesh)
     assert shape.degenerate == 0
     _check_report(mesh, shape)
 
 
 def check_values(mesh: Mesh) -> None:
-    """Check the promises for every mesh."""
+    """Checks properties of every mesh."""
     count = len(mesh.positions)
     assert mesh.positions.shape == (count, 3)
     assert np.isfinite(mesh.positions).all()
@@ -92,7 +92,7 @@ def _check_welds(mesh: Mesh) -> None:
     assert mesh.welds.shape == (len(mesh.positions),)
     np.testing.assert_array_equal(mesh.welds[mesh.welds], mesh.welds)
     assert (mesh.welds <= np.arange(len(mesh.welds))).all()
-    # Bit for bit: that is what keeps a welded model free of cracks in every viewer.
+    # Positions are compared bit for bit, so that a welded model has no cracks in any viewer.
     assert mesh.positions[mesh.welds].tobytes() == mesh.positions.tobytes()
 
 
@@ -117,7 +117,8 @@ def _check_report(mesh: Mesh, shape: Topology) -> None:
 
 
 def check_upright(mesh: Mesh) -> None:
-    """For graphs over the plane: each face looks up or down, whichever its corners' normals do."""
+    """Checks, for graphs over the plane, that each face looks up or down as the normals of its
+    corners."""
     assert mesh.normals is not None
     faces = as_triangles(mesh)
     a, b, c = (mesh.positions[faces[:, k]] for k in range(3))
@@ -128,7 +129,7 @@ def check_upright(mesh: Mesh) -> None:
 def check_winding(mesh: Mesh) -> None:
     """Every face turns counter-clockwise about the mean of the normals of its corners.
 
-    So it must be where a mesh is fine enough to follow the surface.
+    This is true if the mesh is fine enough.
     """
     assert mesh.normals is not None
     assert winding_agreement(mesh.positions, mesh.normals, as_triangles(mesh)).min() > 0

@@ -1,4 +1,4 @@
-"""The folded reduction gives the bounds and nothing else."""
+"""The folded reduction gives the exact bounds."""
 
 import numpy as np
 import pytest

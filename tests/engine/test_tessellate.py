@@ -70,7 +70,7 @@ def test_teapot_welded_has_the_known_figures(single: bool) -> None:
 
 
 def test_teapot_has_no_cracks_by_position() -> None:
-    """Judged by the bits of the positions alone, without what the mesh says of itself."""
+    """Checked by the bits of the positions alone, without the report of the mesh."""
     for resolution in ((16, 16), (3, 7), (1, 1), (5, 4)):
         mesh = mesh_of("utah-teapot", weld=False, resolution=resolution)
         welded = mesh_of("utah-teapot", resolution=resolution)
@@ -153,7 +153,8 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
 def test_degenerate_nets_make_usable_meshes(
     net: Array, resolution: tuple[int, int], single: bool
 ) -> None:
-    """Collapsed edges, everything in a point: indices in range, normals unit, nothing NaN."""
+    """For collapsed edges, and all points in one: indices are in range, normals unit, no number
+    NaN."""
     check_values(mesh_of([net], resolution=resolution, single=single))
 
 
@@ -187,9 +188,10 @@ def digest(mesh: Mesh) -> str:
 
 
 def test_same_bytes_again() -> None:
-    """No memory left over, no randomness shows."""
+    """Equal requests give equal bits, without effects of older memory or of randomness."""
     here = [digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True))]
-    # Work of another shape in between: what the caches and work arrays hold must not matter.
+    # Work of another shape in between, because contents of caches and work arrays must have no
+    # effect.
     mesh_of("torus", resolution=(33, 2))
     again = [digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True))]
     assert here == again

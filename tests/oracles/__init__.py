@@ -1,5 +1,5 @@
-"""Independent, slow and plain ways to the right answer.
+"""Independent, slow and plain computations, with which tests compare results.
 
-Nothing here imports what is tested: exact rational arithmetic (`exact`), limits of normals
-(`limits`), closed forms (`quadrics`), counting edges one by one (`topology`).
+No module here imports the tested code. They use exact rational arithmetic (`exact`), limits of
+normals (`limits`), closed forms (`quadrics`), and count edges one by one (`topology`).
 """

@@ -1,8 +1,8 @@
-"""Closest points by looking everywhere, with none of the engine's code.
+"""Closest points by exhaustive search, without the engine's code.
 
-Upper bounds: samples of every sheet, and from the nearest ones a search that only ever takes nearer
-points, with steps that become smaller. Interval bounds: rectangles of parameters over which the
-control points of a net, restricted by exact fractions, enclose the patch in a box.
+Upper bounds: samples of every sheet, and from the nearest ones a search that moves only to nearer
+points, with decreasing steps. Interval bounds: rectangles of parameters over which the control
+points of a net, restricted by exact fractions, enclose the patch in a box.
 """
 
 from collections.abc import Sequence
@@ -23,10 +23,10 @@ NEIGHBOURS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np
 def nearest(
     sheets: Sequence[Sheet], points: Array, samples: int = 20_000, starts: int = 3, steps: int = 60
 ) -> Array:
-    """Distances (m,) of points of the sheets to `points` (m, 3), about the least.
+    """Distances (m,) of `points` (m, 3) to the sheets; upper bounds, near the least distances.
 
-    From the nearest samples of every sheet, unless another sheet is nearer by four times the
-    greatest gap between its samples.
+    The search begins at the nearest samples of every sheet, unless another sheet is nearer by four
+    times the greatest gap between its samples.
     """
     each = max(200, samples // len(sheets))
     found, gaps = [], []
@@ -49,9 +49,9 @@ def nearest(
 
 
 def _zoomed(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
-    """The least distance that is found from places (m, k, 2) on.
+    """The least distance that a search from the places (m, k, 2) finds.
 
-    After a quarter of the steps only the best of the k places goes on.
+    After a quarter of the steps, only the best of the k places continues.
     """
     m, k, _ = places.shape
     distance = np.linalg.norm(sheet.at(places.reshape(-1, 2)).reshape(m, k, 3) - x[:, None], axis=2)

@@ -37,9 +37,9 @@ def bezier_point(points: Any, weights: Any, t: Fraction) -> Vector:
 
 
 def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False) -> list[float]:
-    """The limit of the unit tangent at t, from behind or from before, from the Taylor polynomial.
+    """The limit of the unit tangent at t from the left or the right, by the Taylor polynomial.
 
-    With C(t) as the origin, w (C − C(t)) is a polynomial in h; its lowest term tells.
+    With C(t) as the origin, w (C − C(t)) is a polynomial in h; its lowest term is the direction.
     """
     homogeneous = exact_points(points, [1] * len(points) if weights is None else weights)
     here = projected(curve_point(homogeneous, t), len(points[0]))

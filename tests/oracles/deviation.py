@@ -1,8 +1,8 @@
-"""How far a surface is from a mesh, and a mesh from a surface, found by looking at many points.
+"""Distances of a surface from a mesh, and of a mesh from a surface, found by sampling.
 
-What is found is never larger than the truth, but for rounding: a bound that is smaller than this
-is wrong. Samples are dense on all of the surface, denser on its borders, and denser again, in steps
-of a quarter, about those that are worst.
+Except for rounding, a sampled distance is never larger than the true one, so a bound below it is
+wrong. Samples are dense on the whole surface, denser on its borders, and denser still around the
+samples with the largest distances.
 """
 
 from collections.abc import Sequence
@@ -20,23 +20,24 @@ from tests.oracles.sheets import Sheet
 Array: TypeAlias = NDArray[np.float64]
 
 WORST = 12
-"""Samples about which more are taken."""
+"""Number of the worst samples, around which more samples are taken."""
 
 ROUNDS = 4
 
 MULTITUDE = 1_000_000
-"""Samples among which the nearest is looked for where there is doubt."""
+"""Number of samples among which the nearest is searched in doubtful cases."""
 
 AGAIN = 128
-"""Points whose distance to the surface is looked for again at a time."""
+"""Number of points whose distance to the surface is searched again at a time."""
 
 ROUNDING = 64 * 2.0**-53
-"""Rounding of an evaluated point, in units of the size of the surface: more than is lost."""
+"""An upper bound of the rounding error of an evaluated point, relative to the size of the
+surface."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """The largest deviation that was met, where, and what rounding may have added to it."""
+    """The largest deviation found, its place, and the part of it that may be rounding."""
 
     distance: float
     sheet: int
@@ -47,7 +48,7 @@ class Found:
 def surface_to_mesh(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> Found:
     """Largest distance found from a point of the surface to the triangles (T, 3, 3).
 
-    `count` is that of the samples of each sheet, before those on borders and about the worst.
+    Each sheet has `count` samples, without those on borders and around the worst.
     """
     return max(sheet_by_sheet(sheets, corners, count), key=lambda found: found.distance)
 
@@ -58,7 +59,7 @@ def sheet_by_sheet(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -
 
 
 def _from_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
-    # The difference of two doubles that are near each other is exact.
+    # The difference of two nearly equal doubles is exact.
     local = corners - sheet.origin
     soup = Soup(local)
     places = sheet.samples(count)
@@ -138,7 +139,7 @@ def mesh_to_surface(
 
 
 def _seeds(sheet: Sheet, count: int) -> tuple[Array, cKDTree]:
-    """Samples, and where they are."""
+    """Samples, and their parameters."""
     places = sheet.samples(count)
     return places, cKDTree(sheet.at(places))
 

@@ -1,9 +1,8 @@
-"""Distances of points to triangles, nearest of all: first a guess, then a proof.
+"""Distances of points to the nearest of many triangles: first upper bounds, then true distances.
 
-The guess looks at a few triangles near each point. It is never too small, so wherever it is small
-enough, nothing remains to be shown. The largest of the guesses are then replaced by the true
-distances, to all triangles that lie in balls no further away than the guess, until the largest true
-distance exceeds every guess that is left.
+The guess uses a few triangles near each point. It is never too small, so a small guess needs no
+check. The largest guesses are replaced by true distances, to all triangles in balls that are no
+further away than the guess. This ends when the largest true distance exceeds every remaining guess.
 """
 
 from dataclasses import dataclass, field
@@ -17,10 +16,10 @@ Array: TypeAlias = NDArray[np.float64]
 Index: TypeAlias = NDArray[np.intp]
 
 NEAREST = 3
-"""Triangles that a guess looks at."""
+"""Number of triangles that a guess uses."""
 
 FLAT = 1e-10
-"""Triangles of less height for their length are their three sides."""
+"""A triangle whose height is a smaller share of its length is replaced by its three sides."""
 
 
 def to_triangles(points: Array, corners: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Bézier surfaces in exact rational arithmetic: de Casteljau and nothing else.
+"""Bézier surfaces in exact rational arithmetic, by de Casteljau's algorithm alone.
 
 A float is a rational number, so the points and partials of a net of floats at a rational parameter
 are rational numbers too, and are computed here without any rounding. Only the length of a normal
@@ -52,7 +52,7 @@ def _key(values: Any) -> tuple[bytes, tuple[int, ...]]:
 
 @lru_cache(maxsize=256)
 def _in_fractions(content: bytes, shape: tuple[int, ...]) -> Net:
-    """A net is asked for at many parameters, one after the other."""
+    """Cached, because a net is evaluated at many parameters, one after the other."""
     rows = np.frombuffer(content).reshape(shape).tolist()
     return [[tuple(map(Fraction, point)) for point in row] for row in rows]
 
@@ -162,7 +162,7 @@ def second_jet(net: Net, u: Fraction, v: Fraction) -> list[Vector]:
 
 
 def projected(x: list[Vector]) -> list[Vector]:
-    """The six partials of a surface from those of its homogeneous form, if that is what they are.
+    """The six partials of a surface; for four coordinates, from those of the homogeneous form.
 
     Quotient rule from the product rule: X = w S gives X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
     """

@@ -69,7 +69,7 @@ def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
     s, t = (axis.ravel() for axis in np.meshgrid(u, v, indexing="ij"))
     places = np.stack([s, t], axis=1)
     if not isinstance(sheet, TensorSheet):
-        places = np.stack([s * (1 - t), t], axis=1)  # the triangle as a square
+        places = np.stack([s * (1 - t), t], axis=1)  # the square mapped to the triangle
     grid = (sheet.at(places) + sheet.origin).reshape(len(u), len(v), 3)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
     # Both diagonals, each for one half of the area: odd powers of 1/n cancel.

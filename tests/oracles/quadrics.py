@@ -1,7 +1,7 @@
-"""Closed forms of the exact examples: how far a point is off, and the outward normal there.
+"""Closed forms of the exact examples: the distance of a point, and the outward normal there.
 
-All stand on the z axis; the cylinder and the cone reach from −height/2 to height/2. Points are
-arrays of shape (N, 3); residuals are lengths in model units, signed.
+The z axis is the axis of all; the cylinder and the cone extend from −height/2 to height/2. Points
+are arrays of shape (N, 3); residuals are lengths in model units, signed.
 """
 
 import numpy as np

@@ -1,8 +1,9 @@
-"""Hits of rays by looking everywhere, with none of the engine's code.
+"""Hits of rays by exhaustive search, without the engine's code.
 
-Every sheet is cut into many cells of parameters. A cell whose projection along the ray may hold the
-ray is where Newton's method starts, with differences for partials; what it finds on the ray is a
-hit. It may miss hits, where two are very near each other, but invents none.
+Every sheet is cut into many cells of parameters. Newton's method, with differences for partials,
+starts in each cell whose projection along the ray may contain the ray. A point that it finds on the
+ray is a hit. The search may miss one of two hits that are very near each other, but every hit is
+true.
 """
 
 from collections.abc import Sequence
@@ -17,13 +18,13 @@ from tests.oracles.sheets import Array, Sheet, TensorSheet
 Ints: TypeAlias = NDArray[np.intp]
 
 STEP = 1e-6
-"""Step of differences, as a share of the domain."""
+"""The step of differences, as a share of the domain."""
 
 
 def crossings(
     sheets: Sequence[Sheet], origins: Array, directions: Array, samples: int = 4000
 ) -> tuple[Ints, Array, Array]:
-    """Rays (n,), t (n,), in units of the directions, at which sheets are crossed, and its error."""
+    """The rays (n,) of crossings, their t (n,), and the errors of t."""
     found: list[tuple[Ints, Array, Array]] = [(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))]
     each = max(100, samples // len(sheets))
     for sheet in sheets:
@@ -67,7 +68,7 @@ def _across(d: Array) -> tuple[Array, Array]:
 
 
 def _near(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
-    """Pairs of a ray and a cell whose projection, made larger, may hold the ray."""
+    """Pairs of a ray and a cell whose enlarged projection may contain the ray."""
     inside = np.ones((len(o), len(corners)), bool)
     for axis in _across(d):
         at = corners.reshape(-1, 3) @ axis.T - (o * axis).sum(axis=1)
@@ -82,7 +83,7 @@ def _near(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
 def _newton(
     sheet: Sheet, places: Array, o: Array, d: Array, domain: tuple[Array, Array]
 ) -> tuple[Ints, Array, Array]:
-    """Which starts lead to a crossing within the domain, its t, and how wrong that is.
+    """Whether each start leads to a crossing within the domain, its t, and the error of t.
 
     A place is rounded, so that its point is off by 2⁻⁵³ times the partials, which grow as weights
     do; along the ray that and the distance from it count by the sine of the angle of ray and

@@ -1,6 +1,6 @@
-"""Where a surface passes through a plane, by looking along many lines of parameters.
+"""Points of a surface in a plane, by a search along many lines of parameters.
 
-Between neighbours of a grid on two sides of the plane bisection finds a point in the plane.
+Bisection finds a point in the plane between two neighbours of a grid on different sides.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Surfaces for sampling, from their own definitions: nothing here is lowered, split or cached.
+"""Surfaces for sampling, evaluated by their own definitions, without lowering.
 
 Bases are built by the recursions that define them, B_i^n = (1 − t) B_i^{n−1} + t B_{i−1}^{n−1},
 its like over triangles, and that of Cox and de Boor. Points are evaluated about an origin near the
@@ -25,7 +25,7 @@ Array: TypeAlias = NDArray[np.float64]
 Basis: TypeAlias = Callable[[Array], Array]
 
 CHUNK = 1 << 20
-"""Numbers of a basis at a time, roughly."""
+"""The approximate size of a basis that is evaluated at a time."""
 
 
 class Sheet(Protocol):
@@ -33,11 +33,11 @@ class Sheet(Protocol):
 
     @property
     def origin(self) -> Array:
-        """Where the points are seen from."""
+        """The origin of the points."""
         ...
 
     def at(self, places: Array) -> Array:
-        """Points (m, 3), seen from the origin, at places (m, 2)."""
+        """Points (m, 3), relative to the origin, at places (m, 2)."""
         ...
 
     def samples(self, count: int) -> Array:
@@ -208,14 +208,14 @@ def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
 
 
 def _sizes(sheet: Sheet, cells: Array) -> tuple[Array, NDArray[np.intp]]:
-    """How large triangles of places are in space, and the number of their longest side."""
+    """The sizes in space of triangles of places, and the number of their longest side."""
     following = cells[:, [1, 2, 0]]
     middles = (cells + following) / 2
     places = np.concatenate([cells, middles, cells.mean(axis=1, keepdims=True)], axis=1)
     points = sheet.at(places.reshape(-1, 2)).reshape(-1, 7, 3)
     corners, between, centre = points[:, :3], points[:, 3:6], points[:, 6:]
     lengths = _norm(between - corners) + _norm(points[:, [1, 2, 0]] - between)
-    lengths += 1e-9 * _norm(following - cells)  # where all is one point
+    lengths += 1e-9 * _norm(following - cells)  # all corners may be one point
     return np.maximum(lengths.max(axis=1), 2 * _norm(centre - between).max(axis=1)), (
         lengths.argmax(axis=1)
     )

@@ -1,4 +1,4 @@
-"""B-splines in exact rational arithmetic: the recursion of Cox and de Boor as it is printed.
+"""B-splines in exact rational arithmetic, by the recursion of Cox and de Boor.
 
     N_i^0(t) = 1 where U_i ≤ t < U_{i+1}, else 0
     N_i^p(t) = (t − U_i)/(U_{i+p} − U_i) N_i^{p−1}(t)
@@ -16,7 +16,8 @@ from tests.oracles.exact import Vector
 
 
 def span_of(knots: Sequence[Fraction], degree: int, t: Fraction) -> int:
-    """The last s with U_s ≤ t < U_{s+1}; at the end of the domain the last that is no point."""
+    """The last s with U_s ≤ t < U_{s+1}; at the end of the domain, the last span that is not
+    empty."""
     last = len(knots) - degree - 2
     inside = [s for s in range(degree, last + 1) if knots[s] < knots[s + 1]]
     return max((s for s in inside if knots[s] <= t), default=inside[0])

@@ -1,4 +1,4 @@
-"""The judges themselves: sheets against exact arithmetic, distances against trimesh and figures."""
+"""Tests of the oracles: sheets against exact arithmetic, distances against trimesh."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -126,7 +126,7 @@ def test_deviation_of_a_parabola() -> None:
 
 
 def test_deviation_of_a_placed_parabola_and_of_one_that_is_seen() -> None:
-    """Stretched threefold across its plane; looked at from above its top, 2 away from it."""
+    """A surface that is stretched threefold across its plane, and an eye 2 above its top."""
     net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
     matrix = np.diag([1.0, 1, 3, 1])
     matrix[:3, 3] = 5, -7, 9
@@ -139,7 +139,7 @@ def test_deviation_of_a_placed_parabola_and_of_one_that_is_seen() -> None:
 
 
 def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
-    """And that far from zero as well as near it."""
+    """The distances are equal far from zero and near it."""
     arc, weights = np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, sqrt(0.5), 1])
     net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in arc])
     for away in (0.0, 2.0**20):

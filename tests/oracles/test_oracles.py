@@ -1,4 +1,4 @@
-"""The slow truths against figures that can be checked by hand, and against each other."""
+"""Tests of the oracles: against numbers that can be checked by hand, and against each other."""
 
 import math
 from collections.abc import Callable

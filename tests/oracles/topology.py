@@ -16,7 +16,7 @@ class Topology:
 
     `boundary` edges belong to one face, `non_manifold` edges to three or more; `misoriented`
     edges are run through twice in the same direction by two faces. `degenerate` faces name a
-    vertex twice. Components hang together by edges: touching in a point is not enough. `euler`
+    vertex twice. A component is connected by edges; a common point is not enough. `euler`
     is V − E + F over the vertices in use.
     """
 
@@ -46,7 +46,7 @@ def topology(faces: Iterable[Sequence[int]]) -> Topology:
     ends = np.concatenate([_ends(each) for each in loops] or [np.empty((0, 2), dtype=np.int64)])
     _, directed = np.unique(_keys(ends), return_counts=True)
     _, edge, uses = np.unique(_keys(np.sort(ends, axis=1)), return_inverse=True, return_counts=True)
-    # Faces hang together where they have an edge in common: a graph of faces and edges.
+    # Faces with a common edge are connected: a graph of faces and edges.
     corners = np.repeat([each.shape[1] for each in loops], [len(each) for each in loops])
     count = len(corners)
     owner = np.repeat(np.arange(count), corners.astype(np.int64))

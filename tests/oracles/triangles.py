@@ -1,7 +1,7 @@
 """Triangular Bézier surfaces in exact rational arithmetic: de Casteljau over {(i, j, k): point}.
 
-Farin, Curves and Surfaces for CAGD, 5th ed., chapters 17 and 18. Nothing here knows in which order
-the service keeps a net, but for `keys`.
+Farin, Curves and Surfaces for CAGD, 5th ed., chapters 17 and 18. Only `keys` depends on the order
+in which the service stores a net.
 """
 
 import math
@@ -61,7 +61,7 @@ def value(net: Triangle, place: Vector) -> Vector:
 
 
 def partial(net: Triangle, towards: int) -> Triangle:
-    """Net of the derivative along s (1) or t (2), r giving way: n (b_{+e} − b_{i+1,j,k})."""
+    """Net of the derivative along s (1) or t (2), where r decreases: n (b_{+e} − b_{i+1,j,k})."""
     n = sum(next(iter(net)))
     step = (0, 1, 0) if towards == 1 else (0, 0, 1)
     return {

@@ -86,7 +86,7 @@ def test_the_issue_names_the_least_budget_that_is_enough(option: str) -> None:
 
 
 def test_a_flat_surface_is_met_by_its_fewest_triangles() -> None:
-    """Nothing is gained by more of them."""
+    """More triangles would not make the deviation less."""
     plane = BezierSurface(np.array([[[0.0, 0, 0], [0, 2, 1]], [[1, 0, 0], [1, 2, 1]]]))
     options = MeshOptions(accuracy=Accuracy(max_triangles=100_000))
     report = plan_mesh(plane, options, FORMAT["json"]).run().report
@@ -116,12 +116,12 @@ def test_a_budget_may_be_bounded_from_both_sides(budget: Accuracy) -> None:
 
 
 def test_a_search_takes_at_most_the_work_of_a_request() -> None:
-    """A budget beyond what can be computed: the nearest mesh that can be."""
+    """With a very large budget, the result is the nearest mesh that the work allows."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
     effort = Effort(limit=1e8)
     work = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
     build = AdaptiveMesher(work, *work.lower(), effort).build
     made, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
     assert 300 < made.report.triangles < 5000
-    # What is in hand when it runs out is finished; nothing is begun.
+    # A mesh that is begun before the work runs out is completed; no other is begun.
     assert 3e7 < effort.spent < 1.2e8

@@ -1,4 +1,4 @@
-"""Meshes by tolerance from end to end: true in every format, in groups, and within limits."""
+"""Meshes by tolerance from request to file: in every format, in groups, and within limits."""
 
 import json
 from dataclasses import replace
@@ -50,7 +50,7 @@ def built(work: MeshWork) -> Mesh | Scene:
 def refusal(
     surface: Surface, options: MeshOptions, name: str = "json", **more: Any
 ) -> list[tuple[str, str]]:
-    """Code and pointer of everything that is wrong."""
+    """Codes and pointers of the issues."""
     with pytest.raises(SurfaceError) as refused:
         render(surface, options, BY_NAME[name], **more)
     return [(issue.code, issue.pointer) for issue in refused.value.issues]
@@ -106,7 +106,7 @@ def true_deviation(surface: Surface, corners: Array) -> float:
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "json"])
 @pytest.mark.parametrize("far", [0.0, 3e4])
 def test_the_written_positions_are_certified(name: str, far: float) -> None:
-    """Far from zero as well, where float32 is coarse: in STL, which has no place for an origin."""
+    """Also far from zero, where float32 is coarse, in STL, which has no local origin."""
     surface = BezierSurface(WAVES + far)
     tolerance = 0.02
     response = plan_mesh(surface, by(tolerance=tolerance), BY_NAME[name]).run()
@@ -306,7 +306,7 @@ def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     assert response.report is not None
     assert response.report.deviation_bound is not None
     assert found <= response.report.deviation_bound <= 0.05
-    # A node of glTF keeps the shape apart from the place.
+    # In glTF the place is in the node, apart from the shape.
     assert render(group, by(tolerance=0.001), BY_NAME["glb"])
 
 
@@ -323,7 +323,7 @@ def test_without_welding_every_patch_has_its_own_vertices() -> None:
 
 
 def test_a_camera_far_away_needs_few_triangles() -> None:
-    """Although so near to it as no part of the surface is nothing would be precise enough."""
+    """Near the camera the tolerance is almost zero, but no part of the surface is there."""
     camera = Camera((1e5, 0.0, 0.0), 0.8, 1080)
     made = built(
         plan_mesh(BezierSurface(WAVES), by(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"])

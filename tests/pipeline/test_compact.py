@@ -1,4 +1,4 @@
-"""Compact glTF from end to end: what is certified, refused and predicted."""
+"""Compact glTF from request to file: bounds, refusals and predictions."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -132,7 +132,7 @@ def test_closed_surfaces_stay_closed(example: str) -> None:
         content = render(surface, options, GLB, QUANTIZED)
         report = read_glb(content).document["asset"]["extras"]["report"]
         assert report["watertight"]
-        # trimesh finds out by positions alone.
+        # trimesh decides by positions alone.
         loaded = trimesh.load_scene(BytesIO(content), file_type="glb", process=False).to_mesh()
         loaded.merge_vertices(merge_norm=True, merge_tex=True)
         assert loaded.is_watertight
@@ -140,7 +140,7 @@ def test_closed_surfaces_stay_closed(example: str) -> None:
 
 @pytest.mark.parametrize("options", [MeshOptions((7, 7)), by(tolerance=0.02)])
 def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
-    """The grid goes through the zero of both, and both have the same step."""
+    """Both grids contain zero, and both have the same step."""
     left = np.array([[[i, j, (i + j * j) % 3] for j in range(4)] for i in range(4)]) / 0.7
     right = left * [1, 1, -0.7]
     right[:, :, 0] += left[-1, 0, 0]
@@ -149,7 +149,7 @@ def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
     for net in (left, right):
         made = corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
         rows.append({tuple(point) for point in made.reshape(-1, 3).tolist()})
-    # Where the first one ends, which is no multiple of the step.
+    # The second begins where the first one ends, which is not a multiple of the step.
     edge = max(point[0] for point in rows[0])
     shared = {point for point in rows[0] if point[0] == edge}
     assert len(shared) >= 8
@@ -157,7 +157,7 @@ def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
 
 
 def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
-    """A needle: beside its length, its width is nothing."""
+    """A needle: its width is negligible beside its length."""
     surface = find("sphere").surface()
     assert isinstance(surface, PatchSurface)
     thin = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
@@ -186,7 +186,7 @@ def test_formats_that_have_no_compact_form_refuse_it(fmt: Any, encode: EncodeOpt
 
 def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(meshopt, "available", lambda: False)
-    plan_sizes.cache_clear()  # a library does not vanish while the service runs
+    plan_sizes.cache_clear()  # cached, because an installed library stays installed
     with pytest.raises(UnsupportedByFormat) as refused:
         render(find("saddle").surface(), MeshOptions((2, 2)), GLB, FORMS["compressed"])
     (issue,) = refused.value.issues

@@ -24,7 +24,7 @@ from tools.certify.surfaces import FAMILIES
 COUNTS = ("vertices", "triangles", "quads")
 
 INEXACT = {"trefoil-tube", "ribbon", "hair"}
-"""Examples that are swept along curves, or hold what is."""
+"""Examples that are swept along curves, or contain such members."""
 
 
 def issues_of(found: Estimate, fmt: Format) -> set[Issue]:
@@ -105,7 +105,8 @@ def test_options(options: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.05)])
 def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) -> None:
-    """In glTF, which would else store one mesh; and seams have two vertices where it jumps."""
+    """Placed copies with different curvatures are separate meshes in glTF, and seams where
+    curvatures jump have two vertices."""
     net = np.random.default_rng(2).normal(size=(9, 9, 3) if accuracy is None else (5, 4, 3))
     hills = BsplineSurface(net, (2, 2))
     members = (Member(hills), *(Member(hills, matrix=np.diag([k, 1, 1, 1.0])) for k in (2, 3)))

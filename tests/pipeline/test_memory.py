@@ -20,7 +20,7 @@ from service.surface.sizes import SurfaceKind
 from tools.memory import taken
 
 LOOSEST = 3
-"""How many times the memory that a mesh of some megabytes takes its prediction may be."""
+"""The largest quotient of predicted and used memory for a mesh of some megabytes."""
 
 
 def hills(count: int, *, weighted: bool = False) -> BsplineSurface:
@@ -93,7 +93,7 @@ def test_too_much_is_refused_before_and_too_much_by_tolerance_on_the_way() -> No
     MeshOptions(resolution=(1, 1)), MeshOptions(accuracy=Accuracy(relative_tolerance=0.5)),
 ])  # fmt: skip
 def test_a_large_net_is_refused_from_its_shape_or_works(options: MeshOptions) -> None:
-    """Before it is lowered; where it is not refused then, a coarse mesh fits."""
+    """A surface is refused before it is lowered; if it is not refused, a coarse mesh fits."""
     x, y = np.meshgrid(np.arange(80.0), np.arange(60.0), indexing="ij")
     surface = BsplineSurface(np.stack([x, y, np.sin(x / 9)], axis=-1))
     least = plan_mesh(surface, MeshOptions((1, 1)), BY_NAME["glb"]).cost.memory

@@ -1,4 +1,4 @@
-"""The product from end to end: what comes out, what is refused, and that refusing costs nothing."""
+"""Meshes from request to file: results, refusals, and the small cost of a refusal."""
 
 import tracemalloc
 from dataclasses import astuple, replace
@@ -50,7 +50,8 @@ faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
 def test_predictions_are_upper_bounds(
     pieces: tuple[Array, list[Array]], resolution: tuple[int, int], kind: Faces, weld: bool
 ) -> None:
-    """From how large a surface is alone, turned neighbours among it; and each model is counted."""
+    """Bounds follow from the size of a surface alone, also with rotated neighbours; each model is
+    counted."""
     options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
     once, copies = count_models(model_of(pieces[1]), options)
     assert once == copies
@@ -63,7 +64,7 @@ def test_predictions_are_upper_bounds(
 def test_meshes_that_a_format_cannot_store_are_refused(
     fmt: Format, option: dict[str, object]
 ) -> None:
-    """With the option's pointer; and it is written where the format can hold it."""
+    """Lines are refused with the option's pointer, and written if the format can hold them."""
     surface = find("tveit").surface()
     options = MeshOptions(**option)  # type: ignore[arg-type]
     (name,) = option
@@ -78,7 +79,7 @@ def test_meshes_that_a_format_cannot_store_are_refused(
 
 
 def refused(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
-    """The refusal of a teapot, made without allocating what was asked for."""
+    """The refusal of a teapot, without allocating the requested mesh."""
     surface = find("utah-teapot").surface()
     tracemalloc.start()
     try:
@@ -95,7 +96,7 @@ def refused(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
 def test_too_many_vertices_are_refused_before_anything_is_computed(
     fmt: Format, resolution: tuple[int, int]
 ) -> None:
-    """Knowing the shapes is enough."""
+    """The shapes alone show that the mesh is too large."""
     (issue,) = refused(MeshOptions(resolution=resolution), fmt, Limits()).issues
     assert (issue.code, issue.pointer) == ("too_many_vertices", "/resolution")
     assert "4500000" in issue.needed
@@ -103,7 +104,7 @@ def test_too_many_vertices_are_refused_before_anything_is_computed(
 
 @each_format
 def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> None:
-    """The limit on the answer counts in the format's own bytes."""
+    """The limit of a response counts the bytes of its format."""
     options, limits = MeshOptions(resolution=(64, 64)), Limits(max_bytes=50_000)
     (issue,) = refused(options, fmt, limits).issues
     assert issue.code == "too_many_bytes"
@@ -162,7 +163,7 @@ KINDS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
 @each_format
 @pytest.mark.parametrize("kind", KINDS)
 def test_channels_without_a_place_in_a_format_are_left_out(fmt: Format, kind: ChannelKind) -> None:
-    """Bytes and prediction are then those of a surface that never had it."""
+    """Bytes and prediction are then those of a surface without the channel."""
     full = find("heated-panel").surface()
     assert isinstance(full, BezierSurface)
     without = {
@@ -222,7 +223,7 @@ def test_points_are_refused_where_poles_would_take_minutes() -> None:
 
 
 def test_points_are_refused_where_series_would_take_minutes() -> None:
-    """Curvatures next to a pole take a hundred times as long as elsewhere."""
+    """Curvatures beside a pole take a hundred times as long as at other points."""
     net = np.random.default_rng(3).random((4, 4, 3))
     net[0] = 0.0
     surface = BezierSurface(net, np.random.default_rng(4).uniform(0.2, 5, (4, 4)))
@@ -252,7 +253,7 @@ def test_methods_are_for_patches() -> None:
 
 
 def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
-    # So small beside its distance from zero that six digits move vertices further than it bends.
+    # So far from zero, for its size, that six digits move vertices further than the surface bends.
     net = np.array([[[i, j, i * j % 3] for j in range(3)] for i in range(3)], dtype=float)
     surface = BezierSurface(net * 0.01 + [123.0, -9.9999, 1234.5])
     options = MeshOptions(resolution=(16, 16), faces="quads", normals=False, uvs=False)

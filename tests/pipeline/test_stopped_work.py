@@ -1,4 +1,4 @@
-"""Work that is stopped midway: it ends soon, and leaves nothing behind that others would notice."""
+"""Work that is stopped midway ends soon, and does not affect later work."""
 
 import pytest
 
@@ -26,7 +26,7 @@ KINDS = {
 
 
 class Counted(Cancellation):
-    """Stops at the checkpoint of a number, and counts them."""
+    """Stops at checkpoint number `n`, and counts checkpoints."""
 
     def __init__(self, last: float = float("inf")) -> None:
         super().__init__()

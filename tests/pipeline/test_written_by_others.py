@@ -1,4 +1,4 @@
-"""Surfaces as other systems write them are read, and closed, as they are meant."""
+"""Surfaces in the forms of other systems close as intended."""
 
 from typing import Any
 
@@ -82,7 +82,7 @@ def face(axis: int, side: int, rng: Any) -> Any:
 @pytest.mark.parametrize("options", [{"resolution": [2, 3]}, {"relative_tolerance": 0.01}])
 @pytest.mark.parametrize("kind", ["multipatch", "group"])
 def test_a_cube_of_splines_far_from_zero_is_closed(kind: str, options: Any) -> None:
-    """Its numbers are equal up to roundings of its place, 1e-8 of its size."""
+    """Its numbers are equal up to the rounding far from zero, 1e-8 of its size."""
     rng = np.random.default_rng(3)
     faces = [face(axis, side, rng) for axis in range(3) for side in (0, 1)]
     surface = {"type": kind, "surfaces": faces}

@@ -1,4 +1,4 @@
-"""Tolerances, budgets and cameras, from documents, queries and command lines to the engine."""
+"""Tolerances, budgets and cameras, as documents, queries and command lines have them."""
 
 from dataclasses import fields
 from math import pi

@@ -1,4 +1,4 @@
-"""Nested lists to arrays: a fast path that never differs from the slow one."""
+"""Nested lists to arrays: the fast pass and the slow pass agree."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ def nested(depth: int) -> st.SearchStrategy[Any]:
 
 
 def valid(value: Any, grid: NumberGrid) -> bool:
-    """Whether a value is what the field says, checked one number at a time."""
+    """Whether a value is valid for the field, checked one number at a time."""
     lengths: dict[int, set[int]] = {}
 
     def right(item: Any, level: int) -> bool:

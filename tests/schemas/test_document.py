@@ -1,4 +1,4 @@
-"""From bytes to values: what is refused, where, and what it may cost."""
+"""JSON texts to values: refusals, their places, and their cost."""
 
 import json
 import tracemalloc
@@ -61,7 +61,7 @@ def paths(value: Any, pointer: str = "") -> dict[str, Any]:
 
 @given(VALUES)
 def test_pointers_lead_back_to_their_field(value: Any) -> None:
-    """Each value in turn is replaced by NaN, which is then looked for in the text."""
+    """Each value in turn is replaced by NaN, whose place the error must name."""
     for pointer, child in paths(value).items():
         marked = json.dumps(_with_mark(value, child, pointer, "")).encode()
         at = marked.index(b'"\\u0000mark"')
@@ -147,7 +147,7 @@ _NESTED = st.recursive(
 
 @given(_NESTED, st.integers(0, 2), st.booleans())
 def test_depth_is_counted_outside_of_strings(value: object, within: int, is_long: bool) -> None:
-    blank = " " * (300_000 * is_long)  # more than is scanned at a time
+    blank = " " * (300_000 * is_long)  # longer than one step of the scan
     text = json.dumps([value]).encode().replace(b"[", b"[" + blank.encode(), 1)
     depth = depth_of([value])
     assert not is_deeper(text, depth + within)
@@ -223,7 +223,7 @@ def test_dense_numbers_behind_an_indented_beginning_are_read(head: str) -> None:
 
 
 def test_the_parser_still_needs_a_second_try() -> None:
-    """When it does not, `_parse` can go."""
+    """If a newer orjson passes this test, `_parse` is not needed any more."""
     with pytest.raises(orjson.JSONDecodeError, match="memory"):
         orjson.loads(b"[  " + b"0," * 5000 + b"0]")
 

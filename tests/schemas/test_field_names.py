@@ -1,4 +1,4 @@
-"""Errors name the documented field that an unknown one is nearest to, wherever it stands."""
+"""Errors name the documented field that is nearest to an unknown one, at any depth."""
 
 from typing import Any
 

@@ -40,7 +40,7 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
 
 
 def values_of(name: str) -> st.SearchStrategy[Any]:
-    """Values of an option; its default among them."""
+    """Values of an option, including its default."""
     if name in VALUES:
         return VALUES[name]
     field = FIELDS[name]
@@ -78,7 +78,7 @@ def number(draw: st.DrawFn, value: float) -> str:
 
 @st.composite
 def spelled(draw: st.DrawFn, values: dict[str, Any]) -> str:
-    """One of the many queries that say the same."""
+    """One of the many queries with the same meaning."""
     pairs: dict[str, str] = {}
     with_accuracy = any(values.get(name) for name in NAMES)
     for name, field in FIELDS.items():

@@ -1,4 +1,4 @@
-"""Arrays where lists could stand: taken and refused as their lists would be."""
+"""Arrays in place of lists: accepted and refused as the lists would be."""
 
 from dataclasses import replace
 from typing import Any
@@ -47,7 +47,7 @@ def in_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
 
 
 def outcome(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
-    """The array, or what was wrong first and where."""
+    """The array, or the code and the place of the first fault."""
     try:
         return grid.array(value, SMALL)
     except ValidationError as error:

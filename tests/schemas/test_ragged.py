@@ -1,4 +1,4 @@
-"""Rows of triangles: taken exactly if they shorten by one, and given back as they came."""
+"""Rows of triangles are accepted only if each is one shorter, and are returned unchanged."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ LIMITS = DocumentLimits(max_control_points=100, max_degree=6)
 
 @st.composite
 def rows(draw: st.DrawFn) -> list[list[int]]:
-    """Lists of lists that are nearly the rows of a triangle, or quite."""
+    """Lists of lists that are the rows of a triangle, or almost."""
     n = draw(st.integers(1, 5))
     found = [list(range(n - m)) for m in range(n)]
     for _ in range(draw(st.integers(0, 2))):
@@ -55,7 +55,7 @@ def test_taken_exactly_if_each_row_is_one_shorter(value: list[list[int]]) -> Non
 
 @pytest.mark.parametrize("degree", range(7))
 def test_control_points_follow_one_another_row_by_row(degree: int) -> None:
-    """The order that the rest of the service counts on."""
+    """The order of entries in the array."""
     net = [[[i, j, k] for i, j, k in keys(degree) if k == row] for row in range(degree + 1)]
     array = TRIANGLE_NET.array(net, LIMITS)
     assert [tuple(point) for point in array.tolist()] == keys(degree)

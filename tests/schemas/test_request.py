@@ -111,7 +111,7 @@ def test_a_field_called_surface_is_not_a_nested_surface() -> None:
 
 
 def test_a_bad_member_is_the_only_fault_of_a_group() -> None:
-    """The list is not too short as well for want of a good one."""
+    """A list with only invalid items does not get the error of a short list too."""
     group = {"type": "group", "members": [{"surface": {"control_net": [[[0, 0, "0"]]]}}]}
     with pytest.raises(InvalidRequest) as caught:
         validate_document(MeshRequest, {"surface": group}, LIMITS)

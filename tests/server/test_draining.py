@@ -26,7 +26,7 @@ LONG = 60.0
 
 
 class Slow:
-    """An application whose `/slow` is answered when it may be, and whose `/` at once."""
+    """An application that responds to `/` at once, and to `/slow` when the test allows it."""
 
     def __init__(self) -> None:
         self.begun = threading.Event()
@@ -95,7 +95,7 @@ def test_running_requests_are_answered_after_the_listener_is_closed() -> None:
             server.handle_exit(signal.SIGINT, None)
             while not is_refused(url):
                 pass
-            # The connection that was kept has been closed as well.
+            # The idle connection is closed, too.
             assert is_refused(url)
             with pytest.raises(httpx.TransportError):
                 idle.get("/")
@@ -147,7 +147,7 @@ serve(app, settings, SimpleNamespace(ready=True))
 
 @contextmanager
 def process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
-    """A process that serves an application of which one address is never answered."""
+    """A process that serves an application with one URL that never responds."""
     port = free_port()
     command = [sys.executable, "-c", PROGRAM, str(port), str(delay)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as started:

@@ -1,4 +1,5 @@
-"""The log of the process: one form, whole lines, and no reason to end."""
+"""The log of the process: its form, complete lines, and no effect of a broken pipe on the
+service."""
 
 import json
 import logging
@@ -18,7 +19,7 @@ HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
 
 
 def failing() -> logging.LogRecord:
-    """A record of an exception, and what it came from."""
+    """A record of an exception with its cause."""
     try:
         try:
             raise KeyError(HOSTILE + "x" * 1000)
@@ -95,7 +96,7 @@ def test_all_messages_go_to_one_stream() -> None:
 
 
 def test_messages_before_the_log_is_set_up_have_its_form() -> None:
-    """And a port that is taken is an exit code of its own, not a service that is away."""
+    """A port in use has another exit code than a service that does not respond."""
     settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1"}
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

@@ -272,7 +272,7 @@ async def test_all_requests_of_a_client_see_that_it_has_gone() -> None:
 @pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
 @pytest.mark.parametrize("length", [b"Content-Length: 5", b"Transfer-Encoding: chunked"])
 async def test_a_response_that_is_sent_before_the_body(length: bytes, last: bytes) -> None:
-    """The rest is read and forgotten, so that the client is not cut off while it sends."""
+    """The rest of the body is read and dropped, so that the client can read the response."""
 
     server = Server(deaf)
     client = server.connect()

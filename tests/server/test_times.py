@@ -1,4 +1,4 @@
-"""How long a connection may do nothing, and how many there may be."""
+"""The times and the number of idle connections."""
 
 import socket
 import struct
@@ -40,7 +40,8 @@ async def test_a_connection_without_input_is_closed_without_a_response() -> None
 @pytest.mark.parametrize("before", [b"", GET], ids=["the first", "a later one"])
 @pytest.mark.parametrize("head", [b"GET /long HTTP/1.1\r\nX: ", b"\r\n"])
 async def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes) -> None:
-    """The first has its time from the connection, a later one from its first byte."""
+    """The deadline of the first head begins with the connection, that of a later head with its
+    first byte."""
 
     server = Server(quick, head_timeout=10, keep_alive=1000)
     client = server.connect()
@@ -137,7 +138,7 @@ def send_for_ever(client: socket.socket) -> None:
 def test_a_refused_body_gets_its_response(last: bytes) -> None:
     settings = Settings(max_body_bytes=1024, keep_alive=1)
     with running_service(settings) as url, connected(url) as client:
-        # A client that closes with this set forgets at once what it has not read.
+        # With this option, a client that closes drops unread bytes at once.
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.sendall(
             b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
@@ -155,7 +156,7 @@ def connected(url: str) -> socket.socket:
 
 
 def read(client: socket.socket) -> bytes:
-    """All that comes until the connection is closed."""
+    """All bytes until the connection is closed."""
     response = b""
     while piece := client.recv(1 << 16):
         response += piece

@@ -1,4 +1,4 @@
-"""One connection without a network and without time: what is sent to it, and what comes back."""
+"""A connection to the protocol without a network, with a clock that tests set."""
 
 import asyncio
 import json
@@ -17,7 +17,7 @@ STATUS = re.compile(rb"HTTP/1\.1 [0-9]{3} ")
 
 
 class Clock:
-    """The event loop, with a time of its own that only tests change."""
+    """The event loop with a clock that only tests change."""
 
     def __init__(self) -> None:
         self.loop = asyncio.get_running_loop()
@@ -31,7 +31,7 @@ class Clock:
 
 
 class Wire(asyncio.Transport):
-    """The other end of a connection: what was answered, and whether it was closed."""
+    """The other end of a connection: the bytes of responses, and whether it was closed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -101,7 +101,7 @@ class Client:
         protocol.connection_made(self.wire)
 
     async def send(self, data: bytes) -> None:
-        """Sends, and lets the server do what it can do."""
+        """Sends bytes, and runs the event loop until the server waits."""
         if not self.wire.closed:
             self.protocol.data_received(data)
         await settle()
@@ -133,6 +133,6 @@ class Client:
 
 
 async def settle() -> None:
-    """As many rounds of the event loop as an answer takes."""
+    """Number of rounds of the event loop in which a response is complete."""
     for _ in range(20):
         await asyncio.sleep(0)

@@ -1,4 +1,4 @@
-"""Stores to try things on, and contents to put there."""
+"""Stores and contents for tests."""
 
 import hashlib
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ def store_of(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
 
 
 def file_of(folder: Path, content: bytes) -> Path:
-    """Where a folder keeps a content."""
+    """The path of a content in a folder."""
     return folder / key_of(id_of(content))
 
 

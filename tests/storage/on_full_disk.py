@@ -1,4 +1,4 @@
-"""The service with a store on a disk that gets full: `make test-disk`.
+"""Tests of a service whose disk gets full: `make test-disk`.
 
 The disk is a tmpfs of two megabytes. Mounting one takes root, or the root of a name space of its
 own.
@@ -66,10 +66,10 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
         *stored, refused = answers
         assert len(stored) > 5
         _is_full(refused, disk)
-        for number in range(3):  # and so it stays
+        for number in range(3):  # the disk stays full
             _is_full(client.post("/v1/surfaces", json=surface(100 + number)), disk)
 
-        # The service lives: it meshes, and gives out what it has.
+        # The service still computes meshes, and returns stored surfaces.
         ready = client.get("/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (200, "ready")
         assert client.post("/v1/mesh", json=surface(0) | {"resolution": 1}).status_code == 200
@@ -82,7 +82,7 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
         assert again.status_code == 201
         assert client.get(again.headers["location"]).json() is not None
 
-    # Lines of the log are written by and by: all of them are there once the service has ended.
+    # The log is complete only after the service has ended.
     assert "No space left on device" in log.read_text(encoding="utf-8")
     objects = files(disk / "store" / "surfaces")
     assert {path.name for path in objects} == {

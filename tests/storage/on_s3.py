@@ -48,7 +48,7 @@ def server() -> Iterator[str]:
 
 @pytest.fixture
 def address(server: str, request: pytest.FixtureRequest) -> str:
-    """A place of its own for every test."""
+    """Another prefix of the bucket for every test."""
     del server
     return f"s3://{BUCKET}/{request.node.name}"
 

@@ -1,4 +1,4 @@
-"""A process that stores some hundred contents in a folder, and says so of each that it has stored.
+"""Stores some hundred contents in a folder, and prints the id of each one that is stored.
 
 `python -m tests.storage.storing FOLDER`: one id a line, written once the store has answered.
 """

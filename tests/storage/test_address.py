@@ -1,4 +1,4 @@
-"""Addresses of stores, and those that are none."""
+"""Valid and invalid addresses of stores."""
 
 import errno
 import logging
@@ -112,7 +112,7 @@ def test_an_invalid_address_stops_the_start(
 
 
 async def test_a_bucket_that_cannot_be_reached() -> None:
-    """The service starts, and says that its store does not answer."""
+    """The service starts, and reports that its store does not respond."""
     with account("http://127.0.0.1:9"):
         store = open_store("s3://bucket/prefix", 0)
         with pytest.raises(StoreFailed):

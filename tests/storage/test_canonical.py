@@ -1,4 +1,4 @@
-"""One content for all the ways to write a surface down, and another for every other surface."""
+"""All ways to write a surface have one content; every other surface has another."""
 
 import json
 import math
@@ -76,7 +76,7 @@ MORE: dict[str, Json] = {
         ],
     },
 }
-"""Surfaces that no other test has: mostly defaults, and numbers with many digits."""
+"""Further surfaces: with many defaults, or with numbers of many digits."""
 
 ALL = {**SURFACES, **MORE}
 
@@ -222,7 +222,7 @@ def test_weights_beyond_double_precision_count_by_their_quotients() -> None:
 
 
 def test_the_content_is_as_documented() -> None:
-    """Its very bytes, by another way."""
+    """The bytes of the content, computed by other code."""
     net = [[[0, 0, 0], [0, 1.5, 0]], [[1, 0, -0.0], [1, 1, 1]]]
     numbers = np.array(net).astype("<f8") + 0.0
     header = (
@@ -236,7 +236,7 @@ def test_the_content_is_as_documented() -> None:
 
 
 def test_ids_are_for_ever() -> None:
-    """Whatever becomes of the service: surfaces are stored under these."""
+    """Ids must never change, because surfaces are stored under them."""
     assert ids() == json.loads(IDS.read_text())
 
 

@@ -86,7 +86,7 @@ async def test_a_folder_that_breaks_fails_and_works_again(
 async def test_a_write_that_fails_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Some disks say that they are full only once the bytes must be on them."""
+    """Some disks report that they are full only when bytes are forced to them."""
 
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")

@@ -1,4 +1,4 @@
-"""Processes that are killed while they store, and processes that store the same."""
+"""Processes that are killed while they store, and processes that store equal contents."""
 
 import os
 import subprocess
@@ -25,7 +25,8 @@ def storing(folder: Path) -> subprocess.Popen[str]:
         env=environment,
         stdout=subprocess.PIPE,
         text=True,
-        # It waits before it is far ahead of the reader: there is always a write to kill.
+        # The pipe is short, so the process waits for its reader, and is always writing when it is
+        # killed.
         pipesize=4096,
     )
 
@@ -45,7 +46,7 @@ def test_kill_leaves_complete_objects_and_all_acknowledged_ones(tmp_path: Path) 
             assert process.stdout is not None
             acknowledged = {process.stdout.readline().strip() for _ in range(moment)}
             process.kill()
-            # What it had said before the signal came.
+            # The ids that it printed before the signal.
             acknowledged |= {line.strip() for line in process.stdout if line.endswith("\n")}
         assert process.returncode == -9
         assert moment <= len(acknowledged) < CONTENTS

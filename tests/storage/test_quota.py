@@ -1,4 +1,4 @@
-"""No more bytes are kept than are allowed."""
+"""The store never keeps more bytes than its quota."""
 
 import asyncio
 from pathlib import Path
@@ -77,7 +77,7 @@ async def test_room_that_others_make_is_found(
 
 
 class Elsewhere:
-    """A listing that others change, and a clock that can be turned."""
+    """Usage with a listing that other processes change, and a clock that tests set."""
 
     def __init__(self) -> None:
         self.bytes = 0

@@ -50,7 +50,7 @@ async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Pat
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Whatever is done to a store and to a dictionary, they agree."""
+    """A store and a dictionary agree after any sequence of operations."""
 
     @given(st.lists(st.tuples(st.sampled_from(["put", "delete", "has"]), CONTENTS), max_size=20))
     def agree(steps: list[tuple[str, bytes]]) -> None:

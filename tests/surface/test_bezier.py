@@ -1,4 +1,4 @@
-"""One Bézier patch: what is accepted, what is refused and how it is said."""
+"""One Bézier patch: accepted and refused fields, and their errors."""
 
 import numpy as np
 import pytest

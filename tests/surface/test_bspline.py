@@ -1,4 +1,4 @@
-"""B-spline surfaces: lowered exactly, compared with slow truths and with peers; what is refused."""
+"""B-spline surfaces: exact lowering, compared with oracles and other libraries; refusals."""
 
 from fractions import Fraction
 from typing import Any
@@ -79,7 +79,7 @@ def test_is_the_surface_of_cox_and_de_boor(
 
 
 def test_one_span_keeps_its_control_net() -> None:
-    """Nothing is computed where nothing is to be lowered."""
+    """Making a surface does not lower it."""
     net, weights = points_for(4, 3, 3), weights_for(4, 3, 3)
     model = BsplineSurface(net, (3, 2), weights=weights, up="z", name="bowl").lower()
     (batch,) = model.batches
@@ -262,7 +262,7 @@ def test_knots_that_differ_by_rounding_are_made_equal(
 
 
 def test_the_first_and_the_last_knot_may_be_left_out() -> None:
-    """As some systems write knots: neither matters within the domain."""
+    """Some systems write knots without the first and the last, which do not affect the domain."""
     net = np.random.default_rng(2).random((5, 4, 3))
     whole = np.array([-1, 0, 0, 1, 2, 3, 3.5, 4])
     short, long = (

@@ -48,7 +48,7 @@ def points_of(example: str) -> np.ndarray:
 
 
 def test_each_has_an_id_and_a_description() -> None:
-    """Which there are is written down in tests/test_registries.py."""
+    """The id is the key; descriptions are sentences."""
     for key, example in EXAMPLES.items():
         assert example.id == key
         assert example.title

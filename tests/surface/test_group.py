@@ -1,4 +1,4 @@
-"""Groups: what is refused, what counts as equal, and how members are turned upright."""
+"""Groups: refusals, equality, and members that are turned upright."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def scaled(x: float, y: float, z: float) -> Array:
 
 
 def test_equal_surfaces_are_one_model_under_any_name() -> None:
-    """Equal in what they say, not in being the same object."""
+    """Surfaces are equal by their values, not by identity."""
     group = GroupSurface(
         (
             Member(SAIL),

@@ -1,4 +1,4 @@
-"""The built-in B-splines: what is said of them is true."""
+"""The built-in B-splines have the properties in their descriptions."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A few of the surfaces and models that `make certify` looks at, of every family."""
+"""A few of the surfaces and models of every family that `make certify` judges."""
 
 import pytest
 
@@ -29,7 +29,7 @@ def test_the_distance_from_the_mesh_is_bounded_if_requested(family: str) -> None
 @pytest.mark.parametrize(
     ("family", "seed", "relative"),
     [
-        # Strips whose deviation from their triangles was just beyond what edges had allowed for.
+        # Strips whose deviation once exceeded the bound of their edges slightly.
         ("flat", 18, 1e-1),
         ("degrees 1 to 8, anywhere", 18, 1e-1),
         # Strips that fanned from a pole, from which corners are in line.

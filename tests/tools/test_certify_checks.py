@@ -1,4 +1,4 @@
-"""The checks themselves: each must see what it is there for."""
+"""Tests of the checks of `make certify`: each finds its fault."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_triangles_without_area_are_counted() -> None:
 def test_triangles_that_are_turned_over_are_counted() -> None:
     places = SQUARE[np.array([[0, 1, 2], [0, 2, 3], [0, 3, 2]])]
     assert turned_triangles(places) == 1
-    # float32 cannot tell which side of the line such a corner is on.
+    # float32 cannot represent on which side of the line such a corner is.
     line = np.array([[[0.0, 0], [1, 1], [0.5, 0.5 - 1e-9]]])
     assert turned_triangles(line) == 0
 

@@ -1,4 +1,4 @@
-"""Every seed goes through its target, and the judge tells a finding from a refusal."""
+"""Every seed passes its target, and the judge distinguishes findings from refusals."""
 
 import time
 
@@ -12,7 +12,7 @@ from tools.fuzz.targets import TARGETS
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_the_first_inputs_of_the_fuzzer_have_no_faults(name: str) -> None:
-    """A part of the seeds; all of them, and what comes of them, are the fuzzer's."""
+    """A part of the seeds; the fuzzer uses all of them and their mutations."""
     seeds = [content for content in SEEDS[name]() if len(content) <= LARGEST]
     assert seeds
     for content in seeds[:: max(1, len(seeds) // 40)]:

@@ -1,4 +1,4 @@
-"""The judge that shares no code with the engine: it proves what is true, and nothing else."""
+"""The judge without the engine's code proves true bounds, and refutes false ones."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -134,5 +134,5 @@ def test_enclosures_hold_the_distances_of_a_cylinder() -> None:
     low, high = least_distances([net[np.newaxis]], x, 1e-9)
     assert ((low <= truth) & (truth <= high)).all()
     assert (high - low <= 1.001e-9).all()
-    # All of the arc is as near to its axis: no number of pieces is enough.
+    # All points of the arc are equally near to its axis, so no number of pieces is enough.
     assert np.isnan(least_distances([net[np.newaxis]], np.array([[0.0, 0.0, 0.5]]), 1e-9)[1]).all()

@@ -1,4 +1,5 @@
-"""The steps of the recipes can be done in this checkout; `make test-recipes` runs their results."""
+"""All steps of the recipes can be carried out in this checkout; `make test-recipes` runs the
+tests."""
 
 import ast
 import re

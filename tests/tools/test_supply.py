@@ -1,4 +1,4 @@
-"""Other projects' software in the image is listed, allowed and checked."""
+"""Packages of other projects in the image are listed, and have allowed licences."""
 
 import json
 import re

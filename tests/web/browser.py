@@ -1,4 +1,4 @@
-"""Headless Chromium: any page, and the one here that draws a model with three.js."""
+"""Headless Chromium, with any page, and with a viewer page that draws models by three.js."""
 
 import base64
 from collections.abc import Collection, Iterator
@@ -82,7 +82,7 @@ def serve_folder(folder: Path) -> AbstractContextManager[str]:
 
 @dataclass(frozen=True)
 class Stage:
-    """A page of the browser, what its console complained of so far, and what it asked for."""
+    """A page of the browser, the complaints of its console, and its requests."""
 
     page: Page
     complaints: list[str]
@@ -111,7 +111,7 @@ class Stage:
         self.page.evaluate("window.viewer.drawEdges()")
 
     def meshes(self) -> list[dict[str, Any]]:
-        """Every mesh in three.js; positions and normals in world coordinates."""
+        """All meshes in three.js, with positions and normals in world coordinates."""
         found: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
         return found
 

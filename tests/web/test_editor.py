@@ -270,7 +270,7 @@ def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
     assert value(page, "triangles") == 2 * 37 * 37
 
 
-def test_text_that_is_no_json_stays_on_the_page(page: Page) -> None:
+def test_text_that_is_not_json_stays_on_the_page(page: Page) -> None:
     page.click("#open")
     page.fill("#paste", "{control_net}")
     page.click("#paste-open")

@@ -43,7 +43,7 @@ def test_tags_of_a_condition(header: bytes, found: set[bytes]) -> None:
     assert parse_tags(header) == found
 
 
-def test_any() -> None:
+def test_a_star_matches_every_response() -> None:
     assert is_any(b"*")
     assert is_any(b" * ")
     assert not is_any(b'"*"')

@@ -74,7 +74,7 @@ def test_metrics_behind_a_key_have_no_other_spelling(method: str, path: str) -> 
         assert client.request(method, path, headers=WITH).status_code in (200, 404)
 
 
-def test_a_key_lets_in(client: Client) -> None:
+def test_a_key_allows_the_call(client: Client) -> None:
     assert client.post("/v1/mesh", NET, WITH).status_code == 200
     assert client.post("/v1/surfaces", NET, WITH).status_code == 201
     assert client.request("DELETE", "/v1/surfaces/saddle", headers=WITH).status_code == 405
@@ -83,7 +83,7 @@ def test_a_key_lets_in(client: Client) -> None:
 @pytest.mark.parametrize(
     "value", [f"Bearer {OTHER}", f"Bearer {KEY[:-1]}", "Bearer", "Bearer \xff", f"bearer,{KEY}"]
 )
-def test_another_key_does_not(client: Client, value: str) -> None:
+def test_an_unknown_key_is_refused(client: Client, value: str) -> None:
     headers = {"Authorization": value.encode("latin-1")}
     response = client.request("POST", "/v1/mesh", b"", headers)  # type: ignore[arg-type]
     assert response.status_code == 401
@@ -93,7 +93,7 @@ def test_another_key_does_not(client: Client, value: str) -> None:
     assert KEY not in response.text
 
 
-def test_a_key_in_the_address_is_none(client: Client) -> None:
+def test_a_key_in_the_url_does_not_count(client: Client) -> None:
     for name in ("key", "api_key", "access_token", "Authorization"):
         response = client.post(f"/v1/mesh?{name}={KEY}", NET)
         assert response.json()["code"] == "key_needed"

@@ -64,7 +64,7 @@ def test_it_is_read_again_when_it_changed_a_second_later(
     assert "read again" in caplog.text
 
 
-def test_it_is_looked_at_once_a_second(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
     known = KnownKeys((), str(file), clock)
     looked: list[Path] = []

@@ -39,7 +39,7 @@ def test_texts_that_differ_in_one_place_are_other_keys() -> None:
         assert owner(other.encode(), KNOWN) is None
 
 
-def test_a_password_whose_hash_is_listed_is_no_key() -> None:
+def test_a_password_whose_hash_is_listed_is_not_a_key() -> None:
     assert owner(b"password", parse_entries([entry_line("eve", "password")])) is None
 
 

@@ -63,7 +63,7 @@ def test_the_client_is_the_last_address_that_a_trusted_proxy_saw(
 
 
 @pytest.mark.parametrize("peer", [CLIENT, "11.0.0.1", "::ffff:203.0.113.7", "testclient", "::1"])
-def test_others_are_not_believed(peer: str) -> None:
+def test_headers_of_other_peers_are_ignored(peer: str) -> None:
     found = introduced("198.51.100.9", peer=(peer, 1), proto=["https"])
     assert found == (peer, "http")
 
@@ -130,7 +130,7 @@ def test_forged_addresses_do_not_escape_a_rate() -> None:
             assert again.status_code == 429
 
 
-def test_responses_have_strict_transport_security_where_a_proxy_reports_https() -> None:
+def test_responses_have_strict_transport_security_if_a_proxy_reports_https() -> None:
     secure = {"X-Forwarded-Proto": "https"}
     with client_of(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
         for path in ("/v1/formats", "/docs", "/nothing"):

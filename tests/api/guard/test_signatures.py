@@ -135,7 +135,7 @@ def test_times_are_digits_even_if_others_are_signed() -> None:
         refused(urlencode([*pairs, ("signature", signature)]))
 
 
-def test_queries_that_are_no_text_are_refused() -> None:
+def test_queries_that_are_not_text_are_refused() -> None:
     for query in (b"signature=\xff", b"%ff=1&expires=1&signature=a"):
         with pytest.raises(SignatureInvalid):
             SIGNER.check(PATH, query, NOW)

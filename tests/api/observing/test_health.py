@@ -82,7 +82,7 @@ async def test_it_computes_once_in_5_s_for_all_callers() -> None:
     assert len(done) == 1
 
 
-async def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "DEADLINE", 0.05)
     monkeypatch.setattr(health, "INTERVAL", -1.0)
     go_on = threading.Event()

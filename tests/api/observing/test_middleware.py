@@ -151,7 +151,7 @@ def test_keys_and_addresses_are_those_the_guard_found() -> None:
     assert (json.loads(line)["key"], json.loads(line)["client"]) == ("alice", "2001:db8::1")
 
 
-def test_text_is_as_short_as_it_was() -> None:
+def test_the_text_form_has_one_short_line() -> None:
     _, (line,), _ = asked([(b"x-request-id", b"mine")], path="/refused")
     head, _, tail = line.partition(" ms")
     assert head.startswith('INFO:     2001:db8::1 - "GET (no such path)" 204, 0 bytes, ')

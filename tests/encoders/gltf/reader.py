@@ -1,4 +1,4 @@
-"""A glTF reader in a few lines, written from the specification and not from our writer."""
+"""A short glTF reader, written from the specification, independent of our writer."""
 
 import base64
 import json

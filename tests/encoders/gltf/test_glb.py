@@ -1,4 +1,4 @@
-"""Files whose text is kept with a plan: the bytes of files that are written anew."""
+"""Files with cached text have the same bytes as files that are written without it."""
 
 from dataclasses import replace
 from itertools import pairwise

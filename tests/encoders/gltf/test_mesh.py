@@ -1,4 +1,4 @@
-"""glTF and GLB: what is in the document, read back by a reader of our own."""
+"""The contents of glTF and GLB, read back by a reader of our own."""
 
 from dataclasses import replace
 

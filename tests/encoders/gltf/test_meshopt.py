@@ -80,7 +80,7 @@ def test_decompressed_it_is_the_same_mesh(mesh: Mesh, options: EncodeOptions) ->
 
 def test_normals_are_within_a_tenth_of_a_degree() -> None:
     rows = np.random.default_rng(4).normal(size=(4225, 3))
-    # Those along an axis and along a diagonal, too.
+    # Also normals along an axis and along a diagonal.
     rows[:27] = np.indices((3, 3, 3)).reshape(3, -1).T - 1
     rows[13] = 1, 1e-6, -1e-6
     rows /= np.linalg.norm(rows, axis=1)[:, None]
@@ -89,7 +89,7 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
     attributes = small.primitive("sheet")["attributes"]
     found = small.values(attributes["NORMAL"])
     assert np.abs(np.linalg.norm(found, axis=1) - 1).max() < 1e-4
-    # Which vertex of the sheet each of them is.
+    # The vertex of the sheet for each vertex of the file.
     places = small.array(attributes["POSITION"]).astype(int) // 256
     wanted = rows[places[:, 0] * 65 + places[:, 1]]
     apart = np.degrees(2 * np.arcsin(np.linalg.norm(found - wanted, axis=1) / 2))
@@ -116,12 +116,14 @@ def test_noise_is_not_made_longer(options: EncodeOptions) -> None:
 
 
 @each_form
-def test_the_validator_says_that_it_cannot_tell(options: EncodeOptions, tmp_path: Path) -> None:
+def test_the_validator_reports_the_unknown_extension(
+    options: EncodeOptions, tmp_path: Path
+) -> None:
     path = tmp_path / "model.glb"
     content = bytes(BY_NAME["glb"].encode(made(MESHES["parts"], options), options))
     unknown = "/extensionsUsed/" + ("2" if options.quantize else "1")
     assert said(content, path) == [("UNSUPPORTED_EXTENSION", 2, unknown)]
-    # Where every view is compressed, it does not see what the buffer is for.
+    # If every view is compressed, the validator finds no use of the buffer.
     content = bytes(BY_NAME["glb"].encode(made(single(sheet(20)), options), options))
     unknown = "/extensionsUsed/" + ("1" if options.quantize else "0")
     assert said(content, path) == [

@@ -1,4 +1,4 @@
-"""glTF in whole numbers: what is stored, how, and what it stands for."""
+"""Quantized glTF: the stored integers, and the values that they mean."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Groups in glTF: nodes where copies stand, meshes that they share, materials of their colours."""
+"""Groups in glTF: nodes of copies, shared meshes, and materials."""
 
 from pathlib import Path
 from typing import Any
@@ -84,7 +84,7 @@ def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("angle", [1e-9, 0.3, 2.0, np.pi - 1e-9, np.pi])
 def test_quaternions_of_all_turns(axis: int, angle: float) -> None:
-    """Also near half turns, where the sum of the diagonal tells nothing."""
+    """Also near half turns, where the sum of the diagonal is near −1 and has few digits."""
     turn = np.eye(3)
     a, b = (axis + 1) % 3, (axis + 2) % 3
     turn[[a, b, a, b], [a, b, b, a]] = np.cos(angle), np.cos(angle), -np.sin(angle), np.sin(angle)

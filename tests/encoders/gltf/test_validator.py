@@ -1,4 +1,4 @@
-"""The Khronos validator finds nothing to say about what we write, not even a hint."""
+"""The Khronos validator reports no issue in our files, not even a hint."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_valid(mesh: Mesh, suffix: str, tmp_path: Path) -> None:
     assert issues(content, tmp_path / f"model.{suffix}") == []
 
 
-def test_the_validator_is_awake(tmp_path: Path) -> None:
+def test_the_validator_finds_a_fault(tmp_path: Path) -> None:
     content = bytes(BY_NAME["gltf"].encode(single(sheet(1)), EncodeOptions()))
     path = tmp_path / "model.gltf"
     path.write_bytes(content.replace(b'"max":[1.0,', b'"max":[2.0,'))

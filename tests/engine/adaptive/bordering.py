@@ -50,7 +50,7 @@ def build_border(source: PatchModel | list[Array], goal: Goal, most: int = MOST)
 
 
 def check_border(found: Bordered, tolerance: float) -> None:
-    """Check the promises for every border, at places that are computed exactly."""
+    """Checks properties of every border, at points that are computed exactly."""
     border, faces = found.border, found.faces
     assert np.array_equal(np.unique(border.vertex), np.arange(len(border.points)))
     patches = [(batch, number) for batch in found.model.batches for number in range(batch.count)]

@@ -63,7 +63,8 @@ def check_refined(found: Refined, tolerance: float) -> None:
     a, b, c = corners.T
     areas = (u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a])
     assert (areas > 0).all()
-    # Triangles with two equal vertices are left out: only beside sides that are one point, or one.
+    # Triangles with two equal vertices are left out; they occur beside sides that are one point, or
+    # coincide.
     area = np.bincount(made.face[a], areas.astype(np.float64), minlength=len(faces.first))
     whole = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
     assert (area <= whole * (1 + 1e-12)).all()

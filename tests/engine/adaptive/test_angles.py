@@ -89,7 +89,7 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
 @pytest.mark.parametrize("kind", ["fans", "rings"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_folds_come_to_an_end(kind: str, seed: int) -> None:
-    """Patches that lie over themselves: normals turn by π whatever is done, as is reported."""
+    """Folded patches: normals turn by π at every division, and the report has this angle."""
     whole = complex_of(kind, seed)
     order = range(len(whole.nets))
     one = build_mesh(whole.model(order), 0.5)

@@ -63,7 +63,7 @@ def test_no_tolerance_below_the_least_is_tried() -> None:
 
 
 def test_the_smaller_bound_of_two_that_fit_is_taken() -> None:
-    """A finer tolerance may be met by a mesh that happens to be worse."""
+    """The mesh for a finer tolerance may have a larger bound."""
 
     def attempt(tolerance: float) -> Attempt[float] | None:
         if tolerance < 0.1:

@@ -104,7 +104,7 @@ def test_the_proof_is_about_the_stored_positions() -> None:
 
 
 def test_more_triangles_than_allowed_are_refused() -> None:
-    """As soon as it is known."""
+    """The refinement is refused as soon as the number is known."""
     with pytest.raises(TooLarge) as refused:
         build_refined(patches_of("sphere"), Goal(1e-6), most=300)
     assert refused.value.issues[0].code == "too_many_triangles"

@@ -1,4 +1,4 @@
-"""The bound of a mesh of equal divisions, against distances found by looking at many points."""
+"""The bound of a mesh of equal divisions, compared with sampled distances."""
 
 from dataclasses import replace
 from typing import Any
@@ -103,7 +103,7 @@ def test_parts_follow_the_sequence() -> None:
 
 @pytest.mark.parametrize("shift", [1e3, 1e7])
 def test_rounding_far_from_the_origin_counts(shift: float) -> None:
-    """Even where nothing bends."""
+    """The bound includes rounding, even for a flat patch."""
     net = np.random.default_rng(7).uniform(-1, 1, (2, 2, 3))
     net[1, 1] = net[0, 1] + net[1, 0] - net[0, 0]
     model = model_of([moved(net, shift, shift, -shift)])

@@ -45,7 +45,8 @@ def placed_pieces(seed: int) -> tuple[GroupSurface, bool]:
 
 @pytest.mark.parametrize(("seed", "options"), [*enumerate(OPTIONS)])
 def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> None:
-    """Mirrored ones among them: as one mesh and as nodes, the same bits on both sides."""
+    """Placed pieces, some of them mirrored, have the same bits on both sides, as one mesh and as
+    nodes."""
     group, is_closed = placed_pieces(seed)
     names = [member.name for member in group.members]
     mesh = build(group.lower(), MeshOptions(**options))
@@ -53,7 +54,7 @@ def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> No
     assert [(part.name, part.color and part.color[:3]) for part in mesh.parts] == [
         (member.name, member.color) for member in group.members
     ]
-    # Some pieces are inside out: only their edges tell.
+    # Some pieces are inside out, so only edges are compared.
     shape = topology(welded_by_position(mesh.positions, mesh.triangles))
     assert mesh.report.vertices == shape.vertices
     assert (shape.boundary == 0, shape.non_manifold) == (is_closed, 0)
@@ -171,7 +172,7 @@ def test_members_are_one_where_their_borders_are_one_curve(
 
 
 def test_the_cost_of_copies_that_meet_counts_separate_meshes() -> None:
-    """Stored each by itself: with their memory, and no more bytes than are allowed."""
+    """Members that meet are stored separately, within the memory and the bytes that are allowed."""
     group = hull()
     form, options = BY_NAME["glb"], MeshOptions((60, 60))
     work = plan_mesh(group, options, form)

@@ -69,7 +69,7 @@ def example(name: str) -> PatchSurface:
 def test_quadrics(name: str, area: object, volume: object, height: float) -> None:
     tolerance = 1e-3 if name in ("torus", "cone") else 1e-9
     found = of(find(name).surface(), tolerance)
-    # Square roots in nets of floats make them other surfaces by some 1e-16.
+    # Rounded square roots in nets change the surfaces by some 1e-16.
     for interval, truth in ((found.area, area), (found.volume, volume)):
         exact = truth * PI.pi
         assert holds(interval, exact, 1e-15 * float(exact))

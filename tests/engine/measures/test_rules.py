@@ -85,7 +85,7 @@ def test_remainders_hold_the_errors_of_coarse_rules(
         if kind == "flux":
             off = np.stack([off[0], np.sqrt((off[1:] ** 2).sum(axis=0))])
         assert (off <= bound + rounding + fine).all()
-        assert (off > rounding).mean() > 0.7  # else nothing would be tested
+        assert (off > rounding).mean() > 0.7  # otherwise the test would prove nothing
         loss.append(float(np.median(bound / off)))
     assert loss[0] < 2e4
     # Halves are the same surface, and their remainders are smaller.

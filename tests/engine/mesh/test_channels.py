@@ -121,7 +121,7 @@ def test_frames_have_the_values_of_their_neighbours(
     plain = mesh_of(model_of(patches), resolution=resolution)
     assert len(made.positions) == len(plain.positions)
     assert made.welds is None
-    # x and y are linear in u and v: the vertex tells its parameters.
+    # x and y are linear in u and v, so the parameters follow from the vertex.
     for position, row in zip(made.positions, attribute(made, "a"), strict=True):
         u, v = (Fraction(float(c)).limit_denominator(10**6) / 2 for c in position[:2])
         right = exact.surface_point(exact.exact_net(carried), u, v)

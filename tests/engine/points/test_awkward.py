@@ -1,4 +1,4 @@
-"""Points of nets made to go wrong: no exception, no warning, nothing but numbers and nulls."""
+"""Points of difficult nets: only numbers and nulls, without exceptions or warnings."""
 
 import numpy as np
 import orjson

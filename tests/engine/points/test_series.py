@@ -1,4 +1,4 @@
-"""Power series against fractions, and their errors against what is really off."""
+"""Power series against fractions, and their error bounds against true errors."""
 
 from fractions import Fraction
 

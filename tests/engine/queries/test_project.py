@@ -1,4 +1,4 @@
-"""Closest points: judged by looking everywhere, by exact fractions, and by closed forms."""
+"""Closest points: checked by exhaustive search, by exact fractions, and by closed forms."""
 
 from collections.abc import Callable
 
@@ -129,7 +129,7 @@ def test_a_budget_of_work_makes_intervals_wider_and_never_wrong(
     truth = np.abs(quadrics.sphere(points)[0])
     assert ((low <= truth + 1e-15) & (truth - 1e-15 <= high)).all()
     assert not columns["reached"][:100].any()
-    assert columns["reached"][100:].mean() > 0.95  # those that took most end, and not the others
+    assert columns["reached"][100:].mean() > 0.95  # only the points that took most work end early
     again = project(find("sphere").surface(), points)["distance_bounds"]
     np.testing.assert_array_equal(again, columns["distance_bounds"])
 
@@ -171,7 +171,7 @@ def test_a_result_does_not_depend_on_the_other_queries(monkeypatch: pytest.Monke
         together = project(surface, points)
         alone = [project(surface, point[np.newaxis]) for point in points[::9]]
         with monkeypatch.context() as patch:
-            patch.setattr(cells, "MOST_BYTES", 1 << 17)  # cells are forgotten again and again
+            patch.setattr(cells, "MOST_BYTES", 1 << 17)  # the cache of cells is too small for all
             forgetful = project(surface, points)
         for column, values in together.items():
             np.testing.assert_array_equal(np.concatenate([a[column] for a in alone]), values[::9])

@@ -1,4 +1,4 @@
-"""Hits of rays: judged by closed forms, 50 digits, and by looking everywhere."""
+"""Hits of rays: checked by closed forms with 50 digits, and by exhaustive search."""
 
 from typing import Any
 
@@ -40,7 +40,7 @@ def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Arra
 
 
 def missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
-    """Which of true hits are in no interval of their rays."""
+    """Whether each true hit is outside all intervals of its ray."""
     held = np.zeros(len(ray), bool)
     low, high = found["t_bounds"].T
     for k in np.unique(found["ray"]).tolist():

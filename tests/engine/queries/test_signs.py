@@ -1,4 +1,4 @@
-"""Signs: judged by closed forms, and by solid angles of fine triangles that know no bounds."""
+"""Signs: checked by closed forms, and by solid angles of fine triangles."""
 
 from collections.abc import Callable
 
@@ -164,7 +164,7 @@ def test_signs_do_not_depend_on_the_other_points(monkeypatch: pytest.MonkeyPatch
     alone = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
     np.testing.assert_array_equal(together[::8], alone)
     with monkeypatch.context() as patch:
-        patch.setattr(cells, "MOST_BYTES", 1 << 19)  # cells are forgotten again and again
+        patch.setattr(cells, "MOST_BYTES", 1 << 19)  # the cache of cells is too small for all
         np.testing.assert_array_equal(together, project(SPHERE, points)["signs"])
     monkeypatch.setattr(winding, "MOST_PAIRS", 0)
     outside = np.abs(points).max(axis=1) > 1

@@ -1,4 +1,4 @@
-"""Groups as scenes, and flattened to one mesh: places, normals, winding, what is shared."""
+"""Groups as scenes, and flattened to one mesh: places, normals, winding, shared meshes."""
 
 from itertools import pairwise
 from typing import Any, cast
@@ -175,7 +175,7 @@ def test_far_members_keep_their_shape_in_single_precision() -> None:
 
 
 def test_base_colors_become_colors_of_vertices() -> None:
-    """White where nothing was said; what a base colour multiplies is light."""
+    """The default colour is white; base colours multiply linear light."""
     painted = BezierSurface(NET, channels=Channels(colors=np.full((1, 1, 3), 0.5)))
     tinted = Member(painted, "tinted", (0.5, 1.0, 0.0, 0.25))
     mesh = build(

@@ -1,4 +1,4 @@
-"""Sections: judged by looking along lines of parameters, by closed forms, and by their topology."""
+"""Sections: checked by a search along lines of parameters, by closed forms, and by topology."""
 
 from math import asin, cos, sin
 

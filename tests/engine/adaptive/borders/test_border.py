@@ -118,7 +118,7 @@ def test_flat_spans_are_merged_along_the_border() -> None:
 @pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("spans", [1, 2, 3, 5])
 def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -> None:
-    """A closed side is no point, and its vertices are different ones."""
+    """A closed side is not a point, and its vertices are different."""
     degree = 3
     count = max(spans, degree + 1) if periodic else spans + degree
     angle = 2 * pi * np.arange(count) / (count if periodic else count - 1)
@@ -154,7 +154,7 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
 
 @given(nets(), st.sampled_from([0.5, 0.05]))
 def test_division_by_angles_ends_at_cusps(net: Array, angle: float) -> None:
-    """Whatever the curves, their division ends."""
+    """Division ends for all curves."""
     check_border(build_border([net], Goal(0.5, angle)), 0.5)
 
 
