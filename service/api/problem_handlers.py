@@ -80,6 +80,6 @@ async def _on_disconnect(_: Request, error: Exception) -> Response:
 
 async def _on_exception(request: Request, error: Exception) -> Response:
     """The response to an unforeseen error. Starlette raises it again, and the server logs it."""
-    del error  # its text stays here
+    del error  # the text of the error is not sent
     record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

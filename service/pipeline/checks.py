@@ -28,7 +28,7 @@ from service.surface.sweep_model import SweepModel
 
 NOT_PARAMETRIC = Issue(
     "not_parametric",
-    "Parameters mean nothing on a group; each of its surfaces has its own.",
+    "A group has no parameters; each of its surfaces has its own.",
     "/surface",
     "a group",
     "one of its members",
@@ -84,7 +84,7 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
 def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: EncodeOptions) -> None:
     """Refuses a tolerance or a budget for a mesh that is not divided by it."""
     if options.faces == "quads":
-        what = "The bound is one of triangles: a quad has four corners that are in no plane."
+        what = "The bound is for triangles, because the corners of a quad need not be in one plane."
         raise _conflict_issue(what, "/faces", where)
     if options.method != "matrix":
         raise _conflict_issue(
@@ -133,18 +133,18 @@ def _unsupported(message: str, where: str, got: str, needed: str) -> Unsupported
 
 
 def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") -> None:
-    """Refuse too many vertices, points of lines included; `where` points to the option."""
+    """Refuses too many vertices, points of lines included; `where` points to the option."""
     issue = Issue("too_many_vertices", "The mesh would have too many vertices.", where)
     check_count(vertices, limits.max_vertices, "vertices", issue)
 
 
 def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
-    """Refuse a file that may have too many bytes; `where` points to the option."""
+    """Refuses a file that may have too many bytes; `where` points to the option."""
     limits.check_bytes(most, f"The response as {fmt.name} could become too large.", where)
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
-    """Checks that need the patches of the surface: places, names and multiplications."""
+    """Refuses options by the patches of the surface: coordinates, names and multiplications."""
     if options.has_solid_wires and (furthest := find_reach(model, options)) > MAX_COORDINATE:
         message = "Coordinates are stored in single precision."
         got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
@@ -152,7 +152,7 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     models = model.models if isinstance(model, GroupModel) else (model,)
     for submodel in models:
         if isinstance(submodel, SweepModel):
-            message = "Curves of so high a degree take long to be measured: with the square of it."
+            message = "Measuring a curve takes time that grows with the square of its degree."
             count = sweep.estimate_effort(submodel, options)
             limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
         elif options.curvatures:
@@ -171,8 +171,8 @@ def _check_names(model: PatchModel) -> None:
     """Refuses an attribute that has the name of a curvature."""
     channels = model.batches[0].channels
     if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
-        message = "The surface has an attribute of the name that its curvature would get."
-        got = "attributes and curvatures of one name"
+        message = "The surface has an attribute with the name of a curvature."
+        got = "an attribute and a curvature with the same name"
         needed = f"other names than {' and '.join(NAMES)}, or no curvatures"
         raise InvalidRequest(Issue("name_clash", message, "/curvatures", got, needed))
 

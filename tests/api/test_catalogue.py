@@ -31,7 +31,7 @@ def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
         addresses = [response.headers["location"], links["self"], *links["mesh"].values()]
         assert all(url.startswith("/shapes/v1/surfaces/") for url in addresses)
         assert client.get(links["self"]).status_code == 200
-        for _ in range(2):  # computed, then kept
+        for _ in range(2):  # computed, then cached
             canonical = client.get("/v1/surfaces/saddle/mesh.glb?resolution=2").headers["link"]
             assert canonical.startswith("</shapes/v1/surfaces/saddle/mesh.glb?resolution=2&engine=")
 

@@ -22,14 +22,14 @@ def field(rows: int, columns: int) -> Array:
 
 
 def ridge(rows: int, columns: int) -> Array:
-    """The field under a roof whose ridge is the middle row."""
+    """The control net of a roof whose ridge is the middle row."""
     net = field(rows, columns)
     net[..., 2] -= 3 * np.abs(net[..., 0] - rows // 2)
     return net
 
 
 def pairs(mesh: Any) -> tuple[Array, Array]:
-    """Normals of the vertices that stand at another's position, and of those others."""
+    """Normals of vertices that share a position, in pairs."""
     assert mesh.normals is not None
     if mesh.welds is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -51,7 +51,7 @@ def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_a_knot_of_multiplicity_p_plus_one_parts_the_surface(rational: bool) -> None:
-    """Two sheets, each with a border of its own; the report counts it."""
+    """The surface is two sheets with a border each, as the report counts."""
     net = field(8, 5)
     net[4:, :, 2] += 1
     weights = weights_for(8, 2, 5) if rational else None
@@ -119,7 +119,7 @@ def test_on_a_seam_uvs_keep_both_ends() -> None:
 
 
 def test_the_control_net_overlay_is_the_net_that_was_given() -> None:
-    """Not those of the patches; where the surface is periodic, the lines close."""
+    """Lines follow the surface, not its patches; along periodic directions they close."""
     net = field(5, 6)
     surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), weights_for(5, 3, 6))
     options = MeshOptions(resolution=(2, 2), overlays=("control_net", "boundary"))

@@ -1,4 +1,4 @@
-"""Grouping by place and nearness, against its definition."""
+"""Grouping by place and nearness, compared with its definition."""
 
 import numpy as np
 from hypothesis import given

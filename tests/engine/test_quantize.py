@@ -1,4 +1,4 @@
-"""Meshes on grids: what they share, and what their reports say."""
+"""Quantized meshes: shared grids, and reported bounds."""
 
 from dataclasses import replace
 
@@ -104,7 +104,7 @@ def test_models_that_meet_have_one_grid_step() -> None:
     alone = [find_grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
     assert alone[0] == alone[2] < alone[1]
     assert find_grid_steps(placed(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
-    # One that stands before a part of the large one has nothing in common with it.
+    # A member in front of a part of the large one does not share an edge with it.
     before = square(20.0)
     assert find_grid_steps(placed(before, large), COARSE) == (alone[0], alone[1])
     # A chain of neighbours: each meets the next.

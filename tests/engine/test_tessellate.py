@@ -82,7 +82,7 @@ def test_teapot_has_no_cracks_by_position() -> None:
 
 
 def test_teapot_as_quads() -> None:
-    """A quad a cell, triangles only round the poles."""
+    """Each cell is a quad; only cells at poles are triangles."""
     mesh = mesh_of("utah-teapot", faces="quads")
     assert (len(mesh.quads), len(mesh.triangles)) == (32 * 256 - 8 * 16, 8 * 16)
     assert mesh.report.vertices == 8257

@@ -159,7 +159,7 @@ def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str
         ("overlays=boundary", "overlays=boundary&"),
     ],
 )
-def test_the_very_letters(query: str, canonical: str) -> None:
+def test_canonical_queries(query: str, canonical: str) -> None:
     asked = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
     assert canonical_query(asked) == f"{canonical}engine={ENGINE}"
 

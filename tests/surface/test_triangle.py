@@ -38,7 +38,7 @@ def test_is_frozen_and_copies_its_input() -> None:
 
 
 def test_channels_follow_into_the_tensor_form() -> None:
-    """A colour is at (u, v) of the tensor form what it is at s = u (1 − v), t = v."""
+    """The colour at (u, v) of the tensor form is the colour at s = u (1 − v), t = v."""
     rng = np.random.default_rng(3)
     net = rng.uniform(0, 1, (10, 3))
     carried = Channels(colors=net)
@@ -61,7 +61,7 @@ CORNERS = np.array([[1, 2, 4], [4, 5, 7], [7, 8, 10]])
 
 
 def test_grids_and_triangles_share_vertices() -> None:
-    """A batch of each, of degrees of their own; values of the vertices go to both."""
+    """Grids and triangles become one batch each; both have the values of the vertices."""
     weights = np.arange(1.0, 13)
     carried = Channels(attributes=(("height", VERTICES[:, 2:]),))
     surface = PatchSurface(VERTICES, GRIDS, weights, channels=carried, triangles=CORNERS)
@@ -82,7 +82,7 @@ def test_grids_and_triangles_share_vertices() -> None:
 
 
 def test_parts_number_grids_first_and_may_hold_both_kinds() -> None:
-    """However many parts there are, there is one batch of each kind."""
+    """Any number of parts gives one batch of grids and one of triangles."""
     parts = (("a", (4, 1)), ("b", (2, 3, 0)))
     model = PatchSurface(VERTICES, GRIDS, parts=parts, triangles=CORNERS).lower()
     assert model.order is not None

@@ -17,7 +17,7 @@ from tests.live import serve
 
 FOLDER = Path(__file__).parent
 
-# Software WebGL, for machines without a graphics card; no calls home; and no host but this one.
+# Software WebGL, for machines without a graphics card; no connections to any other host.
 CHROMIUM_FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--no-sandbox",
@@ -34,12 +34,12 @@ CHROMIUM_FLAGS = (
 )
 
 
-# What is said without a graphics card: by model-viewer where two frames take more than half a
-# second, by Chromium where a picture is read.
+# Console messages without a graphics card: of model-viewer if two frames take more than 0.5 s, of
+# Chromium if a picture is read.
 TOO_SLOW = ("rAF timed out in updateSource", "GPU stall due to ReadPixels")
 
-# Put into pages whose pictures are not judged: WebGL does all but fill pixels, which takes most of
-# the time without a graphics card. Shaders are compiled, and every call to draw is checked.
+# Added to pages whose pictures are not tested: WebGL fills no pixels, which takes most of the time
+# without a graphics card. It still compiles shaders, and checks every call to draw.
 WITHOUT_PIXELS = """const { getContext } = HTMLCanvasElement.prototype;
 HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     const context = getContext.call(this, kind, ...more);
@@ -47,12 +47,12 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     return context;
 };"""
 
-# Put into pages that draw without end: 20 frames a second are enough for a picture.
+# Added to pages that draw continuously: 20 frames per second are enough for a picture.
 SLOW_FRAMES = """window.requestAnimationFrame = (draw) => (
     setTimeout(() => draw(performance.now()), 50));
 window.cancelAnimationFrame = clearTimeout;"""
 
-# The same pages from now on with pixels; asked for its context once more, a page is without again.
+# Makes such a page fill pixels from now on, until it gets its context again.
 FILL_PIXELS = """for (const canvas of document.querySelectorAll('canvas')) {
     const context = canvas.getContext('webgl2');
     context?.disable(context.RASTERIZER_DISCARD);
@@ -89,16 +89,16 @@ class Stage:
     asked: list[str] = field(default_factory=list)
 
     def show(self, model: str | bytes, width: int = 480, height: int = 320) -> None:
-        """Draws a model in the viewer, which must be open: by its URL, or a GLB itself."""
+        """Draws a model, given by its URL or as a GLB, in the viewer, which must be open."""
         self.page.set_viewport_size({"width": width, "height": height})
         if isinstance(model, bytes):
             model = "data:model/gltf-binary;base64," + base64.b64encode(model).decode()
         self.page.evaluate("url => window.show(url)", model)
 
     def picture(self) -> NDArray[np.int64]:
-        """The page's picture, about every eighth pixel: 96 × 64 of them, of red, green, blue.
+        """The page's picture, reduced to 96 × 64 pixels of red, green and blue.
 
-        The picture is read in a page of its own: this one may forbid it.
+        Another page reads the picture, because this page may forbid it.
         """
         image = base64.b64encode(self.page.screenshot()).decode()
         browser = self.page.context.browser
@@ -107,7 +107,7 @@ class Stage:
         return np.reshape(rgba, (-1, 4))[:, :3]
 
     def draw_edges(self) -> None:
-        """Draws the edges of all triangles over what is shown."""
+        """Draws the edges of all triangles over the picture."""
         self.page.evaluate("window.viewer.drawEdges()")
 
     def meshes(self) -> list[dict[str, Any]]:
@@ -121,7 +121,7 @@ class Stage:
         return found
 
     def light(self) -> list[float]:
-        """How bright the model is in the lower and in the upper half of the picture."""
+        """The brightness of the model in the lower and in the upper half of the picture."""
         found: list[float] = self.page.evaluate("window.viewer.light()")
         return found
 
@@ -143,7 +143,7 @@ def open_browser(chromium: str) -> Iterator[Browser]:
 
 
 def listening(page: Page, kinds: Collection[str] | None = None) -> Stage:
-    """A page with all that it asks for and that its console says from now on, or of these kinds."""
+    """A page, with its requests and console messages from now on."""
     stage = Stage(page, [])
 
     def hear(message: ConsoleMessage) -> None:
@@ -158,9 +158,9 @@ def listening(page: Page, kinds: Collection[str] | None = None) -> Stage:
 
 
 def open_page(browser: Browser) -> Stage:
-    """A blank page of its own."""
+    """A new blank page."""
     page = browser.new_page(viewport={"width": 1200, "height": 800})
-    page.set_default_timeout(120_000)  # model-viewer's light takes long where others compute, too
+    page.set_default_timeout(120_000)  # model-viewer computes its light slowly on a busy machine
     return listening(page, ("error", "warning"))
 
 

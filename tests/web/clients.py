@@ -1,7 +1,7 @@
-"""Pages as front ends write them, at an origin of their own, and what their libraries then hold.
+"""Pages of front ends, at another origin than the service, and the data in their libraries.
 
-`docs/browser.md` has a page for three.js, for model-viewer and for Babylon.js. Here they are taken
-from there, given the address of a model, and opened in the browser.
+`docs/browser.md` has a page for three.js, for model-viewer and for Babylon.js. This module reads
+these pages, replaces the URL of the model, and opens them in the browser.
 """
 
 import os
@@ -23,7 +23,7 @@ from tests.web.browser import FOLDER, SLOW_FRAMES, WITHOUT_PIXELS, QuietHandler,
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
-# Of each library, a word that its page alone has.
+# For each library, a word that only its page has.
 LIBRARIES = {"three": "GLTFLoader", "model-viewer": "</model-viewer>", "babylon": "BABYLON"}
 TRIED = [*LIBRARIES] if os.environ.get("BROWSER_LIBRARIES") == "all" else ["three"]
 """Libraries that draw in a test run: all of them in that of `make test-libraries`."""
@@ -39,7 +39,7 @@ def upright(rows: ArrayLike) -> NDArray[np.float64]:
 
 
 def linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
-    """IEC 61966-2-1: the light that a value of sRGB stands for."""
+    """The linear light of an sRGB value (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
@@ -63,7 +63,7 @@ def client(library: str, model: str) -> str:
 
 
 class _SiteHandler(QuietHandler):
-    """Answers the pages of a site, and for the rest files."""
+    """Serves the pages of a site, and files for all other paths."""
 
     def __init__(self, *args: Any, pages: Mapping[str, str], **options: Any) -> None:
         self.pages = pages
@@ -83,9 +83,9 @@ class _SiteHandler(QuietHandler):
 
 @contextmanager
 def site(pages: Mapping[str, str]) -> Iterator[str]:
-    """Origin that serves these pages by their paths, beside `/node_modules/…`.
+    """The origin of a server of these pages by their paths, and of `/node_modules/…`.
 
-    Pages may be added to the mapping as long as the site stands.
+    Pages may be added to the mapping while the site runs.
     """
     for name in PACKAGES:
         node_package(name)
@@ -94,7 +94,7 @@ def site(pages: Mapping[str, str]) -> Iterator[str]:
 
 
 def new_visitor(browser: Browser, pixels: bool = False) -> Stage:
-    """A blank page; `held` can be asked about all that it opens, and about pictures if `pixels`."""
+    """A blank page; `held` works on all pages that it opens, and pictures if `pixels` is true."""
     stage = open_page(browser)
     stage.page.add_init_script(path=HELD)
     stage.page.add_init_script(SLOW_FRAMES)
@@ -104,7 +104,7 @@ def new_visitor(browser: Browser, pixels: bool = False) -> Stage:
 
 
 def visit(stage: Stage, url: str, width: int = 240, height: int = 160) -> None:
-    """Opens another address in the page, whose console has complained of nothing so far."""
+    """Opens another URL in the page; checks that its console has no complaints so far."""
     stage.page.goto("about:blank")
     stage.complaints.clear()
     stage.page.set_viewport_size({"width": width, "height": height})
@@ -112,7 +112,7 @@ def visit(stage: Stage, url: str, width: int = 240, height: int = 160) -> None:
 
 
 def held(stage: Stage) -> list[dict[str, Any]]:
-    """The meshes that the library of this page holds, as soon as it holds any.
+    """Waits for the meshes in the library of this page, and returns them.
 
     Of each `name`, `triangles` (indices, three a triangle), and rows of `positions`, `normals` and
     `colors` (as the shader gets them: linear), in the world of glTF: right-handed, y up.

@@ -1,4 +1,4 @@
-"""TypeScript's compiler, as a judge."""
+"""Runs TypeScript's compiler."""
 
 import json
 import subprocess

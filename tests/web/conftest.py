@@ -1,4 +1,4 @@
-"""One browser for all tests of this folder: to start one takes longer than most of the tests."""
+"""One browser for all tests of this folder, because starting one takes longer than most tests."""
 
 from collections.abc import Iterator
 from urllib.parse import urlsplit
@@ -14,7 +14,8 @@ from tests.web.editor import SADDLE, open_editor
 
 @pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Headless Chromium. Not for the whole run: no event loop can start beside Playwright's."""
+    """Headless Chromium, closed after these tests, because no event loop can start beside
+    Playwright's."""
     with open_browser(chromium()) as browser:
         yield browser
 
@@ -31,13 +32,13 @@ def viewer(browser: Browser) -> Iterator[Stage]:
 
 @pytest.fixture(scope="package")
 def visitor(browser: Browser) -> Stage:
-    """A page for all tests that open other pages: a new one takes half a second of a processor."""
+    """A page for all tests that open other pages, because a new page takes 0.5 s of CPU time."""
     return new_visitor(browser)
 
 
 @pytest.fixture(scope="package")
 def editor(server: str, browser: Browser) -> Iterator[Stage]:
-    """The editor, kept open. It asks for nothing but what the service has."""
+    """The editor, kept open; checks that it sends requests to the service only."""
     stage = open_editor(browser, server + SADDLE)
     yield stage
     hosts = {urlsplit(url).netloc for url in stage.asked if not url.startswith(("blob:", "data:"))}

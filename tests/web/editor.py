@@ -10,14 +10,14 @@ from service.api.routes.pages import STATIC, THREE
 from tests.web.browser import WITHOUT_PIXELS, Stage, listening
 
 READY = 'html[data-state="ready"]'
-"""No request is running, and the last one was answered with a mesh."""
+"""Whether no request is running, and the last response was a mesh."""
 
 SADDLE = "/?surface=saddle&resolution=6"
 START = {"look": "shaded", "accuracy": "resolution"}
 
 
 def open_profile(browser: Browser) -> Stage:
-    """An empty page in a fresh profile, in which the editor does all but fill pixels."""
+    """An empty page in a fresh profile, in which WebGL fills no pixels."""
     if not (STATIC / THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
     context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
@@ -27,14 +27,15 @@ def open_profile(browser: Browser) -> Stage:
 
 
 def open_editor(browser: Browser, address: str) -> Stage:
-    """The editor in a fresh profile, once it shows its first mesh."""
+    """The editor in a fresh profile, after it shows its first mesh."""
     stage = open_profile(browser)
     show(stage.page, address)
     return stage
 
 
 def start_anew(page: Page) -> None:
-    """As a page that was just loaded, of the saddle: to load it takes seconds without a GPU."""
+    """Resets the editor to a newly opened saddle, because loading the page takes seconds without a
+    GPU."""
     if page.locator("#library").is_visible():
         page.keyboard.press("Escape")
     for name, choice in START.items():
@@ -54,7 +55,7 @@ def show(page: Page, address: str) -> None:
 
 
 def value(page: Page, name: str) -> float:
-    """A number of the readouts, all of its digits."""
+    """A number of the readouts, with all of its digits."""
     return float(page.locator(f"#{name}").get_attribute("value") or "nan")
 
 
@@ -63,7 +64,7 @@ def point(page: Page) -> list[float]:
 
 
 def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
-    """Does something that makes the page ask for a mesh, and waits for it; tells what was asked."""
+    """Performs an action that requests a mesh, waits for the mesh, and returns the request."""
     with page.expect_response(
         lambda response: (
             response.url.endswith("/v1/mesh")
@@ -78,7 +79,7 @@ def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
 
 
 def choose(page: Page, number: int) -> tuple[float, float]:
-    """Chooses a control point by its number; tells where in the window it is seen."""
+    """Chooses a control point by its number; returns its place in the window."""
     page.fill("#point", str(number))
     page.press("#point", "Enter")
     marker = page.locator(f"#marker:has-text('{number}')")

@@ -1,16 +1,16 @@
-// Put into a page before its own scripts: tells a test what the page's library holds of a model.
-// `await window.held()` lists the meshes; positions and normals stand in the world, right-handed
+// Runs in a page before its own scripts; returns the data of a model in the page's library.
+// `await window.held()` lists the meshes; positions and normals are in world coordinates, right-handed
 // with y up as in glTF, every number as the library itself reads it (dequantized, decoded).
 
 (() => {
-  // three.js tells every new scene to its developer tools, if there are any.
+  // three.js reports every new scene to its developer tools, if they exist.
   const scenes = [];
   window.__THREE_DEVTOOLS__ = new EventTarget();
   window.__THREE_DEVTOOLS__.addEventListener('observe', ({ detail }) => {
     if (detail.isScene) scenes.push(detail);
   });
 
-  /** The rows of an attribute of three.js; none if there is no such attribute. */
+  /** The rows of an attribute of three.js; empty if the attribute does not exist. */
   const rowsOf = (attribute) => Array.from({ length: attribute?.count ?? 0 }, (_, i) => Array.from(
     { length: attribute.itemSize }, (__, k) => attribute.getComponent(i, k),
   ));
@@ -33,7 +33,7 @@
     };
   }
 
-  /** Meshes below `root`, as its parent sees them. */
+  /** The meshes below `root`, in the coordinates of its parent. */
   function heldByThree(root) {
     const meshes = [];
     root.updateWorldMatrix(true, true);

@@ -1,4 +1,4 @@
-// Of the lock file only what pins: the addresses at which packages ask for money are left out.
+// Keeps the pinned versions of the lock file, and removes URLs at which packages ask for money.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 

@@ -29,7 +29,7 @@ COMPARE = """async (pictures) => {
 
 @dataclass(frozen=True)
 class Difference:
-    """How unlike two pictures are, in steps of 1/255 of the channel that differs most.
+    """The difference of two pictures, in steps of 1/255, by the channel that differs most.
 
     `inside`: share of the pixels that are not of the background of the first picture, by its first
     pixel; `mean` of the difference over these; `apart`: share of them that differ by more than

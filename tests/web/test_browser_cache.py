@@ -49,7 +49,7 @@ def watched() -> Iterator[Watched]:
 
 @pytest.fixture(scope="module")
 def links(watched: Watched) -> dict[str, str]:
-    """URLs of the meshes of a stored surface."""
+    """The URLs of the meshes of a stored surface."""
     response = httpx.post(f"{watched.url}/v1/surfaces", json={"surface": SAIL})
     return {suffix: watched.url + link for suffix, link in response.json()["links"]["mesh"].items()}
 
@@ -100,7 +100,7 @@ def test_a_second_load_sends_no_request(watched: Watched, loaded: tuple[Page, st
 def test_a_load_that_asks_the_server_gets_304(
     watched: Watched, loaded: tuple[Page, str, str]
 ) -> None:
-    """The browser itself adds the condition, and hands its own copy to the page."""
+    """The browser adds the condition itself, and gives its copy to the page."""
     watched.seen.clear()
     page, _, link = loaded
     status, size = page.evaluate(

@@ -1,5 +1,5 @@
-"""docs/browser.md beside its viewers: a mesh of numbers, a refusal, TypeScript, what it says of
-headers. Its blocks run as they stand there, but for the port of the service."""
+"""docs/browser.md without its viewers: a mesh as numbers, a refusal, TypeScript, and headers. Its
+blocks run unchanged, except for the port of the service."""
 
 import json
 import re
@@ -37,7 +37,7 @@ def rows(section: str) -> list[list[str]]:
 
 @pytest.fixture
 def opened(server: str, visitor: Stage) -> Iterator[Open]:
-    """Opens a page of another origin, with the service where it is."""
+    """Opens a page of another origin, with the URL of the service."""
     pages: dict[str, str] = {}
 
     def open_it(page: str) -> Stage:
@@ -64,7 +64,7 @@ def test_a_net_becomes_a_geometry(opened: Open, server: str) -> None:
 
 
 def test_creases_have_the_normals_of_their_corners(opened: Open, server: str) -> None:
-    """The page's own function, of meshes whose positions have several normals."""
+    """The function of the page works for meshes whose positions have several normals."""
     (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
     (function,) = re.findall(r"function geometryOf.*?\n  }\n", page, re.DOTALL)
     assert IMPORTS is not None
@@ -99,12 +99,12 @@ def test_a_refusal_is_read_from_the_error_of_three(opened: Open) -> None:
     stage = opened(f'{EMPTY}{IMPORTS[0]}<script type="module">{code}</script>')
     stage.page.wait_for_function("document.body.textContent.includes(':')")
     assert stage.page.inner_text("body").startswith("resolution: ")
-    # The browser itself logs every error response; there must be no other line.
+    # The browser logs every error response itself; no other line is allowed.
     assert [re.findall(r"status of (\d+)", text) for text in stage.complaints] == [["422"]]
 
 
 def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path) -> None:
-    """Beside it right and wrong uses of the types, of which the compiler takes the right ones."""
+    """The compiler accepts the valid uses of the types, and refuses the invalid ones."""
     node_package("openapi-fetch")
     (source,) = blocks("ts")
     (tmp_path / "client.ts").write_text(source, encoding="utf-8")
@@ -125,9 +125,7 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path
 
 
 def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> None:
-    """With everything switched on, and without files, whose types openapi-typescript takes for
-    texts.
-    """
+    """The types of all optional features, without files, which openapi-typescript treats as texts."""
     (command,) = (block for block in blocks("sh") if block.startswith("npx "))
     maker = node_package("openapi-typescript") / "bin" / "cli.js"
     command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")

@@ -1,5 +1,5 @@
-"""three.js, model-viewer and Babylon.js, as `docs/browser.md` has them, load a stored surface by
-its URL from another origin, and hold what the service computed: its JSON, number by number."""
+"""The pages of `docs/browser.md` load a stored surface by its URL from another origin. Their
+libraries then have the numbers of the service's JSON."""
 
 import json
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ RESOLUTION = 32
 
 @pytest.fixture(scope="module")
 def stored(server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The answer to the page's first command, which stores a surface."""
+    """The response to the first command of docs/browser.md, which stores a surface."""
     program("curl")
     command = blocks("sh")[0].replace(SERVED_AT, server)
     response: dict[str, Any] = json.loads(run_shell(command, tmp_path_factory.mktemp("stored")))
@@ -44,7 +44,7 @@ def stored(server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
 
 @pytest.fixture(scope="module")
 def computed(server: str, stored: dict[str, Any]) -> dict[str, Any]:
-    """The mesh as the service answers it in JSON."""
+    """The mesh in the service's JSON."""
     response = httpx.get(f"{server}{stored['links']['mesh']['json']}&resolution={RESOLUTION}")
     mesh: dict[str, Any] = response.raise_for_status().json()
     return mesh
@@ -60,7 +60,7 @@ class Drawn:
 
 
 def drawn_picture(stage: Stage) -> NDArray[np.int64]:
-    """The picture as soon as it is not blank and stays as it is: a model is loaded, then drawn."""
+    """Waits until the picture is not blank and does not change, and returns it."""
     deadline = monotonic() + 20
     before, picture = stage.picture(), stage.picture()
     while (not np.ptp(picture) or np.any(picture != before)) and monotonic() < deadline:
@@ -72,7 +72,7 @@ def drawn_picture(stage: Stage) -> NDArray[np.int64]:
 def drawn(
     request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
 ) -> Drawn:
-    """The documentation's page, as it is once it was opened."""
+    """The page of the documentation, opened for the first time."""
     page = page_of(request.param).replace(SERVED_AT, server)
     assert stored["id"] in page
     with site({"/": page}) as origin:
@@ -114,7 +114,7 @@ def test_colours_are_those_of_the_service_and_linear(
 
 
 def test_it_is_drawn_in_its_colours_without_warnings(drawn: Drawn) -> None:
-    """On a white page: some of the picture is rather red, some rather blue."""
+    """On a white page, a part of the picture is mainly red, and another mainly blue."""
     rgb = drawn.picture
     covered = np.ptp(rgb, axis=1) > 40
     warm = rgb[:, 0] > rgb[:, 2] + 60

@@ -19,16 +19,16 @@ FORMS = {
     "plain": "",
     "both": "&quantize=true&compression=meshopt",
 }
-if len(TRIED) > 1:  # each alone beside both: the bytes of each are judged in tests/encoders/gltf/
+if len(TRIED) > 1:  # each option alone; tests/encoders/gltf/ tests the bytes
     FORMS |= {"quantized": "&quantize=true", "compressed": "&compression=meshopt"}
 FRAMES = """<!doctype html><title>Forms</title><link rel="icon" href="data:,">
 <style>body { margin: 0 } iframe { border: 0; width: 240px; height: 160px; float: left }</style>
 """
 NORMAL = {"quantized": 0.002, "compressed": 0.001, "both": 0.1}
-"""Degrees that normals may be off, the float32 of the libraries included."""
+"""The largest error of normals in degrees, including the float32 of the libraries."""
 
 MOVED = 2.0**-13 * CORNER
-"""How far the grid may move a vertex: the surface is 5 units long."""
+"""The largest move of a vertex by the grid, for a surface 5 units long."""
 
 
 PICTURE = """async () => {
@@ -42,7 +42,8 @@ PICTURE = """async () => {
   scene.render();
   return document.querySelector('canvas').toDataURL().split(',')[1];
 }"""
-"""The canvas of Babylon.js, before which a curtain is still fading; else nothing, once drawn."""
+"""Waits until the page has drawn; returns the canvas of Babylon.js, which is covered by a fading
+curtain."""
 
 
 Shown = dict[str, tuple[Any, bytes]]
@@ -50,7 +51,7 @@ Shown = dict[str, tuple[Any, bytes]]
 
 @pytest.fixture(scope="module", params=[each for each in TRIED if each != "model-viewer"])
 def shown(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Shown:
-    """The surface in every form as a library read it, and pictures: all on one page."""
+    """The surface in every form as a library read it, with pictures, all on one page."""
     pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
     frames = "".join(f'<iframe name="{name}" src="{name}"></iframe>' for name in FORMS)
     found: Shown = {}

@@ -1,4 +1,4 @@
-"""The documentation page in a browser: requests can be tried there, and no other host is asked."""
+"""The documentation page in a browser: requests can be tried, and it uses no other host."""
 
 from urllib.parse import urlsplit
 
@@ -17,7 +17,7 @@ def test_a_request_can_be_tried_without_connections_to_other_hosts(
     stage = open_page(browser)
     page = stage.page
     page.goto(f"{server}/docs")
-    # To show the schemas and examples of /v1/mesh takes a browser twice as long.
+    # For /v1/mesh the page needs twice the time, for its schemas and examples.
     operation = page.get_by_text("/v1/curve", exact=True).first
     prose = page.locator("h2:has-text('About all operations')")
     tops = [place.evaluate("it => it.getBoundingClientRect().top") for place in (operation, prose)]

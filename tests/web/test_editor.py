@@ -1,4 +1,4 @@
-"""The editor in headless Chromium: a control point is dragged, and everything follows."""
+"""The editor in headless Chromium: drags a control point, and checks the panel and the requests."""
 
 import json
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
     assert page.inner_text("#open-edges") == "24"
     assert value(page, "server-time") > 0
     assert value(page, "round-trip") > 0
-    # One bilinear patch in 6 × 6 cells: d = |twist| / 4 · (1 / 6)², and what rounding adds.
+    # One bilinear patch in 6 × 6 cells: d = |twist| / 4 · (1 / 6)², plus rounding.
     assert value(page, "deviation") == pytest.approx(4 / 4 / 36, rel=0.2)
 
 
@@ -53,7 +53,7 @@ def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
     assert page.input_value("#point") == "4"
     assert now != was
     assert now[2] > was[2]  # upwards on the screen is up
-    # The last request has the point where the panel says, and the full resolution.
+    # The last request has the point of the panel, and the full resolution.
     posted = [request for request in asked if request]
     page.wait_for_function(
         "deviation => Number(document.getElementById('deviation').value) != deviation", arg=before
@@ -141,7 +141,7 @@ def test_everything_works_by_keyboard(page: Page) -> None:
     page.wait_for_selector(READY)
     assert point(page)[2] > was[2]
     assert point(page)[:2] == was[:2]
-    # The keys of one letter say what the switches show.
+    # The switches show the effect of keys of one letter.
     page.keyboard.press("n")
     page.keyboard.press("w")
     assert not page.is_checked("#show-net")
@@ -206,7 +206,7 @@ def test_examples_are_listed_and_opened(page: Page) -> None:
 
 
 def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
-    """The browser's own console says that a request failed: nothing that we could prevent."""
+    """The browser itself writes to the console that a request failed."""
     page = editor.page
     start_anew(page)
     before = value(page, "triangles")
@@ -244,7 +244,7 @@ def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) 
     page.wait_for_selector('html[data-state="refused"]')
     assert page.inner_text("#problem-title") == "There is no surface at this address"
     assert page.inner_text("#title") == "Open a surface"
-    # Nothing is asked of a surface that is not there, nothing exported; an example is offered.
+    # Without a surface the page sends no requests and exports nothing, and offers an example.
     asked = len(editor.asked)
     page.check('input[name="accuracy"][value="tolerance"]', force=True)
     assert page.is_disabled("#copy-link")
@@ -257,7 +257,8 @@ def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) 
 
 
 def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
-    """37 × 37 patches of 64 × 64 cells are refused; one cell a patch is something to look at."""
+    """37 × 37 patches of 64 × 64 cells are refused, so the page requests one cell for each
+    patch."""
     page = editor.page
     start_anew(page)
     settled(page, lambda: page.fill("#resolution", "64"))
@@ -306,7 +307,7 @@ def test_the_service_is_away(editor: Stage) -> None:
 
 
 def test_without_webgl_everything_but_the_picture_works(server: str, editor: Stage) -> None:
-    page = editor.page.context.new_page()  # which has the scripts in its cache
+    page = editor.page.context.new_page()  # this profile has the scripts in its cache
     stage = listening(page)
     page.add_init_script(
         "const get = HTMLCanvasElement.prototype.getContext;"

@@ -29,7 +29,7 @@ def private() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
-    """The page as it is first seen: the dialog stands there, and nothing is drawn yet."""
+    """The page at first: the dialog is open, and nothing is drawn yet."""
     stage = open_profile(browser)
     requests: list[Request] = []
 
@@ -53,18 +53,19 @@ def test_the_key_is_asked_for_sent_and_not_stored(
 ) -> None:
     stage, requests = opened
     page = stage.page
-    # Asked for, to those who see and to those who listen; with the keyboard alone.
+    # The dialog is visible and announced, and works with the keyboard alone.
     assert "have a key" in page.inner_text("#access-why")
     assert page.evaluate("document.activeElement.id") == "access-key"
     assert violations(page) == []
-    # A text that is no key is not even sent; a wrong key is reported.
+    # A text that is not a key is not sent; a wrong key is reported.
     before = len(requests)
     enter(page, "password")
     assert page.is_visible("#access")
     assert len(requests) == before
     enter(page, new_key())
     page.wait_for_selector("#access-why:has-text('does not know')")
-    # Closed, it does not come back by itself; the page says what is missing, and offers it.
+    # A closed dialog does not open again by itself; the page says that a key is missing, and has a
+    # button.
     page.keyboard.press("Escape")
     page.wait_for_selector("#problem-key")
     assert page.inner_text("#problem-title") == "A key is needed"
@@ -77,13 +78,13 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     sent = [request.headers.get("authorization") for request in requests]
     assert f"Bearer {KEY}" in sent
 
-    # It is kept for the tab, by the tab.
+    # The tab keeps the key until it is closed.
     page.reload()
     page.wait_for_selector(READY)
     assert page.evaluate("Object.values(sessionStorage)") == [KEY]
     assert page.evaluate("[localStorage.length, document.cookie]") == [0, ""]
 
-    # What is taken along names a variable, never the key; and says whom it serves.
+    # The copied command names a variable, never the key, and has the URL of the service.
     for button in ("copy-link", "copy-snippet", "copy-curl"):
         assert KEY not in copied(page, button)
         assert page.is_visible("#copied-private")
@@ -95,7 +96,7 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     assert not [request.url for request in requests if KEY in request.url]
     assert KEY not in page.url
 
-    # Forgotten, it is asked for again.
+    # After the key is removed, the page asks for it again.
     page.click("#api-key")
     assert violations(page) == []
     page.click("#access-forget")

@@ -47,7 +47,7 @@ def upright(points: np.ndarray, up: str) -> np.ndarray:
 
 
 def lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
-    """Lines by where they end; those of no length, at poles, are left out."""
+    """Lines as pairs of end points, without lines of length 0, at poles."""
     ends = np.round(points, 6)[pairs] + 0.0
     found = {frozenset(map(tuple, line.tolist())) for line in ends}
     return {line for line in found if len(line) == 2}
@@ -68,7 +68,7 @@ def test_nets_are_those_that_the_service_draws(page: Page, name: str) -> None:
 
 
 def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:
-    """The document before the change stays as it was; what is equal is shared."""
+    """The document before the change stays unchanged; equal parts are shared."""
     told = page.evaluate(
         """async () => {
           const { netOf, weightAt, withPoint, withWeight } = await import('/page/net.js');
@@ -125,7 +125,7 @@ def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
           return { sent, answered, failed, most };
         }"""
     )
-    # b was overtaken by c; C came for a document that was no longer open; e had replaced d.
+    # c replaced b; C is the result for a document that is no longer open; e replaced d.
     assert told == {"sent": ["a", "c", "d", "e"], "answered": ["A"], "failed": ["last"], "most": 1}
 
 

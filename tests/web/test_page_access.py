@@ -1,4 +1,4 @@
-"""The editor for those who do not see it, or have no mouse: judged by axe, walked by keyboard."""
+"""Accessibility of the editor: checked by axe, and used by keyboard alone."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,7 @@ from tests.web.browser import Stage
 from tests.web.editor import READY, choose, start_anew, value
 
 WIDE, NARROW = (1200, 800), (360, 740)
-# Where the mouse pointer is is of no interest to those who have none.
+# The place of the mouse pointer has no meaning for users without a mouse.
 FOCUS = """() => {
     const { activeElement: now } = document;
     const { outlineStyle, boxShadow } = getComputedStyle(now);
@@ -20,7 +20,7 @@ FOCUS = """() => {
             now.matches(':focus-visible') && (outlineStyle !== 'none' || boxShadow !== 'none')];
 }"""
 
-# What the tab key comes to, in this order: of radio buttons the one that is checked.
+# The elements that the tab key reaches, in this order; of radio buttons only the checked one.
 REACHED = [
     *("open", "help", "theme", "view", "fit", "point-previous", "point", "point-next"),
     *("x", "y", "z", "weight-slider", "weight", "axis"),
@@ -64,7 +64,7 @@ def test_axe_reports_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> 
         page.keyboard.press("Escape")
     choose(page, 2)
     assert violations(page) == []
-    # No side scrolling, whatever the width.
+    # The page never scrolls sideways, at any width.
     assert page.evaluate("document.documentElement.scrollWidth") == size[0]
 
 
@@ -81,7 +81,7 @@ def test_axe_reports_nothing_for_a_refusal(editor: Stage) -> None:
 
 
 def test_axe_can_find_something(page: Page) -> None:
-    """The judge is awake: a button without a name is one of its findings."""
+    """axe finds a planted fault, a button without a name."""
     page.evaluate("""() => {
         const nameless = document.createElement('button');
         nameless.id = 'nameless';
@@ -106,7 +106,7 @@ def test_the_tab_key_reaches_everything_and_shows_where_it_is(page: Page) -> Non
 
 
 def test_a_surface_is_edited_without_a_mouse(page: Page) -> None:
-    """Opened from the library, a point chosen and moved, taken back: by keys alone."""
+    """Opens an example, chooses a point, moves it, and undoes this, by keys alone."""
     keys = page.keyboard
     page.focus("#open")
     keys.press("Enter")

@@ -40,7 +40,7 @@ def edited(editor: Stage) -> Iterator[Page]:
 
 
 def picture_of_mesh(stage: Stage) -> NDArray[np.int64]:
-    """The page without the control net, which follows the mouse by itself."""
+    """Hides the control net, whose look depends on the mouse."""
     stage.page.evaluate(FILL_PIXELS)
     stage.page.set_checked("#show-net", False)
     picture = stage.picture()
@@ -50,7 +50,7 @@ def picture_of_mesh(stage: Stage) -> NDArray[np.int64]:
 
 
 def copied(page: Page, button: str) -> str:
-    """The text that a button has copied, or shows to be copied."""
+    """The text that a button has copied, or shows for copying."""
     page.locator("#copied").evaluate("place => place.replaceChildren()")
     page.click(f"#{button}")
     page.wait_for_selector("#copied:not(:empty)")

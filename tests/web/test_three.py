@@ -16,7 +16,8 @@ from tests.web.clients import linear, upright
 
 
 def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
-    """Shaded by its normals the teapot shows hardly an edge; shaded flat, one at every triangle."""
+    """Shaded by its normals, the teapot has almost no edges; shaded flat, it has one at every
+    triangle."""
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16", 1800, 1200)
     smooth = stage.page.evaluate("window.viewer.measure()")
     assert 0.1 < smooth["coverage"] < 0.6
@@ -27,7 +28,7 @@ def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
 
 
 def test_curvatures_arrive(server: str, stage: Stage) -> None:
-    """A shader can read them: numbers by vertex, next to positions and normals."""
+    """Shaders can read curvatures: attributes beside positions and normals."""
     stage.show(f"{server}/v1/surfaces/torus/mesh.glb?relative_tolerance=0.01&curvatures=true")
     (mesh,) = stage.meshes()
     rho = np.hypot(*np.delete(np.array(mesh["positions"]), 1, axis=1).T)
@@ -48,7 +49,7 @@ def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> 
     model = find("tea-service").surface().lower()
     assert isinstance(model, GroupModel)
     scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
-    # In the order of the members; three.js changes names that sound alike.
+    # In the order of the members, because three.js changes equal names.
     waiting = iter(meshes)
     for node in scene.nodes:
         wanted = upright(place_points(scene.meshes[node.model].positions, node.matrix))
@@ -82,7 +83,7 @@ def test_a_mirrored_copy_is_lit_from_the_same_side(stage: Stage) -> None:
 
 
 def test_the_teapot_as_a_wireframe(server: str, stage: Stage) -> None:
-    """One request: tubes where the curves run, and nothing else."""
+    """One request returns only tubes along the curves."""
     query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&wire_sides=5&resolution=4"
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
     (mesh,) = stage.meshes()

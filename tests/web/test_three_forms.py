@@ -23,24 +23,24 @@ from tests.web.clients import linear
 
 
 def rows(up: str, *columns: Any) -> np.ndarray:
-    """Vectors, and more vectors beside them, as they stand in a scene that is y-up."""
+    """Rows of vectors, turned into a scene with y up."""
     turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]) if up == "z" else np.eye(3)
     return np.hstack([np.asarray(column, float).reshape(-1, 3) @ turn for column in columns])
 
 
 def near(found: np.ndarray, wanted: np.ndarray) -> None:
-    """Every row of the first is one of the second."""
+    """Checks that every row of the first array is a row of the second."""
     distance, _ = KDTree(wanted).query(found)
     assert distance.max() < 1e-5
 
 
 def same(found: np.ndarray, wanted: np.ndarray) -> None:
-    """Both have the same rows, in whatever order and however often."""
+    """Checks that both arrays have the same set of rows."""
     near(found, wanted)
     near(wanted, found)
 
 
-@pytest.mark.parametrize("form", list(REQUESTS)[::2])  # the validator judges all of them
+@pytest.mark.parametrize("form", list(REQUESTS)[::2])  # the validator tests all forms
 def test_forms_are_drawn_where_they_are(stage: Stage, form: str) -> None:
     """Every corner with its normal, every colour, every texture coordinate, every line."""
     request = validate_document(MeshRequest, REQUESTS[form])
@@ -60,7 +60,7 @@ def test_forms_are_drawn_where_they_are(stage: Stage, form: str) -> None:
     if mesh.colors is not None:
         light = mesh.colors.astype(float)
         light[:, :3] = linear(light[:, :3])
-        # Of a group, those that have colours; all of them have an opacity where they are one mesh.
+        # Only members with colours; if they are one mesh, all colours have an opacity.
         painted = [own for own in meshes if own["colors"]]
         colors = np.concatenate([own["colors"] for own in painted])
         shown = np.hstack([np.concatenate([own["positions"] for own in painted]), colors])

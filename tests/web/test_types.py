@@ -11,7 +11,7 @@ PAGE = FOLDER.parents[1] / "service" / "api" / "page"
 
 
 def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
-    """Beside them a module that calls one of them as it does not want to be called."""
+    """Adds a module with an invalid call of one of them."""
     node_package("@types/three")
     (tmp_path / "wrong.js").write_text(
         f"import {{ diverging }} from '{PAGE}/colors.js';\ndiverging('a half');\ndiverging();\n",
@@ -20,7 +20,7 @@ def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path:
     project = tmp_path / "tsconfig.json"
     described = {"extends": str(FOLDER / "tsconfig.json"), "files": ["wrong.js"]}
     project.write_text(json.dumps(described), encoding="utf-8")
-    # A text is no number, and one is needed; nothing else is found anywhere.
+    # The only error is that of the invalid call: a text in place of a number.
     found = [line.rsplit("/", 1)[-1] for line in complaints(project).splitlines()]
     assert [line.split(": ")[:2] for line in found] == [
         ["wrong.js(2,11)", "error TS2345"],

@@ -1,5 +1,5 @@
 // `node types.js` prints the TypeScript types of the committed OpenAPI document.
-// What a server fills in where it is left out may be left out; what is bytes is a Blob.
+// Fields with a default are optional; bytes are a Blob.
 
 import { readFileSync } from 'node:fs';
 import openapi, { astToString } from 'openapi-typescript';

@@ -1,16 +1,16 @@
-// Draws one model after the other and tells the test what three.js made of the last
+// Draws one model after the other. The test reads the objects of three.js for the last one
 // (`window.viewer`, after `await window.show(url)`). With ?plain there are no shadows, no smooth
 // outlines and no room around, which take most of the time where there is no graphics card.
-// Nothing about the geometry is mended here: normals and uprightness are the file's own.
+// The viewer changes no geometry: normals and the upright direction are those of the file.
 
 import * as THREE from 'three';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-const GLAZE = '#2f6f86'; // the one thing that is ours: colour and shine of the picture
+const GLAZE = '#2f6f86'; // the colour of surfaces without a colour
 const MARGIN = 1.12; // room around the model, as a factor
-const EDGE = 4; // steps of 1/255: what a smooth surface hardly ever shows
+const EDGE = 4; // steps of 1/255, which a smooth surface rarely has
 const PLAIN = new URLSearchParams(location.search).has('plain');
 const SAMPLES = PLAIN ? 1 : 2; // drawn at twice the size of the page: smooth outlines
 
@@ -33,14 +33,14 @@ if (!PLAIN) {
 
 const camera = new THREE.PerspectiveCamera(26);
 
-/** Everything of `model` that has faces (`isMesh`) or that is lines (`isLine`). */
+/** All nodes of `model` with faces (`isMesh`) or with lines (`isLine`). */
 function nodesOf(model, mark) {
   const found = [];
   model.traverse((node) => { if (node[mark]) found.push(node); });
   return found;
 }
 
-/** A key light from the upper left, and a floor that shows nothing but the shadow. */
+/** A key light from the upper left, and a floor that shows only the shadow. */
 function addLightAndFloor(bounds, radius) {
   const center = bounds.getCenter(new THREE.Vector3());
   const key = new THREE.DirectionalLight('#fff4e3', 2.4);
@@ -69,7 +69,7 @@ function addLightAndFloor(bounds, radius) {
   if (PLAIN) scene.add(new THREE.HemisphereLight('white', 'gray', 1));
 }
 
-/** Looks slightly down at the middle of the model, from as near as shows all of it. */
+/** Points the camera slightly down at the middle of the model, and moves it near, so that all is visible. */
 function frame(bounds, radius) {
   const center = bounds.getCenter(new THREE.Vector3());
   const direction = new THREE.Vector3(0.36, 0.36, 1).normalize();
@@ -91,7 +91,7 @@ function frame(bounds, radius) {
   camera.updateProjectionMatrix();
 }
 
-/** What three.js holds of one line or of pairs of them, its points in the world. */
+/** The data of a line or of line segments in three.js, with points in world coordinates. */
 function describeLine(line) {
   const position = line.geometry.getAttribute('position');
   const point = new THREE.Vector3();
@@ -112,7 +112,7 @@ function rowsOf({ array, count, itemSize } = { count: 0 }) {
   ));
 }
 
-/** What three.js holds of one mesh, its positions and normals turned into the world. */
+/** The data of a mesh in three.js, with positions and normals in world coordinates. */
 function describe(mesh) {
   const position = mesh.geometry.getAttribute('position');
   const normal = mesh.geometry.getAttribute('normal');
@@ -147,7 +147,7 @@ function describe(mesh) {
   return facts;
 }
 
-/** The picture as it stands in the canvas: RGBA bytes, rows from the bottom up. */
+/** The picture in the canvas: RGBA bytes, rows from the bottom up. */
 function pixels() {
   const gl = renderer.getContext();
   const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
@@ -214,7 +214,7 @@ function drawEdges(meshes) {
   renderer.render(scene, camera);
 }
 
-/** Loads and draws the model at `url`, and nothing that was there before. */
+/** Removes earlier models; loads and draws the model at `url`. */
 async function show(url) {
   scene.clear();
   renderer.setSize(innerWidth, innerHeight);
@@ -228,7 +228,7 @@ async function show(url) {
   meshes.forEach((mesh) => {
     mesh.castShadow = true;
     mesh.receiveShadow = true;
-    // Faces without a colour in the file.
+    // The file has no colour for these faces.
     const plain = mesh.material.name === 'surface' && !mesh.material.vertexColors;
     if (plain) mesh.material.color.set(GLAZE);
     mesh.material.roughness = 0.32;

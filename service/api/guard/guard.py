@@ -164,7 +164,7 @@ def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:
     )
     if settings.metrics == "key" and not policy.has_keys:
         raise InvalidSettings(
-            "SURFACE_METRICS: got 'key' where there are no keys, needed SURFACE_API_KEYS too."
+            "SURFACE_METRICS: got 'key' without API keys, needed SURFACE_API_KEYS too."
         )
     if not settings.public_reads and not policy.has_keys and checks.signer is None:
         raise InvalidSettings(

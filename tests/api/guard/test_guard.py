@@ -107,7 +107,7 @@ def test_reading_by_url_needs_no_key(client: Client, path: str) -> None:
     assert client.get(path, {"Authorization": "Bearer none"}).status_code in (200, 503)
 
 
-def test_without_keys_nothing_is_checked_and_there_is_no_guard() -> None:
+def test_without_keys_the_application_runs_without_a_guard() -> None:
     app = create_app(Settings())
     assert isinstance(app.front, RequestMiddleware)
     assert isinstance(app.front.app, CacheMiddleware)
@@ -128,7 +128,7 @@ def test_keys_may_be_in_a_file(tmp_path: Path) -> None:
     [
         (Settings(api_keys=("alice:0123",)), "^SURFACE_API_KEYS: key 1 "),
         (Settings(api_keys_file="/nowhere/keys"), "^SURFACE_API_KEYS_FILE: it cannot be read"),
-        (Settings(metrics="key"), "^SURFACE_METRICS: got 'key' where there are no keys"),
+        (Settings(metrics="key"), "^SURFACE_METRICS: got 'key' without API keys"),
         (Settings(public_reads=False), "^SURFACE_PUBLIC_READS: got 'false'"),
         (Settings(signing_keys=(SecretStr("short"),)), "^SURFACE_SIGNING_KEYS: .*too short"),
     ],

@@ -25,7 +25,7 @@ def test_the_service_gets_a_hash_and_never_the_key() -> None:
     assert NEW.removeprefix(keys.PREFIX) not in line
 
 
-def test_old_and_new_keys_hold_together() -> None:
+def test_a_name_may_have_an_old_and_a_new_key() -> None:
     assert owner(OLD.encode(), KNOWN) == owner(NEW.encode(), KNOWN) == "alice"
     assert owner(new_key().encode(), KNOWN) is None
     assert owner(NEW.encode(), ()) is None
@@ -75,7 +75,7 @@ def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
     assert NEW not in str(caught.value)
 
 
-def test_one_key_is_listed_once_and_keys_are_not_endless() -> None:
+def test_repeated_keys_and_too_many_keys_are_refused() -> None:
     with pytest.raises(InvalidKeys, match="twice"):
         keys.join_entries(
             parse_entries([entry_line("alice", NEW)]), parse_entries([entry_line("bob", NEW)])
@@ -97,7 +97,7 @@ def test_one_key_is_listed_once_and_keys_are_not_endless() -> None:
         (b"abc", None),
     ],
 )
-def test_keys_come_as_bearer_tokens(header: bytes | None, key: bytes | None) -> None:
+def test_keys_are_bearer_tokens(header: bytes | None, key: bytes | None) -> None:
     assert bearer(header) == key
 
 

@@ -51,7 +51,8 @@ def asked(
     begins: bool = False,
     tracing: Callable[[ASGIApp], ASGIApp] = lambda app: app,
 ) -> tuple[list[Message], list[str], RequestCounters]:
-    """Messages of an application that answers 204, or fails, behind the middleware."""
+    """The messages, log lines and counters of an application behind the middleware; it responds
+    with 204, or fails."""
     sent: list[Message] = []
     lines: list[str] = []
     counters = RequestCounters()

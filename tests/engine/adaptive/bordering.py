@@ -32,7 +32,7 @@ class Bordered(NamedTuple):
         return self.border.at[rows].tolist(), vertex.tolist(), self.border.points[vertex]
 
     def bits(self) -> list[bytes]:
-        """The points of every side, from the one of its ends to the other that makes them less."""
+        """The points of every side, as bytes, in the direction that comes first in order."""
         found = []
         for face in range(len(self.faces.first)):
             for side in range(4):
@@ -99,7 +99,7 @@ def _point(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
 
 
 def _gap(point: Array, a: Array, b: Array) -> float:
-    """Distance of a point to a segment."""
+    """The distance of a point from a segment."""
     along = b - a
     squared = float(along @ along)
     share = min(1.0, max(0.0, float((point - a) @ along) / squared)) if squared else 0.0

@@ -1,4 +1,4 @@
-"""Triangulations for tests: every span is a regular grid, equal positions are one vertex."""
+"""Triangulations for tests: every span is a regular grid; equal positions are one vertex."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class Regular:
 
 
 def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Regular:
-    """Each span of each face in divisions × divisions cells of two triangles.
+    """Divides each span of each face into divisions × divisions cells of two triangles.
 
     With `skip`, grids ignore knot lines: every face has this number of divisions in all.
     """

@@ -50,7 +50,7 @@ def build_refined(
 
 
 def check_refined(found: Refined, tolerance: float) -> None:
-    """Check that triangles cover the faces once, in whole numbers, hence exactly."""
+    """Checks in whole numbers that triangles cover the faces exactly once."""
     _, faces, border, made = found
     corners = made.triangles
     assert (made.bounds <= tolerance).all()
@@ -85,7 +85,8 @@ def _find_touching(border: Border) -> np.ndarray:
 
 
 def check_edges(border: Border, made: Triangulation) -> None:
-    """Check that edges inside faces have two triangles, and those of the border their number."""
+    """Checks that edges inside faces have two triangles, and edges of the border one for each
+    face."""
     vertices = made.vertex[made.triangles]
     used: Counter[tuple[int, int]] = Counter()
     for row in vertices.tolist():

@@ -66,7 +66,8 @@ def test_normals_turn_by_at_most_the_requested_angle(example: str) -> None:
 
 
 def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
-    """The seam is divided for normals alone: those of the member whose normals turn more."""
+    """The seam is straight, so only normals divide it: those of the member with the larger
+    angles."""
     rows = np.array([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]], [[2, 0, -2], [2, 1, 4.0]]])
     one, other = rows[:2], rows[1:]
     group = GroupSurface((Member(BezierSurface(one)), Member(BezierSurface(other))))

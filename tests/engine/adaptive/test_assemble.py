@@ -50,7 +50,7 @@ def assemble_regular(
 
 
 def list_corners(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
-    """For each corner of each triangle a point that is its own, and its values."""
+    """For each corner of each triangle a point that identifies it, and its values."""
     ends: Array = mesh.positions[mesh.triangles].astype(np.float64)
     inside = 0.9 * ends + 0.1 * ends.mean(axis=1, keepdims=True)
     carried: Array = values[mesh.triangles].astype(np.float64)
@@ -58,9 +58,10 @@ def list_corners(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
 
 
 def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
-    """Wherever both have the same triangle, its corners carry the same; how many corners that is.
+    """Checks that common triangles have equal values at their corners; returns the number of
+    corners.
 
-    At poles, patterns differ in which of the samples there is the corner of a triangle.
+    At poles, the two patterns use different samples as corners of triangles.
     """
     pairs = [(mesh.normals, other.normals), (mesh.uvs, other.uvs), (mesh.colors, other.colors)]
     pairs += [(values, dict(other.attributes)[name]) for name, values in mesh.attributes]

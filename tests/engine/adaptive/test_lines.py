@@ -1,4 +1,4 @@
-"""Isoparametric curves beside meshes by tolerance: near enough, on the grid, and bounded."""
+"""Isoparametric curves in meshes by tolerance: within the tolerance, on the grid, and limited."""
 
 from typing import Any
 

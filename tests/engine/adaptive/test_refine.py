@@ -1,4 +1,5 @@
-"""Triangulations: covering, closed, near enough, and independent of other faces."""
+"""Triangulations cover the faces, are closed and within the tolerance, and do not depend on other
+faces."""
 
 from random import Random
 
@@ -32,7 +33,7 @@ tolerances = st.sampled_from([4.0, 1.0, 0.2])
 @given(weighted_nets(), tolerances)
 @settings(max_examples=10)
 def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) -> None:
-    """Polynomial and rational ones."""
+    """Random polynomial and rational patches."""
     points, weights = net
     model = model_of([points], None if weights is None else [weights])
     check_refined(build_refined(model, Goal(tolerance)), tolerance)
@@ -40,7 +41,8 @@ def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) 
 
 @given(degenerate_nets(), tolerances, st.booleans())
 def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict: bool) -> None:
-    """Poles, folds, lines and points; with angles and both directions asked for as well."""
+    """Patches with poles and folds, lines and points; also with `angle_tolerance` and
+    `two_sided`."""
     goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)
     check_refined(build_refined(model_of([net]), goal), tolerance)
 
@@ -68,7 +70,8 @@ def test_other_faces_change_nothing(
     [("sphere", 1e-2, 432), ("torus", 1e-2, 480), ("utah-teapot", 1e-2, 630), ("cone", 1e-3, 128)],
 )
 def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
-    """At a share of their size as tolerance, with at most these numbers of triangles."""
+    """Examples with tolerances relative to their size, and the most triangles that they may
+    take."""
     model = patches_of(name)
     tolerance = share * float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     found = build_refined(model, Goal(tolerance))
@@ -77,7 +80,7 @@ def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
 
 
 def test_near_the_eye_there_is_more() -> None:
-    """With a view, the allowed deviation grows with the distance."""
+    """With a camera, the allowed deviation grows with the distance."""
     rng = np.random.default_rng(5)
     u, v = np.meshgrid(np.linspace(0, 10, 14), np.linspace(0, 2, 6), indexing="ij")
     net = np.stack([u, v, 0.3 * rng.uniform(-1, 1, u.shape)], axis=-1)
@@ -111,7 +114,7 @@ def test_more_triangles_than_allowed_are_refused() -> None:
 
 
 def test_work_is_limited() -> None:
-    """Whatever the number of triangles."""
+    """The limit of work holds for any number of triangles."""
     model = patches_of("bourke-1111")
     found = build_border(model, Goal(0.01))
     with pytest.raises(TooLarge) as refused:

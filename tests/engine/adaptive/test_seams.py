@@ -15,13 +15,13 @@ CLOSED = ("tori", "pyramids", "prisms", "double pyramids")
 
 
 def count_uses(found: Refined) -> Counter[frozenset[int]]:
-    """Triangles at every edge, by vertices: those of all patches are one list."""
+    """The number of triangles at every edge, over all patches."""
     rows = found.made.vertex[found.made.triangles].tolist()
     return Counter(frozenset(edge) for row in rows for edge in pairwise([*row, row[0]]))
 
 
 def list_side_bytes(found: Refined, face: int) -> list[bytes]:
-    """The points of the sides of a face, run from the end that makes them less; in any order."""
+    """The points of the sides of a face, each in the direction that comes first, as a set."""
     bits = []
     for side in range(4):
         if not found.border.collapsed[face, side]:
@@ -32,7 +32,7 @@ def list_side_bytes(found: Refined, face: int) -> list[bytes]:
 
 
 def find_equal(whole: Complex) -> list[int]:
-    """Patches of which all edges are stated in the same numbers by all their patches."""
+    """Patches whose edges all have the same numbers in all patches."""
     mixed = [patches for pair, patches in whole.edges().items() if pair not in whole.alike]
     touched = {patch for patches in mixed for patch in patches}
     return [k for k in range(len(whole.nets)) if k not in touched]
@@ -50,7 +50,7 @@ def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
     check_refined(found, 0.2)
     counts = Counter(count_uses(found).values())
     assert set(counts) <= {1, 2}
-    # As many open edges as the sides that one patch has for itself.
+    # The open edges are those of the sides of one patch only.
     shared = whole.edges()
     single = Counter(vertex for row in find_open_edges(found) for vertex in row)
     assert (counts[1] == 0) == (kind in CLOSED) == all(len(p) == 2 for p in shared.values())

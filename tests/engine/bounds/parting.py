@@ -1,4 +1,5 @@
-"""Parts and hosts for tests of the certificate: divided faces, and their distances by sampling."""
+"""Divided faces for tests of the certificate, and sampled distances of their parts from
+triangles."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -38,7 +39,7 @@ def find_across(corners: Index) -> Index:
 
 
 def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) -> Array:
-    """Points of face 0 at places (V, 2), whole or not."""
+    """Points of face 0 at places (V, 2), which need not be whole numbers."""
     span = np.minimum((places // SPAN).astype(np.intp), faces.spans[0] - 1)
     patch = faces.first[0] + span[:, 0] * faces.stride[0] + span[:, 1]
     t = (places - span * SPAN) / SPAN

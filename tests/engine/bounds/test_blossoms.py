@@ -63,7 +63,8 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
 def test_halves_of_boxes_have_the_points_of_their_nets(p: int, q: int) -> None:
-    """Up to their order: both windings, each corner at the right angle, alone or with others."""
+    """Nets are equal up to their order for both windings and each right-angled corner, alone or
+    with others."""
     rng = np.random.default_rng(p * 10 + q + 2)
     box = [(0.25, 0.5), (0.75, 0.5), (0.75, 0.625), (0.25, 0.625)]
     three = [list(corners) for corners in permutations(box, 3)] + [[*box[:2], (0.5, 0.6)]]

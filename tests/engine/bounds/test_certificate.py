@@ -30,7 +30,7 @@ from tests.engine.bounds.parting import (
 
 
 def sheet(rng: np.random.Generator, p: int, q: int, spread: float) -> np.ndarray:
-    """A net over a grid, its points moved about."""
+    """A net over a regular grid, with random changes of its points."""
     x, y = np.meshgrid(np.linspace(0, 1, p + 1), np.linspace(0, 1, q + 1), indexing="ij")
     flat = np.stack([x, y, 0 * x], axis=-1)
     return flat + [spread, spread, 0.5] * rng.uniform(-1, 1, flat.shape)
@@ -93,7 +93,7 @@ def test_parts_across_knot_lines() -> None:
 def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_enough(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The bounds are those of all pieces, though few pieces are bounded by their own nets."""
+    """Shared bounds hold for all pieces, although few pieces are bounded by their own nets."""
     net = sheet(np.random.default_rng(13), 15, 16, 0.02)
     patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 2)).lower()), build_face(13, 15)
     places, corners, beyond = divide_face(divide_evenly(1, 13), divide_evenly(1, 15))

@@ -27,7 +27,7 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     rng = np.random.default_rng(seed)
     faces = face_of(rows, columns)
     size = np.array([rows, columns]) * SPAN
-    # A face divided about a point inside it, places of no particular roundness.
+    # A face that is divided around an inner point, at places with many digits.
     inner = rng.integers(1, size)
     a, b = np.array([0, 0]), np.array([size[0], 0])
     c, d = size, np.array([0, size[1]])
@@ -38,7 +38,7 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     assert ((pieces.places >= 0) & (pieces.places <= 1)).all()
     at = np.stack(np.divmod(pieces.patch - 5, columns + 3)) * SPAN
     np.testing.assert_array_equal((pieces.places * SPAN).astype(np.int64) + at, pieces.corners)
-    # Every edge inside is used twice; what is left is the border.
+    # Every inner edge is used twice; the others are the border.
     left = [edge for edge, n in edges_of(pieces.corners).items() if n % 2]
     for one, other in left:
         assert any(one[axis] == other[axis] in {0, size[axis]} for axis in range(2))

@@ -1,4 +1,5 @@
-"""Faces without area leave nothing out, unless a mesh is very coarse or a patch is folded."""
+"""Leaving out faces without area keeps the bound, unless the mesh is very coarse or a patch is
+folded."""
 
 from itertools import product
 

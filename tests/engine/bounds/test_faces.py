@@ -1,4 +1,5 @@
-"""Faces cross knot lines unless a surface parts, degenerates or touches itself there."""
+"""Faces cross knot lines unless the surface is discontinuous, degenerate or touches itself
+there."""
 
 from math import pi
 
@@ -29,13 +30,13 @@ def check_cover(model: PatchModel, faces: Faces) -> None:
 
 
 def grid(rows: int, columns: int) -> Array:
-    """A control net with a wave in it."""
+    """A control net of a wave."""
     u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
     return np.stack([u, v, np.sin(u + v * v)], axis=-1)
 
 
 def test_a_spline_is_one_face() -> None:
-    """Periodic ones too."""
+    """Periodic splines are one face, too."""
     for knots in ("clamped", "uniform", "periodic"):
         model = BsplineSurface(grid(7, 9), (3, 2), (knots, "clamped")).lower()
         faces = find_model_faces(model)
@@ -45,7 +46,7 @@ def test_a_spline_is_one_face() -> None:
 
 
 def test_a_face_ends_where_a_surface_parts() -> None:
-    """At a knot as often as degree + 1."""
+    """A knot of multiplicity degree + 1 separates faces."""
     knots = np.array([0.0, 0, 0, 1, 2, 2, 2, 3, 3, 3])
     model = BsplineSurface(grid(7, 6), (2, 3), (knots, "clamped")).lower()
     faces = find_model_faces(model)

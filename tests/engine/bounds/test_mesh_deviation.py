@@ -19,13 +19,13 @@ from tests.strategies import Array, mixed_model, model_of, moved, turned
 from tools.certify.surfaces import FAMILIES
 
 DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
-"""Both ways to cut a quad."""
+"""The two diagonals along which a quad can be split."""
 
 SAMPLES = 300
 
 
 def corners_of(mesh: Mesh, diagonal: int = 0) -> Array:
-    """The triangles of a mesh as it is stored, (T, 3, 3), its quads cut one way or the other."""
+    """The triangles of a mesh, (T, 3, 3), with quads split along one diagonal or the other."""
     faces = [mesh.triangles, *(mesh.quads[:, cut] for cut in DIAGONALS[diagonal])]
     corners: Array = (mesh.positions.astype(np.float64) + mesh.origin)[np.concatenate(faces)]
     return corners
@@ -64,7 +64,7 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
         for method in ("matrix", "de_casteljau", "forward_difference")
     ]
     assert None not in bounds
-    # Accumulated over 1024 steps.
+    # Errors accumulate over 1024 steps.
     assert bounds[2] > bounds[1] + 1e-4  # type: ignore[operator]
 
 

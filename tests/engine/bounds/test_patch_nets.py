@@ -1,4 +1,5 @@
-"""Positions and partials anywhere, against exact de Casteljau; the bits are each patch's own."""
+"""Positions and partials at any place, against exact de Casteljau; bits do not depend on other
+patches."""
 
 from fractions import Fraction
 

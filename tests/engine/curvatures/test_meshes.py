@@ -1,4 +1,4 @@
-"""Curvatures of whole meshes: against closed forms, exact numbers, and single parameters."""
+"""Curvatures of meshes against closed forms, exact numbers, and single points."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_sphere_is_round_everywhere_and_no_vertex_is_split(
 
 @pytest.mark.parametrize("accuracy", [None, FINE])
 def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
-    """H = −cos α / (2ρ) grows without bounds: at the apex, and there alone, it is 0."""
+    """H = −cos α / (2ρ) is unbounded near the apex; only at the apex it is written as 0."""
     mesh = meshed(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
     assert mesh.normals is not None
     rho = np.hypot(*mesh.positions[:, :2].T)
@@ -127,7 +127,8 @@ def test_meshes_by_tolerance_agree_with_single_parameters(name: str) -> None:
 
 
 def compare(model: PatchModel, mesh: Mesh) -> None:
-    """Compares every vertex with the point at its parameters; at knots, with one of both sides."""
+    """Compares every vertex with the point at its parameters; at knots, with the limit from either
+    side."""
     assert mesh.uvs is not None
     found = np.stack(curved(mesh))
     apart = []
@@ -150,7 +151,8 @@ def compare(model: PatchModel, mesh: Mesh) -> None:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
-    """Cusps, folds, poles, wild weights, sizes from 1e-6 to 1e6: equal to single points."""
+    """Patches with cusps, folds, poles, extreme weights and sizes from 1e-6 to 1e6 agree with
+    single points."""
     model = FAMILIES[name].surface(1).lower()
     flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     layout = Layout.plan(connect(model).connectivity, (5, 4))

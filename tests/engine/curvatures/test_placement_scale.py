@@ -1,4 +1,4 @@
-"""Copies that are placed have the curvatures of the placed surface, whatever a placement does."""
+"""Placed copies have the curvatures of the placed surface, for all affine placements."""
 
 import numpy as np
 import pytest
@@ -94,7 +94,7 @@ def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
 
 
 def test_copies_with_equal_curvatures_share_a_model() -> None:
-    """Moved, turned, mirrored: one model. Scaled alike: one more, however they are turned."""
+    """Moved, turned and mirrored copies share a model; copies with another scale need one more."""
     half = np.diag([0.5, 0.5, 0.5, 1.0])
     group = group_of(
         None,

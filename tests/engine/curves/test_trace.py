@@ -183,7 +183,7 @@ def test_no_point_is_further_away_than_is_said(
 
 
 def test_the_bound_is_near_the_true_deviation() -> None:
-    """On an arc the control polygon is twice as high as the curve: there, nothing is given away."""
+    """On an arc the control polygon is twice as high as the curve, and the bound is still sharp."""
     line = traced(QUARTER, CurveOptions(resolution=16))
     fine = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
     true = distances(fine, line.points.astype(np.float64)).max()
@@ -193,7 +193,7 @@ def test_the_bound_is_near_the_true_deviation() -> None:
 def test_a_straight_line_is_no_distance_away_however_it_runs() -> None:
     points = np.outer([0.0, 0.7, 0.1, 1.0], [3.0, 4.0])
     line = traced(BezierCurve(points), CurveOptions(resolution=3))
-    assert line.report.deviation_bound < 0.08  # it turns back within its ends
+    assert line.report.deviation_bound < 0.08  # the curve turns back between its ends
     straight = np.outer([0.0, 0.9, 0.95, 1.0], [3.0, 4.0])
     assert traced(BezierCurve(straight), CurveOptions(resolution=3)).report.deviation_bound < 1e-13
     assert traced(BezierCurve(straight), CurveOptions(tolerance=1e-9)).report.points == 2
@@ -212,13 +212,14 @@ def test_a_tolerance_that_needs_too_many_points_is_refused() -> None:
 
 
 def test_every_accepted_tolerance_is_reached() -> None:
-    """The least one, on a curve of weights as far apart as they may be."""
+    """The least tolerance, on a curve with the largest ratio of weights."""
     points = np.array([[0.0, 0, 0], [1, 3, 0], [2, -3, 1], [3, 0, 0]])
     curve = BezierCurve(points, np.array([1, 1e8, 1, 1e8]))
     with pytest.raises(InvalidRequest) as caught:
         traced(curve, CurveOptions(tolerance=1e-300))
     least = float(caught.value.issues[0].needed.split()[2])
-    # A sample every 1e-6 and a hull as thin as 1e-12: more would be beyond all rounding.
+    # With a sample every 1e-6 and hulls of thickness 1e-12, more samples would not help beyond
+    # rounding.
     line = traced(curve, CurveOptions(tolerance=1.1 * least))
     assert line.report.deviation_bound <= 1.1 * least
 

@@ -1,4 +1,4 @@
-"""Points and normals on a grid: against exact arithmetic, against peers, against each other."""
+"""Points and normals on a grid, compared with exact arithmetic, other libraries and each other."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -45,7 +45,7 @@ def points_of(net: Array, weights: Array | None, resolution: tuple[int, int]) ->
 
 
 def usable(patches: TensorPatches, normals: bool = True) -> list[Formulation]:
-    """The formulations that apply: the normal polynomial is for polynomial normals."""
+    """The formulations for a patch; the normal polynomial is only for polynomial patches."""
     if normals and patches.weights is None:
         return list(FORMULATIONS)
     return [f for f in FORMULATIONS if f != "normal_polynomial"]
@@ -71,7 +71,7 @@ def test_agrees_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
 def test_positions_of_any_net_agree_with_exact_arithmetic(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Wild nets too: a position depends on no normal."""
+    """Random nets with folds, too, because positions do not depend on normals."""
     net, weights = weighted
     size = max(1.0, float(np.abs(net).max()))
     error = np.abs(points_of(net, weights, resolution) - exact.positions(net, weights, resolution))
@@ -81,7 +81,7 @@ def test_positions_of_any_net_agree_with_exact_arithmetic(
 @pytest.mark.parametrize("normals", [True, False])
 @pytest.mark.parametrize("weighted", WEIGHTED)
 def test_the_chosen_formulation_applies(normals: bool, weighted: bool) -> None:
-    """Whatever the shapes, the chosen formulation can do the work asked for."""
+    """For all shapes, the chosen formulation can compute the requested data."""
     for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
         for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
             patches = smooth(degree, weighted)
@@ -89,18 +89,18 @@ def test_the_chosen_formulation_applies(normals: bool, weighted: bool) -> None:
 
 
 def test_every_formulation_is_chosen_somewhere() -> None:
-    """None of them is dead: the teapot, a high degree, one large patch."""
+    """Each formulation is chosen in some case: the teapot, a high degree, one large patch."""
     teapot = example_batch("utah-teapot")
     assert choose_formulation(teapot, (16, 16), True) == "kronecker"
     assert choose_formulation(smooth((15, 15), False), (128, 128), True) == "separable"
     assert choose_formulation(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
-    # What each patch takes by itself is paid for every patch.
+    # Fixed costs of a patch occur for every patch.
     assert choose_formulation(teapot, (24, 24), True) == "kronecker"
     assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
 
 
 def test_steep_patches_get_their_normals_in_double_precision() -> None:
-    """Where partials nearly agree in direction float32 would lose four digits; with a pole too."""
+    """If partials are nearly parallel, float32 would lose four digits; also with a pole."""
     net = np.random.default_rng(4).random((300, 4, 4, 3)) / 3 + np.indices((4, 4, 1)).T[0].swapaxes(
         0, 1
     )
@@ -142,7 +142,7 @@ def test_many_patches_are_worked_in_chunks_without_seams() -> None:
 def test_corners_are_interpolated(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Exactly where there are no weights to divide by."""
+    """Corners are exact for patches without weights."""
     net, weights = weighted
     corners = points_of(net, weights, resolution)[:: resolution[0], :: resolution[1]]
     expected = net[:: len(net) - 1, :: len(net[0]) - 1]
@@ -171,7 +171,7 @@ def test_origin_is_subtracted_before_rounding() -> None:
     for weighted in WEIGHTED:
         near = smooth((3, 3), weighted)
         moved = TensorPatches(near.points + far, near.weights)
-        # What adding and subtracting a million leaves of the net, to be fair.
+        # The reference is the net after adding and subtracting a million, which rounds it.
         kept = TensorPatches(moved.points - far, near.weights)
         found = evaluate(moved, (8, 8), dtype=np.float32, origin=far)
         assert found.positions.dtype == np.float32
@@ -218,7 +218,7 @@ def test_single_precision_normals_are_right_to_1e_6(
 def test_normals_do_not_depend_on_the_unit_of_length(
     power: int, weighted: bool, dtype: Real
 ) -> None:
-    """Scaling by a power of two is exact, so nothing at all may change; 2^±100 is about 1e±30."""
+    """Scaling by a power of two is exact, so normals keep their bits; 2^±100 is about 1e±30."""
     patches = smooth((3, 2), weighted)
     scaled = TensorPatches(patches.points * 2.0**power, patches.weights)
     for formulation in usable(patches):
@@ -235,7 +235,7 @@ def test_normals_do_not_depend_on_the_unit_of_length(
 def test_a_small_patch_beside_a_large_one_keeps_its_normals(
     ratio: float, weighted: bool, dtype: Real
 ) -> None:
-    """One scale for a whole batch must not starve its smallest member of digits."""
+    """The smallest patch of a batch keeps its digits beside large ones."""
     large = smooth((2, 2), weighted)
     small = large.points * ratio
     weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
@@ -247,7 +247,7 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
 
 
 def test_inputs_are_not_changed() -> None:
-    """Read-only arrays in, fresh arrays out: two calls never share their memory."""
+    """Inputs may be read-only; results of two calls never share memory."""
     patches = smooth((3, 3), weighted=True)
     before = patches.points.copy()
     one, two = (evaluate(patches, (20, 20)) for _ in range(2))
@@ -258,7 +258,7 @@ def test_inputs_are_not_changed() -> None:
 
 
 def test_same_bits_again_and_in_other_threads() -> None:
-    """The work arrays are each thread's own."""
+    """Each thread has its own work arrays."""
     batches = [smooth((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED]
 
     def figures(patches: TensorPatches) -> bytes:
@@ -276,7 +276,8 @@ def test_same_bits_again_and_in_other_threads() -> None:
 def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
     extent: float, weighted: bool, dtype: Real
 ) -> None:
-    """The smallest float there is, too few digits for a shape; and the largest coordinate."""
+    """Coordinates of the smallest float, which has too few digits for a shape, and of the
+    largest."""
     patches = smooth((2, 2), weighted)
     points = np.clip(patches.points, -1, 1) * extent
     for formulation in usable(patches):
@@ -290,10 +291,11 @@ def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6, MAX_WEIGHT_RATIO])
 def test_weights_far_apart_cost_digits_in_proportion(ratio: float, dtype: Real) -> None:
-    """Up to the largest ratio that is accepted: the hull always, normals as far as possible.
+    """Weights up to the largest accepted ratio: points are in the hull, normals as exact as
+    possible.
 
-    The lightest points have their weighted differences rounded to 1e-16 of the heaviest ones: that
-    and no more is what a normal may be off.
+    Weighted differences of the lightest points are rounded to 1e-16 of the heaviest ones; this is
+    the only error that a normal may have.
     """
     allowed = max(1e-5 if dtype == np.float32 else 1e-9, 1e-15 * ratio)
     slack = 8 * float(np.finfo(dtype).eps)

@@ -1,4 +1,4 @@
-"""The methods beside `matrix`: what they compute, what they lose, and that nothing else changes."""
+"""The methods beside `matrix`: their results and errors; all else is equal to `matrix`."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -116,7 +116,7 @@ def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> N
 
 @both
 def test_far_from_the_origin_digits_are_not_lost(method: Method) -> None:
-    """In single precision about a local origin, and even without one but for the position."""
+    """Single precision with a local origin; without one, only positions have larger errors."""
     net = np.random.default_rng(3).standard_normal((4, 4, 3))
     there = np.array([2.0**20, -(2.0**18), 0])
     near, far = grid(net), grid(moved(net, *there))
@@ -148,7 +148,7 @@ def test_nets_made_to_go_wrong_have_normals(
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("name", ["utah-teapot", "sphere", "torus", "cube", "mixed"])
 def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
-    """The faces, and who shares what, are those of `matrix`; closed stays closed."""
+    """Faces and shared vertices are those of `matrix`, so closed meshes stay closed."""
     source: Any = name
     if name == "cube":
         source = cube((0, 3, 5, 6, 0, 3))
@@ -170,7 +170,7 @@ def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
 
 
 def check_welds(mesh: Mesh) -> None:
-    """Vertices that are said to be at one position are there bit for bit."""
+    """Vertices with one welded position have equal bits."""
     np.testing.assert_array_equal(mesh.positions[mesh.welds], mesh.positions)
 
 
@@ -230,7 +230,8 @@ def test_forward_differences_lose_with_every_division() -> None:
 
 @pytest.mark.parametrize(("p", "q"), [(1, 1), (3, 3), (2, 5), (6, 1)])
 def test_effort_counts_the_multiplications(p: int, q: int) -> None:
-    """Each mixing of two points takes two a coordinate: counted one by one, as they are done."""
+    """Each interpolation of two points takes two multiplications for each coordinate; the test
+    counts them."""
     count, rows, columns = 0, p + 1, q + 1
     while rows > 1 and columns > 1:
         count += sum(2 for _ in range(rows - 1) for _ in range(columns))

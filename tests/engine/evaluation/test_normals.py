@@ -1,4 +1,4 @@
-"""Unit normals where du × dv vanishes, and of nets made to make it vanish."""
+"""Unit normals where du × dv vanishes, for nets that are built so."""
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -44,7 +44,8 @@ def normals_at(
 
 
 def inwards(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
-    """Directions into the domain as they count: off the edge, along it, across."""
+    """Directions into the domain in the order of preference: away from the edge, along it,
+    across."""
     into_u, into_v = 1 if u <= Fraction(1, 2) else -1, 1 if v <= Fraction(1, 2) else -1
     straight = [(0, into_v), (into_u, 0)]
     if u in (ZERO, ONE) and v not in (ZERO, ONE):
@@ -63,13 +64,13 @@ def limit_from_inside(net: Array, weights: Array | None, u: Fraction, v: Fractio
 
 
 def all_unit(normals: Array) -> bool:
-    """Length 1 to the last digits, which no NaN has."""
+    """Normals have length 1 to the last digits; so no normal is NaN."""
     return bool(np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 4e-16)
 
 
 @given(weighted_nets(nets(limit=2)))
 def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | None]) -> None:
-    """Wild nets: folded, self-intersecting; by the slow way and by the fast one."""
+    """Random nets with folds and self-intersections, by the slow and the fast code."""
     net, weights = weighted
     truth = exact.normals(net, weights, (4, 3))
     there = ~np.isnan(truth).any(axis=-1)
@@ -124,7 +125,7 @@ def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.
 
 @given(degenerate_nets())
 def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
-    """Wherever the exact expansion knows one."""
+    """Checked wherever the exact expansion has a limit."""
     resolution = (3, 2)
     truth = exact.normals(net, None, resolution)
     found = evaluate(patch(net), resolution).normals
@@ -172,7 +173,7 @@ HOSTILE: dict[str, Callable[[], Array]] = {
 
 @pytest.mark.parametrize("shape", HOSTILE)
 def test_hostile_nets_have_unit_normals(shape: str) -> None:
-    """Never zero, never NaN, and no warning on the way (warnings are errors here)."""
+    """Normals are never zero and never NaN, without warnings, which are errors in tests."""
     dtypes: list[type[np.float32] | type[np.float64]] = [np.float64, np.float32]
     places = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), dtypes)
     for weighted, offset, scale, dtype in places:

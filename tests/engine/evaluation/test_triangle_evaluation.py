@@ -1,4 +1,5 @@
-"""Triangular patches, evaluated: against exact arithmetic, their symmetries, their tensor form."""
+"""Evaluation of triangular patches, compared with exact arithmetic, symmetries, and the tensor
+form."""
 
 from itertools import pairwise
 from typing import Any
@@ -30,7 +31,7 @@ def weighted(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> tuple[Array, Ar
 
 
 def smooth(degree: int, count: int = 1, rational: bool = False) -> TrianglePatches:
-    """Gentle hills over the same triangle, alike in nothing but their outline."""
+    """Random flat hills over the same triangle."""
     rng = np.random.default_rng(degree)
     places = triangle.barycentric(degree)[:, 1:]
     heights = rng.uniform(-0.2, 0.2, (count, len(places), 1))
@@ -68,7 +69,7 @@ def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
     """Also far from zero, about a local origin."""
     near = smooth(degree, 5, rational)
     origin = np.array([3e5, -1e5, 2e6])
-    # What the input loses at such a distance is not evaluation's fault.
+    # The reference includes the rounding of the input at such a distance.
     far = TrianglePatches(near.points + origin, near.weights)
     kept = TrianglePatches(far.points - origin, near.weights)
     truth = evaluate(kept, (9, 9))
@@ -86,7 +87,8 @@ def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
 def test_chunks_do_not_show(
     degree: int, rational: bool, dtype: Real, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Many patches at a time, one at a time, parts of one, bases made or kept: one result."""
+    """Results are equal for many patches at a time, one patch, parts of a patch, and with or
+    without cached bases."""
     patches = smooth(degree, 40, rational)
     whole = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
@@ -125,7 +127,7 @@ def degenerate() -> dict[str, Any]:
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("net", degenerate().values(), ids=degenerate().keys())
 def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtype: Real) -> None:
-    """Everywhere, and where du × dv does not vanish they are the exact ones."""
+    """Normals have unit length everywhere, and are exact where du × dv does not vanish."""
     weights = smooth(3, rational=True).weights if rational else None
     truth = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
     found = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
@@ -142,9 +144,10 @@ def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtyp
 def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     symmetry: int, rational: bool
 ) -> None:
-    """To first order the triangle is there the cone over C, its next row: the normal is C × C'.
+    """To first order the triangle at this corner is the cone over C, its next row: the normal is C
+    × C'.
 
-    Whichever side it is, and at both ends of it.
+    Checked for each side, and at both of its ends.
     """
     rng = np.random.default_rng(5)
     net = np.array([[j, k, 0] for _, j, k in triangles.keys(4)]) + rng.uniform(-0.2, 0.2, (15, 3))

@@ -32,7 +32,8 @@ from tools.certify.closing import NEARLY, RESOLUTION
 
 @pytest.mark.parametrize("seed", range(5))  # the others are judged by `make certify`
 def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
-    """Balls and rings of B-splines cut anywhere; a third of them with one point moved are open."""
+    """Balls and rings of B-splines, cut at random; in a third of them one point is moved, so they
+    are open."""
     case = NEARLY["borders"][1](seed)
     mesh = mesh_of(case.surface.lower(), resolution=RESOLUTION)
     check_sound(mesh)
@@ -72,7 +73,8 @@ def tee(t: float, *, degree: int = 3) -> list[Array]:
 )
 @pytest.mark.parametrize("t", [0.5, 0.3, 1 / 64])
 def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any]) -> None:
-    """One disc, in parts as they were given, its bound that of the given surfaces."""
+    """The mesh is one disc, with the original parts, and its bound holds for the original
+    surfaces."""
     nets = np.array(tee(t))
     surface = PatchSurface(
         nets.reshape(-1, 3),
@@ -88,7 +90,7 @@ def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any])
     assert mesh.report.deviation_bound is not None
     found = surface_to_mesh(sheets_of(surface), mesh.positions[mesh.triangles].astype(float), 500)
     assert found.distance <= mesh.report.deviation_bound + found.noise
-    # Parameters are those of the patch that was given.
+    # Parameters are those of the original patch.
     assert mesh.uvs is not None
     own = mesh.triangles[slice(*mesh.parts[0].triangles)]
     assert {0.0, 1.0, round(t, 12)} <= set(mesh.uvs[own, 1].round(12).ravel().tolist())
@@ -144,7 +146,8 @@ def test_surfaces_with_knots_of_their_own_close_around_a_ring() -> None:
 
 
 def test_surfaces_that_only_touch_are_not_cut() -> None:
-    """A corner on an edge of another curve; nor is anything where points must be equal."""
+    """A corner on the edge of another curve is not joined; with tolerance 0, no unequal points
+    are."""
     nets = tee(0.5)
     bent = nets[1].copy()
     bent[0, 1] += 0.01
@@ -201,7 +204,7 @@ def test_cuts_are_made_up_to_a_number_of_pieces_and_of_points(
 def test_cuts_that_never_meet_end_soon(
     corners: list[list[list[float]]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Patches all of whose corners are on one line, each cut where others have corners."""
+    """Patches with all corners on one line; each is cut where others have corners."""
     line = np.ones(3)
     surface = MultipatchSurface(tuple(BezierSurface(np.multiply.outer(c, line)) for c in corners))
     made: list[int] = []
@@ -218,7 +221,7 @@ def test_cuts_that_never_meet_end_soon(
 
 
 def test_cut_surfaces_are_refused_where_they_are_too_large() -> None:
-    """With the error that any mesh of too many vertices has."""
+    """The error is that of any mesh with too many vertices."""
     case = NEARLY["borders"][1](1)
     options = MeshOptions((16, 16))
     form = BY_NAME["json"]

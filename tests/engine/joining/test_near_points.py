@@ -16,7 +16,8 @@ Array = np.ndarray
 
 
 def groups_by_pairs(points: Array, reach: float) -> list[int]:
-    """First member of each point's component; where that is wider than `reach`, of a finer one."""
+    """The first member of each point's component; if that is wider than `reach`, of a finer
+    component."""
     apart, leader = cdist(points, points), np.arange(len(points))
     left, finest = leader, reach * FINER ** (LEVELS - 1)
     while len(left) and reach >= finest:
@@ -42,7 +43,7 @@ def groups_by_pairs(points: Array, reach: float) -> list[int]:
 def test_groups_are_the_components_that_are_not_wide(
     seed: int, count: int, spread: float, clusters: int
 ) -> None:
-    """Crowds about few middles, some points twice, on a lattice of quarters or anywhere."""
+    """Points around a few centres, some of them twice, on a lattice of quarters or at random."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, 2 + clusters, (clusters, 3))[rng.integers(0, clusters, count)]
     points = points + spread * rng.uniform(-0.5, 0.5, points.shape)
@@ -65,7 +66,7 @@ def test_groups_are_the_components_that_are_not_wide(
 
 @pytest.mark.parametrize("count", [3, 500, 20_000])
 def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
-    """However many they are: a pole, and a line finer than the tolerance."""
+    """Any number of points: a pole, and a line of points closer than the tolerance."""
     rng = np.random.default_rng(count)
     crowd = rng.uniform(0, 1e-3, (count, 3))
     chain = np.stack([np.arange(count) * 0.9, np.zeros(count), np.full(count, 5.0)], axis=1)
@@ -75,7 +76,8 @@ def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
 
 
 def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
-    """Its points are a chain, wider than the reach; what differs by rounding is one with each."""
+    """The points form a chain wider than the reach; points that differ by rounding join their
+    neighbours."""
     line = np.linspace(0, 1.5, 4)[:, None] * [1.0, 0, 0]
     again = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
     assert near_groups(np.concatenate([line, again]), 1.0).tolist() == [0, 1, 2, 3, 3, 2, 1, 0]

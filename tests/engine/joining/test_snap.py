@@ -1,4 +1,4 @@
-"""Control points that are equal up to rounding: closed where they should be, open elsewhere."""
+"""Control points that are equal up to rounding: which surfaces close, and which stay open."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -79,7 +79,7 @@ def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
 
 
 def test_equal_points_keep_their_bits_and_others_move_little() -> None:
-    """Nothing moves where no points are near; alone and together differ by what moved."""
+    """Without near points, no point moves; alone and together, meshes differ only by moves."""
     exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
     assert join(exact, 1e-12)[0] is exact
     model = model_of(shaken(cube(), 1e-13))
@@ -95,7 +95,8 @@ def test_equal_points_keep_their_bits_and_others_move_little() -> None:
 def test_near_weights_are_one_up_to_a_factor_of_each_surface(
     amplitude: float, is_raised: bool
 ) -> None:
-    """Patches of a rational ring with factors of their own, some raised, and noise."""
+    """Patches of a rational ring, with different factors of their weights, some elevated, with
+    noise."""
     rng = np.random.default_rng(21)
     patches = list(rational_ring(rng))
     for k, (net, weights) in enumerate(patches):

@@ -41,7 +41,7 @@ def holds(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
 
 
 @pytest.mark.parametrize("scale", [1e-60, 1e-110, 1e-160, 1e-300])
-def test_intervals_hold_the_truth_where_products_underflow(scale: float) -> None:
+def test_intervals_contain_the_exact_values_if_products_underflow(scale: float) -> None:
     sphere = example("sphere")
     found = of(replace(sphere, vertices=sphere.vertices * scale), 1e-3)
     assert holds(found.area, 4 * PI.pi * PI.mpf(scale) ** 2)
@@ -120,7 +120,8 @@ def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
 
 
 def test_the_cells_of_many_patches_may_be_halved() -> None:
-    """The patches have more control points than the budget: they may have three times as many."""
+    """If the patches alone exceed the budget, their cells may have three times their control
+    points."""
     x, y = np.meshgrid(np.arange(12.0), np.arange(12.0), indexing="ij")
     net = np.stack([x, y, np.sin(x / 4) * np.cos(y / 4)], axis=-1)
     surface = BsplineSurface(net, (3, 3))

@@ -1,4 +1,4 @@
-"""Tables at 40 digits; remainders of rules so coarse that their errors are seen."""
+"""Quadrature tables with 40 digits; remainders of rules coarse enough to have visible errors."""
 
 import mpmath
 import numpy as np

@@ -1,4 +1,4 @@
-"""Edges counted on the faces, beside a dictionary of them."""
+"""Counts of edges, compared with those in a dictionary."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""Colours, texture coordinates and attributes: right at every sample, equal where patches meet."""
+"""Colours, texture coordinates and attributes: exact at every sample, equal where patches meet."""
 
 from fractions import Fraction
 from typing import Any
@@ -71,7 +71,7 @@ def close(found: Any, right: Any, net: Array, single: bool = False) -> None:
 def test_every_channel_is_its_own_polynomial(
     data: st.DataObject, net: Array, resolution: tuple[int, int], single: bool
 ) -> None:
-    """With another degree than the surface, and with any weights."""
+    """Channels may have another degree than the surface, and the surface any weights."""
     weights = data.draw(st.none() | weights_like(net))
     colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
     uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))
@@ -107,7 +107,7 @@ def with_values(pieces: list[Array], values_: list[Array]) -> PatchModel:
 def test_frames_have_the_values_of_their_neighbours(
     data: st.DataObject, resolution: tuple[int, int]
 ) -> None:
-    """Quarters turned about: sides of other divisions than their grids, and nothing comes apart."""
+    """Rotated quarters, whose sides have other divisions than their grids, stay joined."""
     net, carried = np.empty((3, 3, 3)), np.empty((4, 4, 2))
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(3.0), np.arange(3.0), indexing="ij")
     net[..., 2] = data.draw(arrays.arrays(np.float64, (3, 3), elements=st.integers(-4, 4)))
@@ -135,7 +135,7 @@ def strip(left: Array, right: Array) -> PatchModel:
 
 @pytest.mark.parametrize("normals", [True, False])
 def test_equal_values_weld_and_others_stay_apart(normals: bool) -> None:
-    """Along half of a seam the values agree; without normals they alone keep vertices apart."""
+    """Values agree along half of a seam; without normals, only they keep vertices apart."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
     right = np.array([[[5.0], [9]], [[0], [0]]])
     made = mesh_of(strip(left, right), resolution=(4, 4), normals=normals)
@@ -199,7 +199,8 @@ def test_a_pole_has_as_many_vertices_as_values() -> None:
 
 
 def test_patches_blend_values_of_vertices() -> None:
-    """In the degree of the patches, polynomial also where the points have weights."""
+    """Channels get the degree of the patches, and are polynomial even if the points have
+    weights."""
     random = np.random.default_rng(2)
     vertices, weights = random.random((12, 3)), random.random(12) + 0.5
     carried = random.random((12, 3))
@@ -220,7 +221,7 @@ def test_every_channel_must_agree() -> None:
 
 
 def test_white_is_not_more_than_white() -> None:
-    """Where rounding would have it so."""
+    """Colours stay from 0 to 1 although rounding would exceed this."""
     surface = BezierSurface(SQUARE, channels=Channels(np.ones((65, 65, 3))))
     made = mesh_of(surface.lower(), resolution=(37, 41))
     assert made.colors is not None

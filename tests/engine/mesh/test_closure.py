@@ -1,4 +1,4 @@
-"""Which surfaces close, how smoothly they say they do, and whether their meshes agree."""
+"""Which surfaces close, their reported continuity, and whether their meshes agree."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def ring(rows: int = 7, columns: int = 5) -> Array:
 
 
 def again(net: Array, count: int = 1) -> Array:
-    """The net with its first rows once more at the end."""
+    """The net with its first rows repeated at the end."""
     return np.concatenate([net, net[:count]])
 
 
@@ -106,7 +106,7 @@ def test_the_first_row_once_more_is_a_corner() -> None:
 def test_the_rows_beside_the_seam_determine_the_smoothness(
     first: tuple[float, float], last: tuple[float, float], wanted: str, across: bool
 ) -> None:
-    """Equal differences: C1. Parallel: G1. Any others, and a fold: C0. And so along v."""
+    """Equal differences give C1, parallel ones G1, others and folds C0; along v too."""
     net = loop(np.array(first), np.array(last))
     for surface in (
         BsplineSurface(net.swapaxes(0, 1) if across else net, (1, 3) if across else (3, 1)),
@@ -149,7 +149,7 @@ def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() ->
 
 
 def test_a_vase_closes_one_way_and_has_poles() -> None:
-    """At a pole there is no tangent plane across the seam: the rest of it counts."""
+    """At a pole the seam has no tangent plane, so only its other points are compared."""
     net = ring(6, 5)
     net[:, :, 2] = np.arange(5)
     net[:, 0], net[:, -1] = (0, 0, 0), (0, 0, 4)
@@ -160,7 +160,7 @@ def test_a_vase_closes_one_way_and_has_poles() -> None:
 
 
 def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fault in the last of them is found."""
+    """A fault in the last chunk is found."""
     monkeypatch.setattr(module, "CHUNK_PATCHES", 1)
     net = ring()
     assert closed(BsplineSurface(net, knots=("periodic", "periodic"))) == Closure("C1", "C1")

@@ -37,7 +37,7 @@ def raised(curve: Curve, degree: int) -> Curve:
 
 
 def curves(count: int, degree: int, seed: int, rational: bool) -> list[Curve]:
-    """Curves side by side, without pattern: x counts them, y is their parameter."""
+    """Random curves side by side: x is the number of the curve, y its parameter."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-0.3, 0.3, (count, degree + 1, 3))
     points[..., 0] += np.arange(count)[:, None]
@@ -82,7 +82,7 @@ def lines_of(seams: Seams) -> list[tuple[int, int]]:
 def test_neighbours_of_any_degrees_share_their_edge(
     base: int, more: list[int], seed: int, rational: bool, data: st.DataObject
 ) -> None:
-    """The edge is that of the lower degree, in whatever order and direction the patches come."""
+    """The edge has the lower degree, for any order and direction of the patches."""
     degrees = [base + k for k in more]
     count = len(degrees)
     turns = data.draw(st.lists(symmetries, min_size=count, max_size=count))
@@ -140,7 +140,7 @@ def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -
 
 
 def test_edges_that_are_only_near_stay_apart() -> None:
-    """A thousandth of a millionth aside, or with another weight."""
+    """A curve that is moved by 1e-9, or has another weight, is another edge."""
     (line,) = curves(1, 2, 3, rational=True)
     cubic, weights = raised(line, 3)
     for shift, factor, shared in ((0.0, 1.0, True), (1e-9, 1.0, False), (0.0, 1 + 1e-9, False)):

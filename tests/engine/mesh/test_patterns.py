@@ -1,4 +1,4 @@
-"""Index patterns, drawn in the parameter square: they must tile it, without gap or overlap."""
+"""Index patterns: their faces tile the parameter square, without gaps or overlaps."""
 
 from fractions import Fraction
 
@@ -17,7 +17,7 @@ divisions = st.integers(1, 9)
 
 
 def places(shape: Shape) -> list[Place]:
-    """(u, v) of every local index: the grid row by row, then the sides unlike it, in turn."""
+    """(u, v) of every local index: the grid row by row, then the samples of finer sides."""
     ru, rv = shape.resolution
     grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
     zero, one = Fraction(0), Fraction(1)
@@ -35,14 +35,15 @@ def area(loop: list[Place]) -> Fraction:
 
 
 def check_tiling(shape: Shape, kind: Faces) -> None:
-    """Every face turns to the left, all have area, together they are the unit square."""
+    """Checks that every face is counter-clockwise and has an area, and that all cover the unit
+    square."""
     triangles, quads = build_faces(shape, kind)
     where = places(shape)
     loops = [*triangles.tolist(), *quads.tolist()]
     areas = [area([where[i] for i in loop]) for loop in loops]
     assert min(areas) > 0
     assert sum(areas) == 2
-    # Merge what stands at one place: corners belong to two sides, sides to the grid.
+    # Merge indices at one place: corners are on two sides, sides are on the grid.
     first: dict[Place, int] = {}
     merged = [first.setdefault(place, k) for k, place in enumerate(where)]
     shape_ = topology([[merged[i] for i in loop] for loop in loops])
@@ -52,7 +53,7 @@ def check_tiling(shape: Shape, kind: Faces) -> None:
 
 @given(divisions, divisions, st.sampled_from(["triangles", "quads"]))
 def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
-    """Two triangles or a quad a cell."""
+    """Each cell is two triangles, or a quad."""
     shape = Shape((ru, rv), (rv, rv, ru, ru))
     check_tiling(shape, kind)
     triangles, quads = build_faces(shape, kind)
@@ -66,10 +67,10 @@ def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
 def test_strips_join_finer_sides_to_any_grid(
     ru: int, rv: int, finer: tuple[bool, bool, bool, bool], kind: Faces
 ) -> None:
-    """Any sides may take the larger of the two numbers: no T-junction, no triangle turned over.
+    """Any sides may have the larger of the two numbers of divisions.
 
-    A grid of one division has no line of samples inside to join to: it is given a second one,
-    and then a side of its own may be the coarser.
+    A grid of one division has no inner line of samples, so it gets a second division; then a side
+    may be coarser than the grid.
     """
     sides: Divisions = tuple(  # type: ignore[assignment]
         max(ru, rv) if more else own for more, own in zip(finer, (rv, rv, ru, ru), strict=True)
@@ -81,7 +82,7 @@ def test_strips_join_finer_sides_to_any_grid(
 @pytest.mark.parametrize("kind", ["triangles", "quads"])
 @pytest.mark.parametrize("side", range(4))
 def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
-    """A triangle for every division of that side is gone, or a quad has become a triangle."""
+    """Each division of that side has one triangle less, or a triangle in place of a quad."""
     ru, rv = 4, 3
     own = (rv, rv, ru, ru)[side]
     collapsed = tuple(k == side for k in range(4))
@@ -98,7 +99,7 @@ def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
 
 
 def test_patterns_are_shared_and_read_only() -> None:
-    """Cached by shape."""
+    """Patterns are cached by shape."""
     shape = Shape((5, 4), (4, 4, 5, 5))
     triangles, _ = build_faces(shape, "triangles")
     assert build_faces(Shape((5, 4), (4, 4, 5, 5)), "triangles")[0] is triangles

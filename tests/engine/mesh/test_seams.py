@@ -1,4 +1,4 @@
-"""Seams: shared edges become shared vertices, bit for bit, however the patches lie."""
+"""Seams: shared edges become shared vertices, bit for bit, in any orientation of the patches."""
 
 from collections import Counter
 from math import pi
@@ -50,7 +50,7 @@ def test_the_teapots_edges_are_the_known_ones() -> None:
 
 @given(st.integers(0, 2**32 - 1))
 def test_equal_rows_have_equal_numbers(seed: int) -> None:
-    """And the first row of every number is the first one there is."""
+    """Also checks the first row of every number."""
     rows = np.random.default_rng(seed).integers(0, 3, (40, 3)).astype(float)
     first, number = unique_rows(rows)
     np.testing.assert_array_equal(rows[first][number], rows)
@@ -73,14 +73,14 @@ def border_bits(mesh: Mesh) -> set[bytes]:
 def test_pieces_of_a_surface_weld_however_they_are_turned(
     pieces: tuple[Array, list[Array]], divisions: int
 ) -> None:
-    """Rotated, hence with reversed and exchanged parameters: one disc, its normals smooth."""
+    """Rotated patches, with reversed and exchanged parameters, are one disc with smooth normals."""
     mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
     check_sound(mesh)
     check_upright(mesh)
     shape = shape_of(mesh)
     assert (shape.components, shape.euler, shape.boundary) == (1, 1, 8 * divisions)
     assert (shape.misoriented, shape.non_manifold) == (0, 0)
-    # One tangent plane across every seam: one vertex a position.
+    # Every seam has one tangent plane, so each position has one vertex.
     assert len(mesh.positions) == shape.vertices == (2 * divisions + 1) ** 2
     assert mesh.welds is None
 
@@ -89,14 +89,14 @@ def test_pieces_of_a_surface_weld_however_they_are_turned(
 def test_unequal_divisions_leave_no_t_junction(
     pieces: tuple[Array, list[Array]], resolution: tuple[int, int]
 ) -> None:
-    """A turned neighbour divides its edge otherwise: the edge takes the larger number for both."""
+    """A rotated neighbour divides the common edge differently; both take the larger number."""
     for faces in ("triangles", "quads"):
         mesh = mesh_of(pieces[1], resolution=resolution, faces=faces)
         check_sound(mesh)
         check_upright(mesh)
         shape = shape_of(mesh)
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
-        # The border is the outer one and nothing else: no crack within.
+        # Only the outer border is open, so the mesh has no crack inside.
         low, high = (f(np.asarray(pieces[0]), axis=(0, 1)) for f in (np.min, np.max))
         for a, b in open_edges(mesh):
             middle = (mesh.positions[a] + mesh.positions[b])[:2] / 2
@@ -154,7 +154,7 @@ def test_a_shared_edge_takes_the_larger_number() -> None:
 def test_a_patch_alone_has_the_same_seams_as_among_others(
     pieces: tuple[Array, list[Array]], divisions: int
 ) -> None:
-    """So that parts of a model computed on different machines still fit together."""
+    """Parts of a model that are computed separately fit together."""
     resolution = (divisions, divisions)
     together = border_bits(mesh_of(pieces[1], resolution=resolution))
     alone = [border_bits(mesh_of([piece], resolution=resolution)) for piece in pieces[1]]
@@ -206,7 +206,7 @@ def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> No
 
 
 def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
-    """One curve written in two ways, in two batches."""
+    """One curve in two forms, in two batches."""
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
     other = moved(net, 1)
@@ -266,7 +266,7 @@ def ring(smooth: bool = True) -> Array:
 
 @pytest.mark.parametrize("symmetry", range(8))
 def test_a_patch_welds_with_itself(symmetry: int) -> None:
-    """A closed band in one patch: no seam left, in whichever direction it is closed."""
+    """A closed band of one patch has no open seam, whether it closes along u or along v."""
     mesh = mesh_of([turned(ring(), symmetry)], resolution=(12, 12))
     check_sound(mesh)
     check_winding(mesh)
@@ -277,7 +277,7 @@ def test_a_patch_welds_with_itself(symmetry: int) -> None:
 
 
 def test_a_moebius_strip_has_one_border() -> None:
-    """Closed with a half turn: one seam run through twice in one direction, and nothing breaks."""
+    """A band that is closed with a half turn: both sides of the seam have one direction."""
     net = np.array(
         [
             [[1, 0, -1], [1, 0, 1]],

@@ -1,4 +1,4 @@
-"""Triangles in meshes: counts, seams with triangles and grids however they lie, closed solids."""
+"""Triangles in meshes: counts, seams with triangles and grids in any orientation, closed solids."""
 
 from fractions import Fraction
 
@@ -56,7 +56,7 @@ def check_closed_by_bits(mesh: Mesh) -> None:
 
 @given(divisions, kinds)
 def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
-    """R² triangles that all turn left, half of them a hair more upright, and no gap."""
+    """R² triangles that are all counter-clockwise, without gaps; half of them point up."""
     found, quads = build_faces(TriangleShape(count), kind)
     assert (len(found), len(quads)) == (count**2, 0)
     places = [(Fraction(j, count), Fraction(k, count)) for _, j, k in triangles.keys(count)]
@@ -112,7 +112,7 @@ def neighbours(net: Array, other: Array) -> tuple[Array, Array]:
 def test_triangles_weld_however_they_are_turned(
     data: st.DataObject, first: int, second: int, resolution: tuple[int, int], rational: bool
 ) -> None:
-    """Any side to any side; one piece, no crack in the bits, all faces up."""
+    """Any side joins any side: the mesh is one piece without cracks, and all faces look up."""
     degree = st.just(data.draw(st.integers(1, 4)))
     pair = neighbours(data.draw(triangle_heights(degree)), data.draw(triangle_heights(degree)))
     nets = [triangles.turned(net, way) for net, way in zip(pair, (first, second), strict=True)]
@@ -123,7 +123,7 @@ def test_triangles_weld_however_they_are_turned(
         row = {key: number for number, key in enumerate(keys)}
         for number, (i, j, k) in enumerate(keys):
             if i == 0:
-                # Equal but for a factor that costs the last digits.
+                # Weights are equal up to a factor that changes their last digits.
                 drawn[1][row[0, k, j]] = 3 * drawn[0][number]
         weights = [triangles.turned(w, way) for w, way in zip(drawn, (first, second), strict=True)]
     model = mixed_model(nets, weights)
@@ -152,7 +152,7 @@ def joined(grid: Array, triangle: Array) -> Array:
 def test_triangles_weld_to_grids_however_both_are_turned(
     data: st.DataObject, symmetry: int, way: int, resolution: tuple[int, int], kind: Faces
 ) -> None:
-    """Each of three sides to each of four, in both directions; the coarser grid is framed."""
+    """Each of three sides joins each of four, in both directions; the coarser grid gets a strip."""
     n = data.draw(st.integers(1, 4))
     grid = data.draw(height_nets(degree=st.just(n)))
     below = joined(grid, data.draw(triangle_heights(st.just(n))))
@@ -240,7 +240,7 @@ def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
     assert shape.vertices == 2 * count**2 + 2
     assert len(mesh.positions) == 4 * (count + 1) * (count + 2) // 2
     assert volume(mesh.positions, mesh.triangles) == pytest.approx(1 / 6, rel=1e-15)
-    # Without normals nothing keeps the copies apart; without welding nothing joins them.
+    # Without normals all copies are welded; without welding none are.
     bare = mesh_of(mixed_model(tetrahedron()), resolution=(count, count), normals=False)
     assert len(bare.positions) == shape.vertices
     loose = mesh_of(mixed_model(tetrahedron()), resolution=(count, count), weld=False)
@@ -252,7 +252,7 @@ def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
 def test_sides_in_a_point_leave_no_empty_faces(
     sides: list[int], resolution: tuple[int, int], weld: bool, single: bool
 ) -> None:
-    """No face with one place twice, the report true, whichever sides are points."""
+    """For any collapsed sides, no face has a position twice, and the report is right."""
     net = np.array([(j, k, j * k + j) for _, j, k in triangles.keys(4)], dtype=float)
     for side in sides:
         on = np.array([key[(1, 0, 2)[side]] == 0 for key in triangles.keys(4)])

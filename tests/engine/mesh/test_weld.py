@@ -59,7 +59,7 @@ def test_disagreeing_normals_stay_apart_at_one_place() -> None:
 
 
 def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
-    """And one of half a turn merges everything, opposite normals included."""
+    """A crease angle of π merges all normals, also opposite ones."""
     near = (np.sin(1e-7), 0.0, np.cos(1e-7))
     assert len(welded([0, 0, 0], [UP, UP, near], crease=0)[0].samples) == 2
     found, normals = welded([0, 0], [UP, (0.0, 0.0, -1.0)], crease=pi)
@@ -69,7 +69,7 @@ def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
 
 
 def test_unused_samples_become_no_vertices() -> None:
-    """Sample 0 is in no face, though it stands for the place of sample 2."""
+    """Sample 0 is in no face, although it represents the place of sample 2."""
     found, _ = welded([0, 1, 0], [UP, UP, ASIDE], used=[1, 2])
     assert found.samples.tolist() == [1, 2]
     assert found.vertex[[1, 2]].tolist() == [0, 1]
@@ -77,7 +77,7 @@ def test_unused_samples_become_no_vertices() -> None:
 
 
 def test_without_merging_every_sample_is_a_vertex() -> None:
-    """The places are reported although nothing is merged."""
+    """Places are reported although no samples are merged."""
     found, _ = welded([0, 1, 0], [UP, UP, UP], merge=False)
     assert figures(found) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
 

@@ -1,4 +1,4 @@
-"""Points and partials of B-splines in the parameters of their own domain, beside scipy's."""
+"""Points and partials of B-splines in the parameters of their own domain, compared with SciPy."""
 
 import numpy as np
 from hypothesis import given
@@ -41,7 +41,7 @@ def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
     spline = NdBSpline(surface.knot_vectors, together, surface.degree)
     x, w = {}, {}
     for order in ORDERS.values():
-        # A second derivative of a line is zero; scipy refuses to take it.
+        # SciPy refuses derivatives above the degree, which are zero.
         if any(n > p for n, p in zip(order, surface.degree, strict=True)):
             value = np.zeros((len(uv), 4))
         else:
@@ -56,7 +56,7 @@ def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
 
 
 def check(surface: BsplineSurface, uv: Array) -> None:
-    """To 1e-12, 1e-9 and 1e-7 of the largest there is, by order."""
+    """Compares all columns, with tolerances `LIMITS` by order, relative to the largest value."""
     found, wanted = asked(surface, uv), derivatives(surface, uv)
     for name, order in ORDERS.items():
         size = max(float(np.abs(wanted[name]).max()), 1.0)
@@ -69,7 +69,7 @@ def check(surface: BsplineSurface, uv: Array) -> None:
 def test_partials_are_those_of_scipy(
     u: KnotVector, v: KnotVector, seed: int, rational: bool, inner: tuple[list[float], ...]
 ) -> None:
-    """At breaks as well, where what lies to the right counts."""
+    """At breaks the partials are those of the span on the right."""
     weights = weights_for(u.points, seed, v.points) if rational else None
     net = points_for(u.points, seed, v.points)
     surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
@@ -82,8 +82,8 @@ def test_partials_are_those_of_scipy(
     check(surface, uv)
 
 
-def test_at_a_crease_the_right_side_counts() -> None:
-    """And the left one at the end of the domain."""
+def test_partials_at_a_crease_are_those_of_the_right_span() -> None:
+    """At the end of the domain the partials are those of the left span."""
     vector = np.array([0, 0, 0, 1, 1, 2, 2, 2.0])
     net = points_for(5, 3, 2)
     found = asked(BsplineSurface(net, (2, 1), (vector, "clamped")), np.array([[1.0, 0], [2.0, 0]]))

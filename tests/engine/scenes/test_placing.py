@@ -1,4 +1,4 @@
-"""Effects of placements on distances, against exact arithmetic, and on the bounds of meshes."""
+"""Effects of placements on distances, compared with exact arithmetic, and on bounds of meshes."""
 
 import math
 from dataclasses import replace

@@ -66,7 +66,7 @@ def test_a_flattened_copy_is_the_placed_mesh(
     expected = own.normals @ np.linalg.inv(linear)
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
     np.testing.assert_allclose(mesh.normals, expected, atol=1e-12)
-    # The same law with the determinant's absolute value: no face turns its back.
+    # Normals and areas agree in sign, so no face is turned over.
     areas = area_vectors(own) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
     np.testing.assert_allclose(area_vectors(mesh), areas, atol=1e-11)
     if own.report.watertight:
@@ -134,7 +134,7 @@ def test_copies_are_not_welded_to_each_other() -> None:
 
 
 def test_a_framed_member_takes_the_grids_from_all() -> None:
-    """A mesh with strips has no grids."""
+    """A mesh with strips has no regular grids."""
     turned = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
     table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
     uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))
@@ -163,7 +163,7 @@ def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
 
 
 def test_far_members_keep_their_shape_in_single_precision() -> None:
-    """About an origin of the whole, where all of it is far away."""
+    """A group far from zero has one local origin."""
     matrix = np.eye(4)
     matrix[:3, 3] = 1e6
     model = group_of(Member(find("sphere").surface(), matrix=matrix), up="z")

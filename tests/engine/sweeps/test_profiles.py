@@ -1,4 +1,4 @@
-"""Tubes and ribbons: closed, outwards, and as thick as they should be."""
+"""Tubes and ribbons: closed, normals outwards, with the right thickness."""
 
 import math
 from collections.abc import Sequence
@@ -72,7 +72,7 @@ def test_a_cone_leans_its_normals() -> None:
 
 
 def test_a_closed_curve_comes_back_without_a_jump() -> None:
-    """Each ring is as little turned against the next one at the seam as elsewhere."""
+    """The angle between neighbouring rings at the seam is as small as elsewhere."""
     points, tangents = trefoil(96)
     swept = build_tubes(
         Paths.from_smooth_curves(points[None], tangents[None], closed=True), 0.3, 12

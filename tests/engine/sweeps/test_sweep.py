@@ -62,7 +62,7 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     assert mesh.normals is not None
     own = solid.face_normals[:, None]
     assert (own * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
-    # Every vertex is its normal away from the curve.
+    # Every vertex is at the curve plus the radius times its normal.
     middle = mesh.positions - radius * mesh.normals
     fine = spline_of(curve)(np.linspace(0, 24, 24 * 8 + 1))
     gaps = np.linalg.norm(middle[:, None] - fine[None], axis=2).min(axis=1)
@@ -178,7 +178,7 @@ HOSTILE_CURVES: dict[str, Curve] = {
 @pytest.mark.parametrize("crease", [0.0, 0.02, math.pi])
 @pytest.mark.parametrize("name", HOSTILE_CURVES)
 def test_no_curve_is_too_odd(name: str, crease: float) -> None:
-    """Finite, of unit normals, closed and no larger than foreseen, whatever the curve does."""
+    """For any curve, tubes are finite and closed, with unit normals, within the predicted size."""
     curve = HOSTILE_CURVES[name]
     size = float(np.ptp(curve.control_points, axis=0).max())
     tube = TubeSurface(curve, np.array([0.1, 0.2, 0.1]) * size, sides=3)

@@ -1,4 +1,5 @@
-"""Isoparametric curves as tubes and ribbons: closed where curves close, joined where they go on."""
+"""Isoparametric curves as tubes and ribbons: closed where curves close, and continued across
+patches."""
 
 from typing import Any
 
@@ -122,7 +123,7 @@ def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
 
 
 def test_wires_stand_beside_the_surface() -> None:
-    """One part more, in a colour of its own; the surface is as it was."""
+    """The wires are another part with another colour; the surface does not change."""
     alone = mesh_of("utah-teapot", resolution=(4, 4))
     mesh = mesh_of("utah-teapot", resolution=(4, 4), isocurves=(2, 2), wires="tubes")
     check_sound(mesh)

@@ -1,4 +1,4 @@
-"""Isoparametric curves: where they run, how many there are, that they meet and are drawn once."""
+"""Isoparametric curves: their points, their number, and that they meet and are drawn once."""
 
 from collections import Counter
 from fractions import Fraction
@@ -112,7 +112,7 @@ def test_poles_are_not_drawn() -> None:
 
 @given(split_models(oriented=False))
 def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]) -> None:
-    """Whichever way the patches are turned: inside the model every end has its other."""
+    """In any orientation of the patches, every inner end of a curve meets another end."""
     model = model_of(pieces[1])
     runs = curves_of(model, (3, 3), (4, 6))
     edges = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}

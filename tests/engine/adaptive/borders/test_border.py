@@ -33,7 +33,7 @@ tolerances = st.sampled_from([1.0, 0.1, 1e-2])
 def test_vertices_lie_on_the_sides_and_chords_near_them(
     net: tuple[Array, Array | None], tolerance: float
 ) -> None:
-    """At exact points of the curves, polynomial and rational."""
+    """Checked at exact points of polynomial and rational curves."""
     points, weights = net
     model = model_of([points], None if weights is None else [weights])
     check_border(build_border(model, Goal(tolerance)), tolerance)
@@ -41,7 +41,8 @@ def test_vertices_lie_on_the_sides_and_chords_near_them(
 
 @given(degenerate_nets(), tolerances)
 def test_degenerate_patches_have_sound_borders(net: Array, tolerance: float) -> None:
-    """Points, lines, sides that are one edge or run out and back."""
+    """Patches that are points or lines, or have coinciding sides, or sides that return along
+    themselves."""
     check_border(build_border([net], Goal(tolerance)), tolerance)
 
 
@@ -49,7 +50,7 @@ def test_degenerate_patches_have_sound_borders(net: Array, tolerance: float) -> 
 def test_neighbours_share_vertices_and_order_does_not_matter(
     pieces: tuple[Array, list[Array]], tolerance: float, order: list[int]
 ) -> None:
-    """Inner edges once, 16 sides from 12 edges; the same bits alone, together and in any order."""
+    """16 sides have 12 edges; vertices have the same bits alone, together and in any order."""
     found = build_border(pieces[1], Goal(tolerance))
     check_border(found, tolerance)
     pairs = {
@@ -68,7 +69,7 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
 
 
 def build_spline(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
-    """A control net without pattern, and weights."""
+    """A random control net with weights."""
     rng = np.random.default_rng(seed)
     u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
     net = np.stack([u, v, rng.uniform(-1, 1, u.shape)], axis=-1)
@@ -80,7 +81,8 @@ def build_spline(seed: int, rows: int, columns: int, rational: bool) -> tuple[Ar
 def test_splines_that_meet_agree_without_knowing_each_other(
     seed: int, columns: int, rational: bool, symmetry: int, degree: int
 ) -> None:
-    """A clamped spline and another that shares its last row, turned about: two requests."""
+    """Two splines in separate requests: one shares the last row of the other, in another
+    orientation."""
     net, weights = build_spline(seed, 5, columns, rational)
     other, others = build_spline(seed + 100, 6, columns, rational)
     other[0] = net[-1]
@@ -138,7 +140,8 @@ def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -
 
 @pytest.mark.parametrize("thickness", [0.12, 0.2, 1.0])
 def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
-    """The upper and the lower side of a wing's end, at a tolerance beyond its thickness."""
+    """The upper and the lower curve of a wing's end stay apart at a tolerance above its
+    thickness."""
     upper, lower = (
         np.array([[0.0, 0, 0], [0, 0, z], [0.5, 0, z], [1, 0, 0]])
         for z in (thickness, -0.7 * thickness)
@@ -160,7 +163,7 @@ def test_division_by_angles_ends_at_cusps(net: Array, angle: float) -> None:
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
-    """A straight side that is run through unevenly, alone and along several spans."""
+    """Straight sides with uneven parameters, in one span and in several."""
     weights = np.array([[1.0, 1, 9, 1]] * 2) if rational else None
     line = np.array([[0.0, 0, 0], [0, 0, 0], [0, 1, 0], [0, 9, 0]])
     model = model_of([np.stack([line, moved(line, 1)])], None if weights is None else [weights])
@@ -184,7 +187,7 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
 
 
 def test_tolerances_below_the_rounding_are_refused() -> None:
-    """Also for surfaces far from the origin, and for lines."""
+    """The limit also holds for surfaces far from the origin, and for lines."""
     (net,) = (np.array([[[0.0, 0, 0], [0, 1, 2]], [[1, 0, 0], [1, 1, 2]]]),)
     for model, tolerance in ((patches_of("utah-teapot"), 1e-15), (model_of([net + 1e9]), 1e-8)):
         with pytest.raises(InvalidRequest) as refused:
@@ -199,7 +202,7 @@ def test_tolerances_below_the_rounding_are_refused() -> None:
     [(3e38, False), (3e38, True), (1e-30, False), (1e-30, True), (4e-321, False)],
 )
 def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None:
-    """From the largest coordinates to numbers of a few bits, with weights of any ratio."""
+    """Coordinates from the largest to subnormal numbers, with weights of any ratio."""
     rng = np.random.default_rng(1)
     net = rng.uniform(-1, 1, (4, 6, 3)) * scale
     model = model_of([net], [10 ** rng.uniform(-8, 0, (4, 6))] if rational else None)
@@ -211,12 +214,12 @@ def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None
     ):
         found = build_border(model, goal)
         assert len(found.border.points) >= 4
-        if scale > 1e-300:  # below that points are not so precise
+        if scale > 1e-300:  # subnormal points are less precise
             check_border(found, 0.1 * scale)
 
 
 def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
-    """A sheet rolled up so that its ends meet along half their length, and then part."""
+    """A rolled sheet whose ends meet along half their length."""
     angle = np.linspace(0, 2 * pi, 7)
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     ring[-1] = ring[0]

@@ -43,13 +43,13 @@ def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: 
 
 
 def test_the_sides_of_a_torus_are_two_chains() -> None:
-    """Each runs along two sides, four edges and more in one."""
+    """Each chain runs along two sides, which have several edges."""
     net = np.random.default_rng(3).uniform(-1, 1, (5, 6, 3))
     chains, seams = find_model_chains(BsplineSurface(net, (3, 3), ("periodic", "periodic")).lower())
     assert sorted(chains.length.tolist()) == [5, 6]
     assert chains.uses.tolist() == [2, 2]
     assert chains.side.tolist() == [0, 1, 2, 3]
-    # Closed: it ends in the corner in which it begins.
+    # Each chain is closed: it ends at the corner at which it begins.
     for number in range(2):
         first = chains.start[number] + number
         assert chains.corner[first] == chains.corner[first + chains.length[number]]
@@ -58,7 +58,7 @@ def test_the_sides_of_a_torus_are_two_chains() -> None:
 
 
 def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:
-    """One chain, once forwards and once backwards."""
+    """The seam is one chain, which is used once forwards and once backwards."""
     angle = np.linspace(0, 2 * np.pi, 9)
     middle = 3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     across = np.stack(

@@ -1,4 +1,4 @@
-"""Turns of normals in cells, against exact ones; and cells where no cut makes them turn less."""
+"""Angles of normals in cells against exact ones; and cells in which no cut makes them smaller."""
 
 from math import asin, pi, sin
 
@@ -45,7 +45,7 @@ def find_cut(cuts: tuple[Bools, Bools]) -> tuple[bool, bool]:
 
 @pytest.mark.parametrize("turn", [0.05, 0.2, 0.6])
 def test_an_arc_turns_by_its_angle(turn: float) -> None:
-    """Along u, or v if it is laid so; nothing is asked across it."""
+    """The angle is that along u, or along v for the transposed arc; across the arc it is 0."""
     for angle, exceeds in ((0.95 * turn, True), (1.05 * turn, False)):
         at = build_arc(turn)
         assert find_cut(compare_normals(at, angle, build_scale(1, 1))) == (exceeds, False)
@@ -55,7 +55,7 @@ def test_an_arc_turns_by_its_angle(turn: float) -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 1e-15])
 def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
-    """The cap of a sphere; even where the points of the pole differ by their rounding."""
+    """The cap of a sphere, also if the points of its pole differ by rounding."""
     u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
     cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
     cap[1, 0, 1] += noise
@@ -73,7 +73,7 @@ def build_fold(skew: float) -> Array:
 
 @pytest.mark.parametrize(("skew", "least"), [(1.0, ROUGH), (0.0, FINEST)])
 def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
-    """A fold along v adds one cell for every halving; any other fold doubles the cells along it."""
+    """A fold along v adds one cell at every halving; any other fold doubles the cells along it."""
     large, small = (
         find_cut(compare_normals(build_fold(skew), 0.5, build_scale(s, s)))
         for s in (2 * least, least)
@@ -92,7 +92,7 @@ def test_a_roof_at_the_height_limit_turns_by_the_angle(angle: float) -> None:
 
 
 def test_bends_between_nine_places_are_not_missed() -> None:
-    """A wave of degree 8 that is flat in all nine."""
+    """A wave of degree 8 is flat at all nine places."""
     t = np.linspace(0, 1, 9)
     wave = np.array([0, 0, 0.0, 2.0, 0.0, -2.0, 0, 0, 0])
     net = np.stack(
@@ -110,7 +110,7 @@ def build_edge(c: float) -> tuple[list[float], list[float]]:
 
 
 def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
-    """Along u within a patch, which takes a leaf for every halving."""
+    """A cusp along u within a patch adds a leaf at every halving."""
     square, cube = build_edge(0.4)
     net = np.stack(
         [np.tile([[0.0], [1.0]], 4), np.tile(square, (2, 1)), np.tile(cube, (2, 1))], axis=-1
@@ -123,7 +123,7 @@ def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
 
 @pytest.mark.parametrize("spans", [(1, 5), (5, 1), (4, 4)])
 def test_division_of_spans_ends_as_that_of_patches_does(spans: tuple[int, int]) -> None:
-    """B-splines that turn back along a line of parameters, and that are lines."""
+    """B-splines that fold back along a line of parameters, or are lines."""
     shape = tuple(n + 3 for n in spans)
     u, v = np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij")
     for axis, t in enumerate((u, v)):
@@ -135,7 +135,7 @@ def test_division_of_spans_ends_as_that_of_patches_does(spans: tuple[int, int]) 
 
 
 def test_a_cell_that_is_large_in_space_is_cut_though_small_in_parameters() -> None:
-    """A fold as before, in a cell that is most of its patch."""
+    """A fold in a cell that is most of its patch in space."""
     assert (
         find_cut(compare_normals(build_fold(1.0), 0.5, build_scale(ROUGH, ROUGH, size=1.0)))[0]
         is True
@@ -147,7 +147,7 @@ def test_a_cell_that_is_large_in_space_is_cut_though_small_in_parameters() -> No
 
 
 def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
-    """A cell too narrow to be cut across is not cut into ever shorter pieces instead."""
+    """A cell that is too narrow to be cut across is not cut along its length for ever."""
     u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
     trough = list_nine_points(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
     found = compare_normals(trough, 0.5, build_scale(1.0, 1.0, size=1.0))

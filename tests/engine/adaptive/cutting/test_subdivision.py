@@ -47,7 +47,7 @@ def count_cuts(leaves: Leaves) -> tuple[int, int]:
 
 @given(nets(), st.sampled_from([0, 1]), st.integers(1, 7), st.integers(0, 6))
 def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, begin: int) -> None:
-    """Halved, restricted, elevated nets against exact points."""
+    """Compares halved, restricted and elevated nets with exact points."""
     last, zero = np.moveaxis(net[None], 0, -1), np.zeros(1, dtype=np.intp)
     low, high = min(begin, end - 1) / 8, (end + 1) / 8
     both = np.empty((*last.shape[:3], 2, last.shape[3]))
@@ -68,7 +68,7 @@ def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, be
 
 
 def test_the_net_of_a_quadratic_follows_from_three_points() -> None:
-    """Whatever the degree its net is elevated to."""
+    """The net may be elevated to any degree."""
     for degree in (2, 3, 7):
         net = np.array([1.0, -3.0, 2.0])
         values = np.array([1.0, (1.0 - 6.0 + 2.0) / 4, 2.0])
@@ -82,7 +82,7 @@ def test_the_net_of_a_quadratic_follows_from_three_points() -> None:
 @given(weighted_nets(), st.sampled_from([2.0, 0.3]))
 @settings(max_examples=10)
 def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float) -> None:
-    """Once, exactly, in order."""
+    """Leaves cover the face once, exactly, and in order."""
     points, weights = net
     leaves = build_leaves(
         model_of([points], None if weights is None else [weights]), Goal(tolerance)
@@ -101,7 +101,8 @@ def build_parabola(along: Array) -> Array:
 
 @pytest.mark.parametrize("along", [[0.0, 1.0], [0.0, 0.1, 0.2, 1.0], [0.0, 0.9, 0.95, 1.0, 1.0]])
 def test_cells_are_cut_only_where_they_bend(along: list[float]) -> None:
-    """Until the height h / 4^k is small enough, whatever the parametrisation along the lines."""
+    """Cells are cut k times, until the height h / 4^k is small enough, for any parametrisation
+    along the lines."""
     net = build_parabola(np.array(along))
     for halvings in range(5):
         for share, more in ((1.1, 0), (0.9, 1)):
@@ -112,7 +113,7 @@ def test_cells_are_cut_only_where_they_bend(along: list[float]) -> None:
 
 
 def test_flat_spans_stay_together() -> None:
-    """Around a bump of four spans, of 60 × 40, and beyond a bend."""
+    """The flat spans around a bump of 4 of 60 × 40 spans, and beyond a bend, are few cells."""
     u, v = np.meshgrid(np.arange(63.0), np.arange(43.0), indexing="ij")
     flat = BsplineSurface(np.stack([u, v, 0 * u], -1), (3, 3), ("clamped", "clamped")).lower()
     assert len(build_leaves(flat, Goal(1e-6))) == 1

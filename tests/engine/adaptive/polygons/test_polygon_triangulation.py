@@ -43,7 +43,7 @@ def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
 
 @given(st.tuples(*[st.integers(0, 4)] * 4))
 def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
-    """Few corners or many, however they lie."""
+    """Polygons with few or many corners, in any position."""
     x, y = place_around(*between)
     triangles, areas = cut_one(x, y, np.zeros(len(x)), FLAT)
     assert len(triangles) == len(x) - 2
@@ -52,7 +52,7 @@ def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
 
 
 def test_all_ways_are_listed() -> None:
-    """They are different, and their number is a Catalan number."""
+    """All listed ways are different, and their number is a Catalan number."""
     for corners in range(4, ALL + 1):
         found = list_triangulations(corners)
         assert list_triples(corners).shape == (3, comb(corners, 3))
@@ -62,7 +62,7 @@ def test_all_ways_are_listed() -> None:
 
 @given(st.integers(4, ALL), st.integers(0, 99))
 def test_the_best_way_is_found_among_all_and_step_by_step(corners: int, seed: int) -> None:
-    """So what is true of few corners is true of many."""
+    """Both methods find a triangulation of the same cost."""
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
     least = costs[_choose_among_all(costs, corners), np.arange(5)].sum(axis=0)
     assert costs[_choose_step_by_step(costs, corners), np.arange(5)].sum(axis=0) == pytest.approx(
@@ -72,7 +72,7 @@ def test_the_best_way_is_found_among_all_and_step_by_step(corners: int, seed: in
 
 @pytest.mark.parametrize("extra", [0, 6])
 def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
-    """A ridge along a diagonal: it is not cut across, with few corners or many."""
+    """Edges follow a ridge along a diagonal, with few corners or many."""
     x, y = place_around(0, 0, 0, extra)
     for sign, ends in ((1.0, {0, 2}), (-1.0, {1, 3})):
         # Heights (x − y)² or (x + y)²: none along the one diagonal, most along the other.
@@ -100,7 +100,7 @@ def test_a_straight_corner_keeps_its_area() -> None:
 
 
 def test_polygons_are_cut_independently() -> None:
-    """Cut together or alone, the same triangles."""
+    """A polygon has the same triangles together with others and alone."""
     rng = np.random.default_rng(1)
     shapes = [place_around(*between) for between in [(1, 0, 2, 0), (3, 3, 2, 2), (1, 0, 2, 0)] * 3]
     size = np.array([len(x) for x, _ in shapes])

@@ -36,7 +36,7 @@ def build_arch(height: float) -> Array:
 
 
 def test_neighbours_are_of_the_same_face() -> None:
-    """Two squares with a side in common: each is as if the other were not there."""
+    """Two squares with a common side: triangles of one have no neighbours in the other."""
     patches = [build_arch(0.5), moved(build_arch(0.5), 1.0)]
     boundaries, found = build_first_triangles(patches, 0.02)
     face = boundaries.face[found.corners[:, 0]]
@@ -53,7 +53,7 @@ def test_neighbours_are_of_the_same_face() -> None:
 
 
 def test_triangles_at_a_pole_have_hosts() -> None:
-    """One side is a point: each leaf at it has a flat triangle, whose host is in the leaf."""
+    """One side is a point: each leaf beside it has a flat triangle, whose host is in the leaf."""
     net = build_arch(0.5)
     net[0] = net[0, 0]
     boundaries, found = build_first_triangles([net], 0.01)
