@@ -632,7 +632,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -1060,7 +1060,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [
@@ -1234,10 +1234,10 @@ export interface components {
             /**
              * Signs
              * @description For a surface, with `sign`: -1 inside, 1 outside, so that sign times distance is the signed
-             *     distance. A point is inside if the winding number of the surface about it is not 0, in whatever
-             *     direction the normals point; proved. Null if it is not known: on the surface or very close to
-             *     it; after the limit of work, which some 10,000 points close to the surface may reach; and for
-             *     all points if the surface is open or inconsistently oriented.
+             *     distance. A point is inside if the winding number of the surface about it is not 0, for any
+             *     direction of the normals; proved. Null if it is not known: on the surface or very close to it;
+             *     after the limit of work, which some 10,000 points close to the surface may reach; and for all
+             *     points if the surface is open or inconsistently oriented.
              */
             signs?: (number | null)[];
             /**
@@ -2739,7 +2739,7 @@ export interface components {
             colors?: number[][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. One value for every vertex, blended over the patches as the vertices are.
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. One value for every vertex, blended over the patches as the vertices are.
              * @example [
              *       [
              *         0,
@@ -3951,7 +3951,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, whatever the option `uvs` says. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
              * @example [
              *       [
              *         [

@@ -52,7 +52,7 @@ def knot_vectors(
 
 
 def points_for(count: int, seed: int, *shape: int) -> Array:
-    """Control points (count, …, 3) without pattern."""
+    """Random control points (count, …, 3)."""
     return np.random.default_rng(seed).uniform(-4, 4, (count, *shape, 3))
 
 

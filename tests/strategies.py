@@ -21,7 +21,7 @@ from tests.oracles.exact import split
 Array = NDArray[np.float64]
 
 GRAIN = 16
-"""Coordinates are multiples of one over this."""
+"""Coordinates are multiples of 1 / this number."""
 
 ROTATIONS = (0, 3, 5, 6)
 """The symmetries of the parameter square that keep its orientation; see `turned`."""
@@ -207,7 +207,7 @@ def example_batch(name: str) -> TensorPatches:
 
 @st.composite
 def split_models(draw: st.DrawFn, oriented: bool = True) -> tuple[Array, list[Array]]:
-    """A net and its four quarters, each turned about and in any order.
+    """A net and its four quarters, in random orientations and in any order.
 
     With `oriented` the quarters are only rotated, so that all normals point to the same side.
     """
@@ -218,7 +218,8 @@ def split_models(draw: st.DrawFn, oriented: bool = True) -> tuple[Array, list[Ar
 
 
 def cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
-    """Six bilinear patches on the faces of the unit cube, normals outward, each turned about."""
+    """Six bilinear patches on the faces of the unit cube, normals outward, each in a random
+    orientation."""
     square = np.array([[[0, 0, 1], [0, 1, 1]], [[1, 0, 1], [1, 1, 1]]], dtype=float)
     faces: list[Any] = []
     for axis in range(3):
@@ -232,7 +233,7 @@ def cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
 
 @st.composite
 def placements(draw: st.DrawFn) -> Array:
-    """Affine matrices that keep a body a body: any turn, stretch, shear and mirror image."""
+    """Affine matrices that do not flatten: random turns, stretches, shears and mirror images."""
     entries = arrays.arrays(np.float64, (3, 3), elements=_multiples(2))
     linear = draw(entries.filter(lambda m: abs(np.linalg.det(m)) > 0.25))
     matrix = np.eye(4)

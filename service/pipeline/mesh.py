@@ -221,7 +221,7 @@ def carried_channels(model: Model, options: MeshOptions, fmt: Format) -> tuple[M
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
         model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
-        # A request has the same mesh in all formats, whatever data they store.
+        # A request has the same mesh in all formats, also in those that store less data.
         model = add_stretches(model)
     if (uvs, curvatures) != (options.uvs, options.curvatures):
         options = replace(options, uvs=uvs, curvatures=curvatures)

@@ -48,7 +48,7 @@ _COLORS_TEXT = (
 )
 _UVS_TEXT = (
     "Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, "
-    "whatever the option `uvs` says."
+    "also without the option `uvs`."
 )
 _ATTRIBUTES_TEXT = (
     "Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a "

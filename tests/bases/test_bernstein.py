@@ -37,7 +37,7 @@ def test_every_value_is_right_to_about_n_units_in_its_last_place(degree: int) ->
     assert basis.shape == (len(t), degree + 1)
     for row, parameter in zip(basis.tolist(), t.tolist(), strict=True):
         for value, truth in zip(row, exact_basis(degree, parameter), strict=True):
-            # Below the normal range a float has fewer digits: that is no fault of the recurrence.
+            # Subnormal floats have fewer digits, which is not an error of the recurrence.
             allowed = truth * Fraction((degree + 1) * ULP) + Fraction(degree * 2.0**-1074)
             assert abs(Fraction(value) - truth) <= allowed
 

@@ -1,4 +1,4 @@
-"""Numbers in texts: all of them, to the last bit, wherever the text is cut."""
+"""Numbers in texts are read exactly, for any division of the text into pieces."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""No file is longer than its bound from the shapes, whatever its numbers."""
+"""No file is longer than its bound from the shapes, for any numbers."""
 
 from collections.abc import Sequence
 from dataclasses import replace

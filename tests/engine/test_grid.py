@@ -30,7 +30,7 @@ def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
     steps = ends / step
     assert (steps == np.rint(steps)).all()
     assert (steps[1] - steps[0] <= MOST).all()
-    # Near the largest number there is no next one.
+    # The largest number has no successor.
     inside = np.abs(box) < FLOAT32_MAX - step
     assert np.abs(ends - box)[inside].max(initial=0.0) <= step / 2
 

@@ -150,7 +150,7 @@ def test_exact_patches_need_no_mesh() -> None:
 
 
 def test_a_high_degree_is_refused_where_the_format_ends() -> None:
-    """Geomview's patches end at degree 12, whatever the service can do."""
+    """Geomview reads degrees up to 12; the service supports higher ones."""
     surface = BezierSurface(np.random.default_rng(1).random((14, 3, 3)))
     with pytest.raises(UnsupportedByFormat):
         render(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))

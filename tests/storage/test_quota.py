@@ -71,7 +71,7 @@ async def test_room_that_others_make_is_found(
     for path in files(tmp_path):
         path.unlink()
     with pytest.raises(StoreFull):
-        await put(store, TEN[2])  # counted a moment ago
+        await put(store, TEN[2])  # the last count is recent
     monkeypatch.setattr(module, "FRESH", -1)
     assert await put(store, TEN[2])
 

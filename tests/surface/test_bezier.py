@@ -43,7 +43,7 @@ def test_lowers_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
 
 
 def test_is_frozen_and_copies_its_input() -> None:
-    """Changing the caller's array afterwards changes nothing; the own arrays cannot be written."""
+    """Later changes of the caller's array have no effect; arrays of the surface are read-only."""
     mine, weights = FLAT.copy(), np.ones((3, 4))
     surface = BezierSurface(mine, weights)
     mine[:], weights[:] = 7, 7
@@ -65,7 +65,7 @@ def test_minus_zero_is_zero() -> None:
 
 
 def test_names_at_most_twenty_faults() -> None:
-    """Every coordinate is wrong; there are issues for the first twenty, in order."""
+    """Every coordinate is invalid; the first twenty have issues, in order."""
     issues = issues_of(control_net=np.full((4, 4, 3), np.nan))
     assert len(issues) == 20
     assert [i.pointer for i in issues[:4]] == [

@@ -32,7 +32,7 @@ seeds = st.integers(0, 10**6)
 
 
 def surface_of(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> BsplineSurface:
-    """A surface without pattern over given knots."""
+    """A random surface over given knots."""
     net = points_for(u.points, seed, v.points)
     weights = weights_for(u.points, seed + 1, v.points) if rational else None
     return BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
@@ -160,7 +160,7 @@ def test_a_pole_stays_one_point() -> None:
 
 
 def test_is_frozen_and_copies_its_input() -> None:
-    """Changing the caller's arrays afterwards changes nothing; its own cannot be written."""
+    """Later changes of the caller's arrays have no effect; arrays of the surface are read-only."""
     net, knots = points_for(4, 1, 4), knot.clamped_knots(4, 3)
     surface = BsplineSurface(net, knots=(knots, "clamped"))
     before = net.copy()
@@ -297,7 +297,7 @@ def test_too_many_patches_are_refused_by_number() -> None:
 def test_too_many_bezier_points_are_refused_by_number(
     shape: tuple[int, int], degree: tuple[int, int]
 ) -> None:
-    """Before any of them is there."""
+    """The error is raised before any patch is made."""
     (issue,) = issues_of(control_net=np.zeros((*shape, 3)), degree=degree)
     assert (issue.code, issue.pointer) == ("too_many_bezier_points", "/control_net")
     assert f"of degree {degree[0]}" in issue.got

@@ -96,7 +96,8 @@ def test_one_value_for_each_vertex() -> None:
 
 
 def test_a_small_document_makes_no_large_nets() -> None:
-    """Few values, named by very many patches: refused before they are spread out."""
+    """A few values that very many patches share are refused before they are copied to the
+    patches."""
     vertices = SQUARE.reshape(4, 3)
     patches = np.zeros((MAX_NUMBERS // (4 * 16) + 1, 2, 2), dtype=np.int64)
     with pytest.raises(InvalidRequest) as caught:
@@ -158,7 +159,7 @@ def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
 def test_any_other_net_is_one_function_over_the_whole_domain(
     u: KnotVector, v: KnotVector, data: st.DataObject
 ) -> None:
-    """At every vertex, whose parameters the mesh tells, as de Casteljau has it exactly."""
+    """Values at every vertex, at the parameters in the mesh, agree with exact de Casteljau."""
     shape = data.draw(st.tuples(st.integers(1, 6), st.integers(1, 6)))
     if shape == (u.points, v.points):
         shape = (7, 1)
@@ -181,7 +182,7 @@ def test_any_other_net_is_one_function_over_the_whole_domain(
 
 
 def test_spline_channels_are_limited() -> None:
-    """By degree where they are Bézier nets, by numbers always."""
+    """The limits are degrees of Bézier nets, and numbers of values."""
     random = np.random.default_rng(1)
     net = random.random((MAX_DEGREE + 10, 4, 3))
     assert BsplineSurface(net, channels=Channels(net)).lower().batches[0].channels

@@ -68,7 +68,7 @@ def test_numbers_of_patches(example: str) -> None:
 
 
 def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
-    """The id asked for is not repeated."""
+    """The error does not repeat the requested id."""
     with pytest.raises(UnknownSurface) as caught:
         find("utah-kettle")
     (issue,) = caught.value.issues

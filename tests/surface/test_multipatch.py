@@ -56,7 +56,8 @@ def test_nets_without_indices_close_as_patches_with_them(name: str, options: Mes
 
 @pytest.mark.parametrize("options", OPTIONS)
 def test_splines_that_close_as_one(options: MeshOptions) -> None:
-    """A ring of splines cut at knots, in any order, transposed, raised, some or all: no gap."""
+    """A ring of splines, cut at knots, closes in any order, also with transposed or elevated
+    pieces."""
     ring = find("bspline-ring").surface()
     pieces = pieces_of(convert(ring, [Split(u=3.0, v=2.0)]))
     raised = convert(pieces[1], [Elevate((4, 5))])

@@ -27,7 +27,7 @@ def issues_of(**fields: object) -> tuple[Issue, ...]:
 
 
 def test_lowers_to_the_indexed_vertices() -> None:
-    """Index by index, weights likewise."""
+    """Points and weights are those of the indices."""
     weights = np.arange(1.0, 9)
     model = PatchSurface(STRIP, QUADS, weights, up="z", name="strip").lower()
     (batch,) = model.batches
@@ -39,7 +39,7 @@ def test_lowers_to_the_indexed_vertices() -> None:
 
 
 def test_parts_become_runs_and_the_rest_comes_last() -> None:
-    """Patches are put in the order of the parts; what belongs to none bears the surface's name."""
+    """Patches are in the order of parts; the part of all other patches has the surface's name."""
     parts = (("end", (2,)), ("middle", (1,)))
     model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
     assert model.parts == (Part("middle", 0, 1), Part("end", 1, 2), Part("strip", 2, 3))
@@ -47,7 +47,7 @@ def test_parts_become_runs_and_the_rest_comes_last() -> None:
 
 
 def test_parts_are_in_the_order_of_their_first_patches() -> None:
-    """Whatever their order in an object, which has none; in a list the order is kept."""
+    """The order of keys in an object has no effect; the order in a list is kept."""
     parts = [("a", (2, 0)), ("b", (1,)), ("c", ())]
     for given in permutations(parts):
         kept = PatchSurface(STRIP, QUADS, parts=given).parts

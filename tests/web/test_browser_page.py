@@ -125,7 +125,7 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path
 
 
 def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> None:
-    """The types of all optional features, without files, which openapi-typescript treats as texts."""
+    """The types of all optional features, without files, which are texts for the generator."""
     (command,) = (block for block in blocks("sh") if block.startswith("npx "))
     maker = node_package("openapi-typescript") / "bin" / "cli.js"
     command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")
@@ -155,7 +155,7 @@ def test_another_version_of_the_numbers_is_gone(server: str) -> None:
 
 
 def test_headers_are_those_that_scripts_may_read(server: str) -> None:
-    names = {name for cells in rows("What the headers tell") for name in cells[0].split(", ")}
+    names = {name for cells in rows("Headers of responses") for name in cells[0].split(", ")}
     assert {name.strip("`") for name in names} == set(EXPOSED)
     headers = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb").headers
     sometimes = {"Location", "Retry-After", "RateLimit", "RateLimit-Policy"}

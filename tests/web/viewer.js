@@ -1,6 +1,6 @@
 // Draws one model after the other. The test reads the objects of three.js for the last one
-// (`window.viewer`, after `await window.show(url)`). With ?plain there are no shadows, no smooth
-// outlines and no room around, which take most of the time where there is no graphics card.
+// (`window.viewer`, after `await window.show(url)`). With ?plain it draws no shadows, no smooth
+// outlines and no room, which take most of the time without a graphics card.
 // The viewer changes no geometry: normals and the upright direction are those of the file.
 
 import * as THREE from 'three';
@@ -105,7 +105,7 @@ function describeLine(line) {
   };
 }
 
-/** The numbers of an attribute, vertex by vertex; nothing if there is no such attribute. */
+/** The numbers of an attribute, vertex by vertex; empty if the attribute does not exist. */
 function rowsOf({ array, count, itemSize } = { count: 0 }) {
   return Array.from({ length: count }, (_, i) => Array.from(
     array.subarray(i * itemSize, (i + 1) * itemSize),

@@ -64,7 +64,7 @@ def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
             ),
         ):
             _judge(near, case, options)
-    except Exception as error:  # whatever it is, there is no mesh
+    except Exception as error:  # any error means that no mesh was made
         near.wrong.append(f"{type(error).__name__}: {error}")
     near.seconds = time.process_time() - start
     return near

@@ -41,7 +41,7 @@ def judge_group(seed: int, relative: float) -> Joint:
         mesh = _mesh(group, Accuracy(relative_tolerance=relative))
         seen = _mesh(group, Accuracy(camera=camera, pixel_tolerance=PIXELS))
         joint.seconds = time.process_time() - start
-    except Exception as error:  # whatever it is, there is no mesh
+    except Exception as error:  # any error means that no mesh was made
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)

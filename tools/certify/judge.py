@@ -75,7 +75,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     start = time.process_time()
     try:
         content = render(surface, options, BY_NAME[case.written_as])
-    except Exception as error:  # whatever it is, there is no mesh
+    except Exception as error:  # any error means that no mesh was made
         verdict.wrong.append(f"{type(error).__name__}: {error}")
         return verdict
     verdict.seconds = time.process_time() - start

@@ -63,7 +63,7 @@ def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
         )
         few = rng.permutation(len(patches))[:ALONE].tolist()
         alone = {k: _mesh(net_complex.model([k]), tolerance) for k in few}
-    except Exception as error:  # whatever it is, there is no mesh
+    except Exception as error:  # any error means that no mesh was made
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)

@@ -66,7 +66,9 @@ def licence(package: Distribution) -> str:
             return str(canonicalize_license_expression(_first_line(package, field)))
     said, meant = READ.get(package.name.lower(), (None, ""))
     if statement(package) != said:
-        raise Unread(f"{package.name} says {statement(package)!r}: read its licence, tell READ")
+        raise Unread(
+            f"{package.name} says {statement(package)!r}: read its licence, and add it to READ"
+        )
     return meant
 
 

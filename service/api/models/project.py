@@ -33,10 +33,10 @@ class ClosestPoints(ResponseModel):
     """For a surface: whether the closest point is on an edge of only one patch."""
     signs: list[float | None] | Missing = None
     """For a surface, with `sign`: -1 inside, 1 outside, so that sign times distance is the signed
-    distance. A point is inside if the winding number of the surface about it is not 0, in whatever
-    direction the normals point; proved. Null if it is not known: on the surface or very close to
-    it; after the limit of work, which some 10,000 points close to the surface may reach; and for
-    all points if the surface is open or inconsistently oriented."""
+    distance. A point is inside if the winding number of the surface about it is not 0, for any
+    direction of the normals; proved. Null if it is not known: on the surface or very close to it;
+    after the limit of work, which some 10,000 points close to the surface may reach; and for all
+    points if the surface is open or inconsistently oriented."""
     parameters: list[float] | Missing = None
     """For a curve: parameters in its domain."""
     tangents: list[Point] | Missing = None

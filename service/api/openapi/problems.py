@@ -148,7 +148,7 @@ def _problem(example: Example, place: Place | None) -> Json:
         except SurfaceError as error:
             example = error
         else:
-            raise AssertionError("an example of an error is no error")
+            raise AssertionError("an example of an error did not raise")
     return problem_document(problem_of(example), example.issues, place)
 
 

@@ -9,7 +9,7 @@ import { isParametric, lookOf, RANGES, relativeTolerance } from './settings.js';
 /** The meaning of the colours; `shaded` needs no text. @type {Record<Settings['look'], string>} */
 const EXPLAINED = {
   shaded: '',
-  normals: 'The colour tells which way the surface faces.',
+  normals: 'The colour shows the direction of the normal.',
   gaussian: 'Orange bends like a ball, blue like a saddle; pale is flat or bends in one direction only.',
   mean: 'Orange bends towards its normals, like the inside of a bowl; blue away from them.',
 };

@@ -82,7 +82,7 @@ export class Stage {
     this.pending = false;
     this.controls.update();
     this.renderer.render(this.scene, this.camera);
-    this.drawn.forEach((tell) => tell());
+    this.drawn.forEach((listener) => listener());
   }
 
   resize() {

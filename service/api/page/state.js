@@ -41,20 +41,20 @@ export class State {
     this.history = new History(surface);
     this.origin = origin;
     this.chosen = -1;
-    this.tell('opened');
+    this.notify('opened');
   }
 
   /** @param {Partial<Settings>} changes */
   set(changes) {
     this.settings = { ...this.settings, ...changes };
-    this.tell('settings');
+    this.notify('settings');
   }
 
   /** @param {number} index  -1 for none */
   choose(index) {
     if (index === this.chosen) return;
     this.chosen = index;
-    this.tell('chosen');
+    this.notify('chosen');
   }
 
   /** Moves the chosen point; `keep` makes it a step of the history. @param {number[]} point @param {boolean} keep */
@@ -71,20 +71,20 @@ export class State {
   settle() {
     if (this.history.before === null) return;
     this.history.keep(this.surface);
-    this.tell('surface');
+    this.notify('surface');
   }
 
   /** Undoes the running step. */
   cancel() {
     this.history.cancel();
-    this.tell('surface');
+    this.notify('surface');
   }
 
-  undo() { this.history.undo(); this.tell('surface'); }
+  undo() { this.history.undo(); this.notify('surface'); }
 
-  redo() { this.history.redo(); this.tell('surface'); }
+  redo() { this.history.redo(); this.notify('surface'); }
 
-  reset() { this.history.reset(); this.tell('surface'); }
+  reset() { this.history.reset(); this.notify('surface'); }
 
   /** Coordinates of the chosen point. */
   point() {
@@ -95,11 +95,11 @@ export class State {
   change(surface, keep) {
     if (keep) this.history.keep(surface);
     else this.history.preview(surface);
-    this.tell(keep ? 'surface' : 'moving');
+    this.notify(keep ? 'surface' : 'moving');
   }
 
   /** @param {Change} change */
-  tell(change) {
+  notify(change) {
     if (change !== 'settings' && change !== 'chosen') this.net = netOf(this.surface);
     this.listeners.forEach((listener) => listener(change));
   }

@@ -47,7 +47,7 @@ def test_bounds_are_the_stored_numbers() -> None:
 
 
 def test_views_are_aligned_tight_and_targeted() -> None:
-    # Four triangles and three lines: views whose lengths are no multiples of four.
+    # Four triangles and three lines: views whose lengths are not multiples of four.
     file = glb(single(with_overlays(silo(3))))
     end = 0
     for view in file.document["bufferViews"]:

@@ -118,7 +118,7 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
 
 
 def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
-    """Those with all four corners in the part, whatever the directions of its edges are."""
+    """Squares with all four corners in the part, for any directions of its edges."""
     net = sheet(np.random.default_rng(15), 15, 15, 0.02)
     patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 3)).lower()), build_face(13, 13)
     corners = SPAN * np.array([[[0, 0], [13, 3], [4, 13]], [[0, 1], [12, 0], [10, 13]]])

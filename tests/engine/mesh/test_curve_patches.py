@@ -1,4 +1,4 @@
-"""Patches that are curves are no part of a mesh, if other patches of their part have the curve."""
+"""A mesh leaves out patches that are curves, if other patches of their part have the curve."""
 
 from dataclasses import replace
 from itertools import pairwise, product
@@ -83,7 +83,7 @@ def test_which_curves_stay(columns: tuple[float, ...], parts: tuple[int, ...], l
 
 
 def test_a_curve_stays_if_another_part_alone_has_it() -> None:
-    """Its own part has other patches, whose bounds say nothing of the curve."""
+    """The other patches of its part do not have the curve, so their bounds do not include it."""
     nets = [net for pair in ((0, 1), (1, 1), (2, 3), (1, 2)) for net in strip(*pair)]
     mesh = mesh_of(arrange(model_of(nets), (0, 1, 3)), resolution=(2, 2))
     assert mesh.report.patches == 4
@@ -91,7 +91,8 @@ def test_a_curve_stays_if_another_part_alone_has_it() -> None:
 
 @pytest.mark.parametrize("degree", [1, 3])
 def test_narrow_triangles_become_curves(degree: int) -> None:
-    """Fans of triangles of which some are 1e-13 wide: closed, whichever side is the narrow one."""
+    """Fans of triangles, some of them 1e-13 wide, are closed, for each choice of the narrow
+    side."""
     angles = np.array([0, 1, 1 + 1e-13, 2, 2 + 2e-13, 4, 4 + 1e-13, 5, 2 * np.pi])
     rim = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
     rim[-1] = rim[0]

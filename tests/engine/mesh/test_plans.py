@@ -1,4 +1,4 @@
-"""Plans: what follows from connectivity and resolution is made once, and changes no number."""
+"""Plans are made once for each connectivity and resolution, and change no number."""
 
 from threading import Barrier, Thread
 
@@ -30,17 +30,17 @@ MODELS = [
 
 @pytest.fixture(autouse=True)
 def _room_for_plans(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever applications of other tests have set."""
+    """The default limit of plans, because applications of other tests set it."""
     monkeypatch.setattr(MESH_PLANS, "capacity", 64 << 20)
 
 
 def forget_plans() -> None:
-    """The next mesh makes its plan anew."""
+    """After the plans are cleared, the next mesh makes its plan again."""
     MESH_PLANS.clear()
 
 
 def check_seams(model: PatchModel) -> None:
-    """The seams of a pattern are those that the coordinates tell, to the last bit."""
+    """Seams from indices equal those from coordinates, bit for bit."""
     planned, found = connect(model), find_seams(model.batches)
     np.testing.assert_array_equal(planned.collapsed, found.collapsed)
     for one, other in ((planned.edge, found.edge), (planned.corner, found.corner)):
@@ -80,7 +80,8 @@ def test_a_file_is_the_same_with_a_plan_and_without(name: str, form: str) -> Non
 
 @given(st.integers(0, 2**32 - 1))
 def test_moved_points_are_meshed_by_the_plan_of_the_pattern(seed: int) -> None:
-    """Dragged, mirrored, scaled: the same faces, and the numbers of a plan of their own."""
+    """Dragged, mirrored and scaled surfaces share a plan, and get the numbers that their own plan
+    would give."""
     rng = np.random.default_rng(seed)
     left = rng.random((4, 4, 3))
     right = rng.random((4, 4, 3))

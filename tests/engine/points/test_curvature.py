@@ -58,7 +58,7 @@ def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
 
 
 def test_cone_has_no_mean_curvature_at_its_apex() -> None:
-    """H = −cos α / (2ρ) grows without bounds; K = 0 along every ruling, so that is its limit."""
+    """H = −cos α / (2ρ) is unbounded; K = 0 along every ruling, so its limit is 0."""
     patches = tensor(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
     found = at(patches, 0, places)
@@ -69,7 +69,7 @@ def test_cone_has_no_mean_curvature_at_its_apex() -> None:
 
 
 def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
-    """Half axes a, b, c: there k = −c/a² and −c/b², whatever the ruling by which it is reached."""
+    """Half axes a, b, c: k = −c/a² and −c/b² at the pole, along every ruling."""
     sphere = tensor(quadrics.sphere())
     patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
     found = at(patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)])
@@ -81,7 +81,7 @@ def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
 def test_pole_of_higher_order() -> None:
     """The paraboloid z = x² + y² with the radius v, v² and v³: N vanishes to order 1, 3 and 5.
 
-    Beyond the highest order that is examined, there is no result.
+    Beyond the highest order that is examined, the result is null.
     """
     arc = np.array([[1.0, 0], [1, 1], [0, 1]])
     for power, known in ((1, True), (2, True), (3, False)):
@@ -116,7 +116,7 @@ def test_curvatures_are_those_of_fifty_digits(
 
 @st.composite
 def collapsed(draw: st.DrawFn) -> tuple[Array, Array | None]:
-    """Nets with one side in one point, which is no apex: a tangent plane is left there."""
+    """Nets with one side collapsed to a point that has a tangent plane."""
     net = draw(nets(degree=st.integers(2, 4), limit=4)).copy()
     net[:, 0] = net[0, 0]
     net[..., 2] = np.where(np.arange(net.shape[1]) < 2, net[0, 0, 2], net[..., 2])
@@ -141,7 +141,8 @@ def check(
     *,
     root: float | None = None,
 ) -> None:
-    """All four at some places; `root` bounds k_1 and k_2 where they come from H² − K."""
+    """Compares all four curvatures; `root` is the tolerance of k_1 and k_2, which have a square
+    root."""
     found = at(batch(net, weights), 0, places)
     precise = exact.exact_net(net, weights)
     for k, (u, v) in enumerate(places):

@@ -115,7 +115,7 @@ def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
 
 @given(split_models(oriented=False))
 def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
-    """The quarters of one patch, whichever way they are turned: lines cross them in one."""
+    """Lines run through the quarters of one patch without interruption, in any orientation."""
     found = paths_of(model_of(pieces[1]), 2)
     across = sum(count for count, stations, _ in found if stations == 9)
     # Of each direction three borders and two lines between them, through two patches each.

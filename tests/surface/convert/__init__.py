@@ -1,1 +1,1 @@
-"""Conversions: the same points in exact arithmetic, whatever the kind of surface."""
+"""Conversions keep the points of every kind of surface, checked in exact arithmetic."""

@@ -51,7 +51,7 @@ def patch_values(surface: PatchSurface, patch: int) -> Evaluation:
 def random_bezier(
     degree: tuple[int, int], seed: int, rational: bool, channels: bool = True
 ) -> BezierSurface:
-    """A patch without pattern; its channels have degrees of their own."""
+    """A random patch; its channels have other degrees."""
     rng = np.random.default_rng(seed)
     shape = degree[0] + 1, degree[1] + 1
     carried = Channels(
@@ -92,7 +92,8 @@ def assert_same(
     wanted: Evaluation,
     change: Callable[[Fraction, Fraction], tuple[Fraction, Fraction]] = lambda u, v: (u, v),
 ) -> None:
-    """Equal values where `change` leads, up to 1e-12 of the nets, which have size 4."""
+    """Checks for equal values at the parameters that `change` returns, up to 1e-12; the nets have
+    size 4."""
     for u, v in GRID:
         np.testing.assert_allclose(got(u, v), wanted(*change(u, v)), rtol=0, atol=4e-12)
 

@@ -97,7 +97,7 @@ def values(surface: BsplineSurface, at: Pair) -> list[float]:
 
 
 def _wrapped(surface: BsplineSurface, net: Net) -> Net:
-    """The net with the first points once more, along periodic directions."""
+    """The net with its first points repeated at the end, along periodic directions."""
     u, v = (isinstance(k, str) and k == "periodic" for k in surface.knots)
     p, q = surface.degree
     if v:
@@ -123,7 +123,7 @@ def assert_same(
     surface: BsplineSurface,
     back: Callable[[Fraction, Fraction], Pair] = lambda u, v: (u, v),
 ) -> None:
-    """The new surface is the old one, where `back` leads."""
+    """Checks that the new surface equals the old one at the parameters that `back` returns."""
     for u, v in places(made):
         np.testing.assert_allclose(
             values(made, (u, v)), values(surface, back(u, v)), rtol=0, atol=4e-12
@@ -167,14 +167,14 @@ def test_piece(
             pieces[axis] = first, last
     made = spline(surface, Restrict(*pieces))
     for axis, piece in enumerate(pieces):
-        # What is so near to an end of the domain is that end.
+        # A parameter that is so near to an end of the domain counts as that end.
         wanted = piece or find_domain(surface, axis)
         np.testing.assert_allclose(find_domain(made, axis), wanted, atol=1e-11)
     assert_same(made, surface)
 
 
 def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
-    """Whether neither end is so near a knot that nothing fits between."""
+    """Whether both ends are far enough from all knots."""
     gaps = np.diff(np.unique([*knots[(knots > first) & (knots < last)], first, last]))
     return first < last and float(gaps.min()) > 1e-5
 
@@ -240,7 +240,7 @@ def test_split(surface: BsplineSurface, share: float, other: float | None) -> No
 
 @pytest.mark.parametrize("shape", [(3, 3), (6, 7)])
 def test_white_stays_white(shape: tuple[int, int]) -> None:
-    """Rounding leads beyond what a colour may be, unless it is kept within the net."""
+    """Without clipping to the net, rounding would give invalid colours."""
     rng = np.random.default_rng(4)
     surface = BsplineSurface(
         rng.uniform(-1, 1, (6, 7, 3)), (2, 3), ("uniform", "periodic"),

@@ -1,4 +1,4 @@
-"""Operations on one patch and on many: the same points, the same channels, and their bits."""
+"""Operations on one patch and on many keep points, channels and common bits."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -166,7 +166,8 @@ CONVERTED = [
 
 @pytest.mark.parametrize("example", CONVERTED)
 def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
-    """Raised, turned about, made Bézier patches: not an edge or a vertex more, nor a pole less."""
+    """Elevation, transposition and conversion to Bézier patches keep all edges, vertices and
+    poles."""
     surface = find(example).surface()
     before = mesh_of(surface.lower(), resolution=(3, 3)).report
     degree = 1 + max(max(batch.side_degrees) for batch in patches_of(surface).batches)

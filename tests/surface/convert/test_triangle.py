@@ -51,7 +51,7 @@ seeds = st.integers(0, 10**6)
 
 
 def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
-    """A triangle without pattern; its channels have degrees of their own."""
+    """A random triangle; its channels have other degrees."""
     rng = np.random.default_rng(seed)
     count = count_points(degree)
     return TriangleSurface(

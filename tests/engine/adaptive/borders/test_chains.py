@@ -29,7 +29,7 @@ def list_points(chains: Chains, seams: Seams, number: int) -> Array:
 
 @given(st.integers(0, 99), st.integers(5, 9), symmetries)
 def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: int) -> None:
-    """Chains have equal control points in one direction, whichever way the parameters run."""
+    """Chains have equal control points in the same order, for any direction of parameters."""
     net = np.random.default_rng(seed).integers(-2, 3, (6, columns, 3)).astype(float)
     one, two = (
         find_model_chains(BsplineSurface(points, (2, 2)).lower())

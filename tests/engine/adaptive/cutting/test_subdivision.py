@@ -94,7 +94,7 @@ def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float
 
 
 def build_parabola(along: Array) -> Array:
-    """A net (3, n, 3) that is bent along u, a hundredth high, whatever its parameters along v."""
+    """A net (3, n, 3) that is bent along u, 1/100 high, with these parameters along v."""
     u = np.array([0.0, 0.5, 1.0])[:, None] + 0 * along
     return np.stack([u, along + 0 * u, 0.04 * u * (1 - u) * 2], axis=-1)
 
