@@ -322,7 +322,7 @@ def test_files_are_taken_with_their_examples(client: Client) -> None:
 
 
 def test_reads_with_all_their_examples_and_defaults_are_answered(client: Client) -> None:
-    """As pages for trying calls fill them in."""
+    """Requests as pages for trying calls fill them in."""
     assert client.post("/v1/surfaces", client.get("/v1/surfaces/saddle").json()).is_success
     for path, item in DOCUMENT["paths"].items():
         query: dict[str, Any] = {}

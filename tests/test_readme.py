@@ -102,7 +102,7 @@ def test_programs_print_the_output_that_the_page_shows() -> None:
 def test_commands_without_a_server_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    """Blocks of code in the text."""
+    """Runs the commands in the text of the pages."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
     commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", README)

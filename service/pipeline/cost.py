@@ -65,9 +65,10 @@ class Cost:
 
     Attributes
     ----------
-    vertices, triangles : int  Of the result.
+    vertices, triangles : int
+        Numbers of vertices and triangles of the result.
     bytes : int
-        Of the file.
+        Bytes of the file.
     memory : int
         Bytes at the peak: patches, mesh and file; not the surface itself.
     work : float

@@ -12,12 +12,13 @@ class Limits:
 
     Attributes
     ----------
-    max_vertices, max_bytes : int  Of a result.
+    max_vertices, max_bytes : int
+        Vertices and bytes of a result.
     max_points : int
-        Of a query.
+        Points of a query.
     max_multiplications : int
-        Of the method `de_casteljau`, a query, a curve, or a sweep along curves: some seconds of
-        work. A mesh by tolerance may take twice as many.
+        Multiplications of the method `de_casteljau`, a query, a curve, or a sweep along curves:
+        some seconds of work. A mesh by tolerance may take twice as many.
     max_patches : int
         Bézier patches of a lowered surface.
     max_memory : int

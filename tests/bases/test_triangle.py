@@ -132,7 +132,7 @@ def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
 
 @given(st.integers(1, 6), st.integers(0, 5), st.integers(0, 5))
 def test_the_tensor_net_is_the_same_polynomial(degree: int, i: int, j: int) -> None:
-    """At s = u (1 − v), t = v."""
+    """The tensor net at (u, v) equals the triangle at s = u (1 − v), t = v."""
     net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.count_points(degree), 2))
     u, v = i / 5, j / 5
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])

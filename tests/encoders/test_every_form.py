@@ -71,7 +71,7 @@ def test_geomview_reads_all_faces(form: str, tmp_path: Path) -> None:
 
 @each_form
 def test_trimesh_reads_every_triangle(form: str) -> None:
-    """With the same corners, winding and colours."""
+    """trimesh reads the corners, the winding and the colours of the JSON mesh."""
     for name in ("stl", "obj", "ply", "off"):
         check_triangles(form, name)
 
@@ -109,7 +109,7 @@ def check_triangles(form: str, name: str) -> None:
 @pytest.mark.parametrize("form", ["tube", "tube that closes", "isocurves as tubes alone"])
 @pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
 def test_trimesh_finds_closed_meshes_closed(form: str, name: str) -> None:
-    """And the same volume."""
+    """Closed meshes are watertight in trimesh, with the right volume."""
     scene = trimesh.load_scene(
         BytesIO(write(form, name)), file_type=name, merge_norm=True, merge_tex=True
     )

@@ -48,7 +48,7 @@ def test_long_rows_of_the_longest_numbers(count: int) -> None:
 
 @pytest.mark.parametrize("name", ["json", "obj", "off", "oogl", "ply", "stl"])
 def test_cached_faces_change_no_byte(name: str) -> None:
-    """Neither for the mesh that made them, nor for another with the same plan."""
+    """Cached text of faces changes no byte, for its own mesh and for another with the same plan."""
     fmt, encode = BY_NAME[name], EncodeOptions("off" if name == "oogl" else None)
     mesh = build_mesh(find("utah-teapot").surface().lower(), MeshOptions(resolution=(4, 4)), fmt)
     moved = replace(mesh, positions=mesh.positions + mesh.positions.dtype.type(1))

@@ -38,7 +38,7 @@ def pairs(mesh: Any) -> tuple[Array, Array]:
 
 
 def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
-    """Two normals at every position of that line, and on no other."""
+    """Every position on that line has two normals, and no other position has."""
     vector = np.array([0, 0, 0, 0, 1, 2, 2, 2, 3, 4, 4, 4, 4.0])
     surface = BsplineSurface(ridge(9, 6), (3, 3), (vector, "clamped"))
     mesh = mesh_of(surface.lower(), resolution=(2, 3))

@@ -25,7 +25,7 @@ def test_defaults_are_the_documented_ones() -> None:
 
 
 def test_is_frozen() -> None:
-    """And hashable, so that it may be part of a key."""
+    """Options are frozen and hashable, so they can be part of a key."""
     with pytest.raises(FrozenInstanceError):
         setattr(MeshOptions(), "weld", False)  # noqa: B010 - mypy refuses the plain assignment
     assert hash(MeshOptions()) == hash(MeshOptions())

@@ -90,7 +90,7 @@ def test_teapot_as_quads() -> None:
 
 
 def test_teapot_keeps_its_parts() -> None:
-    """Named runs of faces, in order."""
+    """Parts are named runs of faces, in order."""
     mesh = mesh_of("utah-teapot", resolution=(4, 4))
     cells = {"rim": 4, "body": 8, "handle": 4, "spout": 4, "lid": 8, "bottom": 4}
     assert [part.name for part in mesh.parts] == list(cells)
@@ -181,7 +181,7 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
 
 
 def digest(mesh: Mesh) -> str:
-    """A fingerprint of every array of a mesh."""
+    """A hash of every array of a mesh."""
     arrays = [mesh.positions, mesh.normals, mesh.triangles, mesh.quads, mesh.uvs, mesh.welds]
     content = b"".join(b"-" if a is None else a.tobytes() for a in arrays)
     return hashlib.sha256(content + repr(mesh.report).encode()).hexdigest()

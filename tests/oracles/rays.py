@@ -85,9 +85,9 @@ def _newton(
 ) -> tuple[Ints, Array, Array]:
     """Whether each start leads to a crossing within the domain, its t, and the error of t.
 
-    A place is rounded, so that its point is off by 2⁻⁵³ times the partials, which grow as weights
-    do; along the ray that and the distance from it count by the sine of the angle of ray and
-    surface.
+    Rounding a place moves its point by 2⁻⁵³ times the partials, which grow with the weights. The
+    error of t is this move plus the distance from the ray, divided by the sine of the angle between
+    ray and surface.
     """
     low, high = domain
     one, two = _across(d)

@@ -181,7 +181,7 @@ def test_channels_without_a_place_in_a_format_are_left_out(fmt: Format, kind: Ch
 
 
 def test_forward_differences_end_where_their_digits_do() -> None:
-    """At degree 8 where float32 is stored, at degree 16 where float64 is."""
+    """The limit is degree 8 if the format stores float32, and 16 if it stores float64."""
     for columns, refused in ((9, ()), (10, ("glb",)), (17, ("glb",)), (18, ("glb", "json"))):
         surface = BezierSurface(np.random.default_rng(1).random((2, columns, 3)))
         options = MeshOptions((2, 3), method="forward_difference")

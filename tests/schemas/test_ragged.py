@@ -85,7 +85,7 @@ def test_sizes_are_judged_before_anything_is_opened(value: Any, code: str) -> No
 
 @pytest.mark.parametrize("degree", [1, 2, 5])
 def test_entries_are_pointed_at_by_row_and_place(degree: int) -> None:
-    """In the run of numbers it is entry 4; in the document the second one of its row."""
+    """Entry 4 of the array is the second entry of its row in the document."""
     order = keys(degree)
     for entry, (_, j, k) in enumerate(order):
         flat = InvalidRequest(

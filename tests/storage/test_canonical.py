@@ -214,7 +214,7 @@ def test_numbers_from_arrays_are_those_of_lists() -> None:
 
 
 def test_weights_beyond_double_precision_count_by_their_quotients() -> None:
-    """As everywhere: they are scaled by a power of two, which changes no digit."""
+    """Large weights are scaled by a power of two, which changes no digit."""
     weights: FloatArray = np.array([[1.0, 3.0, 2.0], [1.0, 1.0, 7.0]])
     ids = {id_of(PATCH | {"weights": weights * 2.0**k}) for k in (100, 101, -700)}
     assert len(ids) == 1

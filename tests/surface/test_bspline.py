@@ -64,7 +64,7 @@ def parameters(model: PatchModel, at: Array = PLACES) -> tuple[Array, Array]:
 def test_is_the_surface_of_cox_and_de_boor(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
-    """In exact arithmetic, at inner parameters of every patch and at its borders."""
+    """Checked in exact arithmetic, at inner parameters of every patch and at its borders."""
     surface = surface_of(u, v, seed, rational)
     model = surface.lower()
     net = exact_net(surface.control_net, surface.weights)

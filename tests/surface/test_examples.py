@@ -132,7 +132,8 @@ def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
 
 
 def test_the_colored_surface_shows_its_height() -> None:
-    """At every vertex, not only at control points; and it is the surface it was."""
+    """The colour is right at every vertex, not only at control points; the surface does not
+    change."""
     made, plain = (
         tessellate(patches_of(name), MeshOptions((8, 8)))
         for name in ("bourke-1111-colors", "bourke-1111")

@@ -79,7 +79,7 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
 
 
 def test_parameters_are_those_of_each_surface() -> None:
-    """At a patch number in the order of the list, in that surface's own knots."""
+    """`patch` is the number in the list, and parameters are those of that surface's own knots."""
     hills, goblet, saddle = (find(n).surface() for n in ("bspline-hills", "nurbs-goblet", "saddle"))
     assert isinstance(hills, BsplineSurface)
     assert isinstance(goblet, BsplineSurface)

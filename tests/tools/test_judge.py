@@ -53,7 +53,7 @@ def test_the_examples_of_several_surfaces_are_proved() -> None:
 
 @pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "rational triangles"])
 def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> None:
-    """By three times the bound, across the surface; and so is a triangle that is missing."""
+    """The judge finds a vertex that is moved by three times the bound, and a missing triangle."""
     surface: dict[str, Any] = document_of(FAMILIES[family].surface(7))
     response = client.post("/v1/mesh?format=glb", {"surface": surface, "normals": False, **LIKE})
     corners, origin = read_glb(response.content)

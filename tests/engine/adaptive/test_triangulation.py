@@ -1,4 +1,4 @@
-"""Triangles that only rounding makes flat: none is in a file of float32."""
+"""Triangles that rounding to float32 makes flat are left out of files with float32."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Nets over boxes and triangles against exact de Casteljau: they are the same surfaces."""
+"""Nets over boxes and triangles are the same surfaces as by exact de Casteljau."""
 
 from fractions import Fraction
 from itertools import permutations

@@ -183,7 +183,7 @@ def test_hosts_that_are_no_triangles(fault: str) -> None:
 
 
 def test_folded_neighbours_do_not_lower_the_bound_too_far() -> None:
-    """Also if a neighbour lies over the host, or at right angles to it."""
+    """The bound also holds if a neighbour lies over the host, or at right angles to it."""
     rng = np.random.default_rng(18)
     patch_nets, faces = PatchNets.of(BezierSurface(sheet(rng, 3, 3, 0.6)).lower()), build_face()
     for _ in range(40):

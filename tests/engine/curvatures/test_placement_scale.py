@@ -64,7 +64,7 @@ def ellipsoid(points: Array, linear: Array) -> tuple[Array, Array]:
 @pytest.mark.parametrize("name", PLACES)
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.02)])
 def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -> None:
-    """In one mesh and in a scene, at its poles, too."""
+    """Compared in one mesh and in a scene, also at poles."""
     matrix = PLACES[name]
     group = group_of(None, matrix)
     options = MeshOptions(resolution=(4, 3), curvatures=True, accuracy=accuracy)

@@ -170,7 +170,7 @@ def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
 def test_no_point_is_further_away_than_is_said(
     curve: BezierCurve, tolerance: float, single: bool
 ) -> None:
-    """The curve at many parameters, against the polyline as it is stored."""
+    """Compares the curve at many parameters with the stored polyline."""
     pieces = curve.lower()
     for options in (CurveOptions(tolerance=tolerance), CurveOptions(resolution=5)):
         line = traced(curve, options, single=single)

@@ -201,7 +201,7 @@ SINGLES: dict[str, Callable[[], TensorPatches]] = {
 def test_single_precision_normals_are_right_to_1e_6(
     build: Callable[[], TensorPatches], offset: float
 ) -> None:
-    """Against double precision, at the origin and a million units away from it."""
+    """Compared with double precision, at the origin and a million units away from it."""
     patches = build()
     points = patches.points + offset
     for formulation in usable(patches):

@@ -66,7 +66,7 @@ def test_normals_are_the_exact_ones(given_: tuple[Array, Array | None], division
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 12])
 def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
-    """Also far from zero, about a local origin."""
+    """Errors are as small far from zero, with a local origin."""
     near = smooth(degree, 5, rational)
     origin = np.array([3e5, -1e5, 2e6])
     # The reference includes the rounding of the input at such a distance.

@@ -85,7 +85,7 @@ def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))
 def test_near_points_are_never_missed(seed: int, far: float) -> None:
-    """Nor taken for near where all that is near is equal."""
+    """Equal points alone do not count as near points."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1, 1, (20, 3)) + far
     equal = np.concatenate([points, points[:5]])

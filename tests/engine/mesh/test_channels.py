@@ -88,7 +88,7 @@ def test_every_channel_is_its_own_polynomial(
 
 
 def test_the_corners_are_the_control_values() -> None:
-    """To the last bit."""
+    """Corner samples have the control values, bit for bit."""
     net = np.random.default_rng(1).random((4, 3, 2))
     surface = BezierSurface(SQUARE, channels=Channels(attributes=(("a", net),)))
     rows = attribute(mesh_of(surface.lower(), resolution=(7, 5)), "a")
@@ -233,7 +233,7 @@ def test_white_is_not_more_than_white() -> None:
 def test_triangles_have_channels_of_their_own_degree(
     degree: int, other: int, divisions: int, single: bool
 ) -> None:
-    """Against de Casteljau in fractions, over the samples in their order."""
+    """Compared with de Casteljau in fractions, in the order of the samples."""
     random = np.random.default_rng((degree, other, divisions))
     points = random.random((triangle.count_points(degree), 3))
     colors, flow = (

@@ -73,7 +73,7 @@ def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bo
 
 
 def test_the_first_row_once_more_is_a_corner() -> None:
-    """C0, watertight, and two normals along the seam."""
+    """The seam is C0: the mesh is watertight, with two normals along the seam."""
     surface = BsplineSurface(again(ring()), knots=("clamped", "periodic"))
     assert closed(surface) == Closure("C0", "C1")
     mesh = mesh_of(surface.lower(), resolution=(3, 4))
@@ -172,7 +172,7 @@ def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_open_surfaces_are_not_closed() -> None:
-    """An open patch, and several patches that are not one surface."""
+    """Open patches, and several patches without a common domain, are not closed."""
     assert closed(find("saddle").surface()) == Closure(None, None)
     assert closed(BsplineSurface(points_for(6, 1, 5))) == Closure(None, None)
     assert closed(find("torus").surface()) is None

@@ -34,7 +34,8 @@ def meshed(model: PatchModel, options: MeshOptions) -> Counts:
 
 
 def check(model: PatchModel, resolution: tuple[int, int], **more: Any) -> None:
-    """Compares both kinds of faces, welded and not; of a model cut where its borders meet."""
+    """Compares counts for both kinds of faces, welded and not; the model is cut where its borders
+    meet."""
     model, _ = join(model, MeshOptions().weld_tolerance)
     kinds: tuple[Faces, ...] = ("triangles", "quads")
     for kind, weld in product(kinds, (True, False)):

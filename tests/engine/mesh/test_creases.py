@@ -1,4 +1,5 @@
-"""Samples at one place, their creases, and the means of their normals, against plain loops."""
+"""Samples at one place, their creases, and the means of their normals, compared with plain
+loops."""
 
 import numpy as np
 from hypothesis import given

@@ -30,7 +30,7 @@ def figures(found: Welding) -> tuple[list[int], list[int], list[int]]:
 
 
 def test_without_normals_a_place_is_a_vertex() -> None:
-    """Samples 1 and 3 at one place."""
+    """Samples 1 and 3 are at one place."""
     assert figures(welded([0, 1, 2, 1])[0]) == ([0, 1, 2, 1], [0, 1, 2], [0, 1, 2])
 
 

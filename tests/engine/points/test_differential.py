@@ -65,7 +65,7 @@ def test_far_from_the_origin_only_the_position_is_rounded(
 
 
 def test_corners_and_poles_are_their_control_points() -> None:
-    """Bit for bit, as in a mesh."""
+    """Corner points equal the control points, bit for bit, as in a mesh."""
     patches = example_batch("sphere")
     for patch in range(patches.count):
         for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):

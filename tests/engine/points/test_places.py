@@ -1,4 +1,4 @@
-"""Which patch a parameter belongs to, knots and ends included."""
+"""The patch of each parameter, also at knots and at the ends."""
 
 from typing import Any
 
@@ -46,7 +46,7 @@ def test_spans_are_counted_along_u_first() -> None:
 
 
 def test_partials_are_in_the_parameters_of_the_surface() -> None:
-    """The whole net over [0, 1], by the chain rule: u = −1 + 5 t, v = 2 + s."""
+    """Partials by the chain rule from the whole net over [0, 1]: u = −1 + 5 t, v = 2 + s."""
     net, model = pieces()
     whole = model_of([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])

@@ -1,4 +1,5 @@
-"""Models of which many patches may be nearest: less memory, and in the end wider intervals."""
+"""Models with many patches that may be nearest: bounded memory, and wider intervals at the
+limit."""
 
 import numpy as np
 import pytest
@@ -12,13 +13,13 @@ from service.surface.bspline import BsplineSurface
 
 RNG = np.random.default_rng(12)
 CLOUD = BsplineSurface(RNG.normal(size=(18, 18, 3)), (3, 3)).lower()
-"""225 patches, all through one another."""
+"""225 patches that intersect each other."""
 
 POINTS, DIRECTIONS = RNG.normal(size=(2, 12, 3))
 
 
 def limit(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
-    """Few pairs at a time, and room for few in all."""
+    """Sets small limits for the pairs at a time and for all pairs."""
     monkeypatch.setattr(patch_tree, "MOST_SPHERES", spheres)
     for module, name in ((closest, "ROOM"), (rays, "ROOM_IN_TREE")):
         monkeypatch.setattr(module, name, room)
@@ -35,7 +36,8 @@ def test_the_centre_of_a_sphere_is_that_of_its_cell() -> None:
 
 @pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
 def test_closest_points(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) -> None:
-    """With room they are the same; without it their intervals hold the same distances."""
+    """With enough room the results are equal; with little room the intervals contain the same
+    distances."""
     truth = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
     limit(monkeypatch, spheres=spheres, room=room)
     found = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
@@ -51,7 +53,7 @@ def test_closest_points(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int
 
 @pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
 def test_hits_of_rays(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) -> None:
-    """With room they are the same; without it some rays are not reached, the others are."""
+    """With enough room the results are equal; with little room some rays are not reached."""
     query = RayQuery(POINTS, DIRECTIONS, only_first=False)
     truth = intersect_rays(CLOUD, query, 1 << 20)
     limit(monkeypatch, spheres=spheres, room=room)

@@ -76,7 +76,7 @@ def test_a_flattened_copy_is_the_placed_mesh(
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
-    """Its faces, its normals, and its grids, which the forms of OOGL are made of."""
+    """Checks the faces, the normals, and the grids, which the forms of OOGL use."""
     options = MeshOptions(resolution=(5, 3), faces=faces)  # type: ignore[arg-type]
     mesh = build(group_of(Member(find("sphere").surface(), matrix=MIRROR), up="z"), options)
     assert body_volume(mesh) > 0
@@ -148,7 +148,7 @@ def test_a_framed_member_takes_the_grids_from_all() -> None:
 
 @given(placements())
 def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
-    """Affine invariance, rational and mirrored too."""
+    """Placing a mesh equals meshing the placed surface, also for rational and mirrored ones."""
     surface = find("cone").surface()
     model = to_patches(group_of(Member(surface, "first", matrix=matrix), Member(surface), up="z"))
     assert [(part.name, part.first, part.last) for part in model.parts] == [
@@ -191,7 +191,7 @@ def test_base_colors_become_colors_of_vertices() -> None:
 
 
 def test_attributes_that_all_members_have_are_kept_in_one_mesh() -> None:
-    """Whatever their order."""
+    """The result does not depend on the order of members."""
     heat, flow = np.ones((1, 1, 1)), np.ones((1, 1, 2))
     one, other = (
         BezierSurface(NET, channels=Channels(attributes=attributes))

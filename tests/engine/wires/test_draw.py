@@ -156,7 +156,7 @@ def test_the_width_follows_the_size_unless_it_is_given() -> None:
 
 
 def test_groups_have_wires_of_their_members() -> None:
-    """In place and under their names."""
+    """Wires of members are in place, and have the members' names."""
     mesh = mesh_of("tea-service", isocurves=(1, 1), wires="tubes", resolution=(2, 2))
     names = [part.name for part in mesh.parts if part.name.endswith(f"/{NAME}")]
     assert names[:2] == [f"tray/{NAME}", f"teapot/{NAME}"]

@@ -52,7 +52,7 @@ def places(run: IsoCurves, k: int) -> Array:
 def test_every_sample_is_a_point_of_the_surface(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """At its parameters, by exact arithmetic; on lines of constant u or v."""
+    """Points are at their parameters, by exact arithmetic, on lines of constant u or v."""
     net, weights = weighted
     model = model_of([net], None if weights is None else [weights])
     truth = exact.exact_net(net, weights)
@@ -138,7 +138,7 @@ def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
 
 
 def test_a_spline_shows_every_span() -> None:
-    """Its knot lines, and the middles of its spans."""
+    """The curves of a B-spline are its knot lines, and the middles of its spans."""
     model = patches_of("bspline-hills")
     assert model.domain is not None
     spans_u, spans_v = len(model.domain.u) - 1, len(model.domain.v) - 1
