@@ -43,7 +43,7 @@ async def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("ftp://host/folder", "needed a folder, or an address that begins with"),
         ("http://127.0.0.1/folder", "begins with file://"),
-        ("memory://name", "needed memory:// and no more"),
+        ("memory://name", "needed memory:// alone"),
         ("file://folder", "the whole path of a folder"),
         ("file:folder", "the whole path of a folder"),
         ("file://other.machine/folder", "the whole path of a folder"),
