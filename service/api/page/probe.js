@@ -1,5 +1,5 @@
 // A click on the surface shows the parameters and curvatures there, and the distance from the point of
-// the click before.
+// the previous click.
 
 import { announce, element } from './page.js';
 import { isParametric } from './settings.js';
