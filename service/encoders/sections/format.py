@@ -7,6 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.encoders.lines import LineFormat
+from service.engine.bounds.mesh_deviation import round_up
 from service.engine.extent import choose_origin
 from service.engine.mesh.report import ENGINE
 from service.engine.sections.values import Polyline, Section, Sections
@@ -52,7 +53,7 @@ def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object
         "planes": size.planes,
         "polylines": size.polylines,
         "points": size.points,
-        "deviation_bound": sections.deviation_bound + rounding,
+        "deviation_bound": round_up(sections.deviation_bound + rounding),
         "engine": ENGINE,
     }
 

@@ -44,6 +44,10 @@ NODES = 1 << 14
 ALL = 1 << 20
 """Pairs of a plane and a net whose boxes are compared at a time."""
 
+BELOW = 0.999
+"""Sections are refined to this multiple of the tolerance: formats round the bound up to four
+digits, and it must still be within the tolerance."""
+
 
 def cut_surface(
     model: PatchModel,
@@ -65,7 +69,7 @@ def cut_surface(
     nets = surface_nets(model.batches)
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
     local = LocalPlanes.of(planes, nets)
-    near = max(tolerance / nets.scale, LEAST)
+    near = max(BELOW * tolerance / nets.scale, LEAST)
     search = _Search(nets, borders, local, planes, near, allow)
     boxes = Boxes(nets)
     sections: list[Section] = []
