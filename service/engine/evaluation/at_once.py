@@ -1,7 +1,11 @@
-"""Polynomial patches on grids that fit the cache: all samples of many patches in a few products.
+"""Patches on grids that fit the cache: all samples of many patches in a few products.
 
 The everyday way. Control points and their differences are arrays with the patches innermost, and
 samples are planes of coordinates, so that every step is one operation on long rows.
+
+Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) about the middle of
+their batch, where S_u = (X_u − w_u S)/w loses least; their points are moved back at the end. A
+model that is very large or very small is scaled by a power of two, which rounds nothing.
 """
 
 from collections.abc import Sequence
@@ -33,15 +37,17 @@ ORDINARY = 16
 far from float32's limits."""
 
 
-def can_evaluate_at_once(patches: TensorPatches, resolution: tuple[int, int]) -> bool:
-    """Whether `evaluate_at_once` can evaluate these."""
-    samples = (resolution[0] + 1) * (resolution[1] + 1)
-    return samples <= CHUNK_SAMPLES and patches.weights is None and is_ordinary(patches)
+def fits_cache(resolution: tuple[int, int]) -> bool:
+    """Whether the samples of a patch fit the cache."""
+    return (resolution[0] + 1) * (resolution[1] + 1) <= CHUNK_SAMPLES
 
 
-def is_ordinary(patches: Patches) -> bool:
-    """Whether patches are evaluated as they are, and not scaled."""
-    return 2.0**-ORDINARY <= patches.extent <= 2.0**ORDINARY or patches.extent == 0
+def find_scale(patches: Patches) -> float:
+    """The power of two by which patches are scaled; 1 for those of ordinary size."""
+    extent = patches.extent
+    if 2.0**-ORDINARY <= extent <= 2.0**ORDINARY or extent == 0:
+        return 1.0
+    return float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))
 
 
 @lru_cache(256)
@@ -76,7 +82,7 @@ def evaluate_at_once(
     Parameters
     ----------
     patches : TensorPatches
-        P polynomial patches.
+        P patches.
     positions, normals : ndarray, shape (P, Ru+1, Rv+1, 3)
         Where to write to; `normals` is None where none are wanted.
     is_separable : bool
@@ -86,15 +92,26 @@ def evaluate_at_once(
     dtype: Real = positions.dtype.type
     each = (resolution[0] + 1) * (resolution[1] + 1)
     doubtful: list[NDArray[np.intp]] = []
-    chunk = count_chunk(patches.degree, resolution)
+    chunk, scale = count_chunk(patches.degree, resolution), find_scale(patches)
+    dimension = 3 if patches.weights is None else 4
+    heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
     for first in range(0, patches.count, chunk):
         checkpoint()
-        points = patches.points[first : first + chunk]
-        count = len(points)
-        work = _WORKSPACES.get(patches.degree, resolution, count, dtype, is_separable)
-        work.find_points(points.reshape(count, -1, 3), origin)
-        out = positions[first : first + chunk].reshape(count, each, 3)
-        np.positive(work.at, out=out.transpose(2, 0, 1))
+        rows = slice(first, first + chunk)
+        count = len(positions[rows])
+        planes = dimension, count
+        work = _WORKSPACES.get(patches.degree, resolution, planes, dtype, is_separable)
+        np.copyto(work.coordinates, patches.points[rows].reshape(count, -1, 3).transpose(1, 2, 0))
+        out = positions[rows].reshape(count, each, 3)
+        if patches.weights is None:
+            work.load_points(origin, scale)
+            work.find_points()
+            np.positive(work.at, out=out.transpose(2, 0, 1))
+        else:
+            work.load_weighted(patches.weights[rows], heaviest, patches.middle, scale)
+            work.find_points()
+            work.project()
+            write_local(work.at, find_shift(patches, origin), scale, out)
         if normals is None:
             continue
         short = work.find_vectors()
@@ -102,31 +119,48 @@ def evaluate_at_once(
             work.square[short] = np.nan
             doubtful.append(short.reshape(-1).nonzero()[0] + first * each)
         np.sqrt(work.square, out=work.square)
-        out = normals[first : first + chunk].reshape(count, each, 3)
+        out = normals[rows].reshape(count, each, 3)
         np.divide(work.at, work.square, out=out.transpose(2, 0, 1))
     return doubtful
+
+
+def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
+    """From the origin of the result (3,) to the middle about which patches are evaluated."""
+    return patches.middle if origin is None else patches.middle - origin
+
+
+def write_local(planes: RealArray, shift: FloatArray, scale: float, out: RealArray) -> None:
+    """Writes scaled planes (3, …) about the middle as points (…, 3), moved by `shift`."""
+    dtype = planes.dtype.type
+    for axis in range(3):
+        np.multiply(planes[axis], dtype(1 / scale), out=out[..., axis])
+        if shift[axis]:
+            out[..., axis] += dtype(shift[axis])
 
 
 class _Workspace:
     """Memory for a chunk of r patches, cut once into all the arrays that are worked on.
 
-    `nets` (K, 3, r) are the control points, then their differences along u, then those along v;
-    `rounded` is the same in the working precision. `at` (3, r, samples) is S, then the vectors
-    S_u × S_v. `products` has for S, S_u and S_v the factors and results of its products.
+    `planes` is (d, r), with d = 3, or 4 for rational patches. `nets` (K, d, r) are the control
+    points, then their differences along u, then those along v; `rounded` is the same in the working
+    precision. `at` (3, r, samples) is S, then the vectors S_u × S_v. `products` has for S, S_u and
+    S_v the factors and results of its products.
     """
 
     def __init__(
         self,
         degree: tuple[int, int],
         resolution: tuple[int, int],
-        count: int,
+        planes: tuple[int, int],
         dtype: Real,
         is_separable: bool,
     ) -> None:
-        (p, q), (points, along_u, _) = degree, count_vectors(degree)
+        (p, q), (points, along_u, _), (dimension, count) = degree, count_vectors(degree), planes
         vectors = sum(count_vectors(degree))
-        self.nets = np.empty((vectors, 3, count))
+        self.nets = np.empty((vectors, dimension, count))
         self.points = self.nets[:points]
+        self.coordinates, self.weights = self.points[:, :3], self.points[:, 3:]
+        self.difference_nets = self.nets[points:]
         grid = self.points.reshape(p + 1, q + 1, -1)
         self.before_u, self.behind_u = grid[:-1], grid[1:]
         self.before_v, self.behind_v = grid[:, :-1], grid[:, 1:]
@@ -134,9 +168,13 @@ class _Workspace:
         self.dv_net = self.nets[points + along_u :].reshape(p + 1, q, -1)
         self.rounded = np.empty(self.nets.shape, dtype)
         samples = (resolution[0] + 1) * (resolution[1] + 1)
-        planes = np.empty((13, count, samples), dtype)
-        at, du, dv, term = (planes[i : i + 3] for i in (0, 3, 6, 9))
-        self.at, self.term, self.square = at, term, planes[12]
+        memory = np.empty((3 * dimension + 4, count, samples), dtype)
+        results = [memory[i * dimension : (i + 1) * dimension] for i in range(3)]
+        at, du, dv = (result[:3] for result in results)
+        weight, *self.weight_partials = (result[3:] for result in results)
+        self.at, self.weight, self.partials = at, weight, (du, dv)
+        self.term = term = memory[-4:-1]
+        self.square = memory[-1]
         # Coordinates y, z of one times z, x of the other; x times y.
         self.factors = (
             (du[1:], dv[::-2], at[:2]),
@@ -146,7 +184,6 @@ class _Workspace:
         )
         self.short = np.empty((count, samples), np.bool_)
         rows = self.rounded.reshape(vectors, -1)
-        results = (at, du, dv)
         self.columns = rows.T
         self.turned = np.empty_like(rows.T, order="C") if is_separable else None
         if self.turned is None:
@@ -156,31 +193,71 @@ class _Workspace:
         self.differences = rows[points:]
         self.squares = np.empty_like(self.differences)
         self.means = _build_means(degree, dtype)
-        self.axis_sizes = np.empty((2, 3 * count), dtype)
-        self.sizes_by_axis = self.axis_sizes.reshape(2, 3, -1)
+        self.axis_sizes = np.empty((2, dimension * count), dtype)
+        self.sizes_by_axis = self.axis_sizes.reshape(2, dimension, -1)[:, :3]
         self.size_u, self.size_v = self.sizes = np.empty((2, count), dtype)
         self.trust = np.empty((count, 1), dtype)
         self.trusts = self.trust[:, 0]
         self.subnormal = dtype(SUBNORMAL[dtype])
 
-    def find_points(self, points: FloatArray, origin: FloatArray | None) -> None:
-        """Finds S − origin from control points (r, (p+1)(q+1), 3), and the differences of these."""
-        np.copyto(self.points, points.transpose(1, 2, 0))
-        np.subtract(self.behind_u, self.before_u, out=self.du_net)
-        np.subtract(self.behind_v, self.before_v, out=self.dv_net)
+    def load_points(self, origin: FloatArray | None, scale: float) -> None:
+        """Nets of polynomial patches, of which `coordinates` are loaded.
+
+        Points are about the origin, differences are those of the points as they were, and scaled:
+        neither loses digits to the other's needs.
+        """
+        self._subtract_neighbours()
+        if scale != 1.0:
+            self.difference_nets *= scale
         if origin is not None and is_moved(origin):
             self.points -= origin[:, np.newaxis]
+
+    def load_weighted(
+        self, weights: FloatArray, heaviest: float, middle: FloatArray, scale: float
+    ) -> None:
+        """Homogeneous nets about the middle of rational patches, of which `coordinates` are loaded.
+
+        Parameters
+        ----------
+        weights : ndarray of float64, shape (r, p+1, q+1)
+            They are divided by `heaviest`, the largest weight of the batch.
+        middle : ndarray of float64, shape (3,)
+        """
+        planes = weights.reshape(len(weights), 1, -1).transpose(2, 1, 0)
+        np.multiply(planes, 1 / heaviest, out=self.weights)
+        self.coordinates -= middle[:, np.newaxis]
+        self.coordinates *= scale
+        self.coordinates *= self.weights
+        self._subtract_neighbours()
+
+    def _subtract_neighbours(self) -> None:
+        np.subtract(self.behind_u, self.before_u, out=self.du_net)
+        np.subtract(self.behind_v, self.before_v, out=self.dv_net)
+
+    def find_points(self) -> None:
+        """Finds S, homogeneous if the patches are rational, from the nets."""
         np.copyto(self.rounded, self.nets, casting="same_kind")
         if self.turned is not None:
             np.copyto(self.turned, self.columns)
         for left, right, out in self.products[0]:
             np.matmul(left, right, out=out)
 
+    def project(self) -> None:
+        """Divides S by its weight."""
+        self.at /= self.weight
+
     def find_vectors(self) -> NDArray[np.bool_] | None:
-        """Finds S_u × S_v and its squared length; which samples are doubtful, None if none is."""
+        """Finds S_u × S_v and its squared length; which samples are doubtful, None if none is.
+
+        Vectors of rational patches are those of X_u − w_u S and X_v − w_v S.
+        """
         for products in self.products[1:]:
             for left, right, out in products:
                 np.matmul(left, right, out=out)
+        if len(self.weight):
+            for partial, weight in zip(self.partials, self.weight_partials, strict=True):
+                np.multiply(self.at, weight, out=self.term)
+                np.subtract(partial, self.term, out=partial)
         for left, right, out in self.factors:
             np.multiply(left, right, out=out)
         at, term = self.at, self.term
@@ -207,7 +284,7 @@ def _whole_products(
     resolution: tuple[int, int],
     results: Sequence[RealArray],
 ) -> Products:
-    """All samples by one product of the vectors (K, 3 r) with the basis of all samples."""
+    """All samples by one product of the vectors (K, d r) with the basis of all samples."""
     basis = sample_partials_basis(degree, resolution, rows.dtype.type)
     ends = np.cumsum(count_vectors(degree))[:-1]
     parts = zip(np.split(rows, ends), np.split(basis, ends), results, strict=True)
@@ -220,7 +297,7 @@ def _separable_products(
     resolution: tuple[int, int],
     results: Sequence[RealArray],
 ) -> Products:
-    """All samples by a product along u, then one along v, of the vectors (3 r, K)."""
+    """All samples by a product along u, then one along v, of the vectors (d r, K)."""
     (p, q), (ru, rv), dtype = degree, resolution, turned.dtype.type
     u, u_below = (sample_basis(n, ru, dtype) for n in (p, p - 1))
     v, v_below = (sample_basis_columns(n, rv, dtype) for n in (q, q - 1))

@@ -1,7 +1,8 @@
 """Points and unit normals of a batch of patches at all samples.
 
-`formulations` has three ways to compute them on a grid, and this module chooses the fastest for the
-shape of the batch. `triangle_evaluation` computes them on triangles.
+`at_once` has two ways to compute them on grids that fit the cache, `large_grids` two ways on larger
+ones, and this module chooses the fastest for the shape of the batch. `triangle_evaluation` computes
+them on triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,14 +19,14 @@ from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.at_once import (
     CHUNK_SAMPLES,
-    can_evaluate_at_once,
     count_chunk,
     count_vectors,
     evaluate_at_once,
+    fits_cache,
 )
 from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
-from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
+from service.engine.evaluation.large_grids import normal_polynomial, separable
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.options import Method
 from service.engine.scratch import Real, scratch
@@ -35,16 +36,10 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 """The ways in which the method `matrix` may be computed."""
 
-FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
-    {
-        "kronecker": kronecker,
-        "separable": separable,
-        "normal_polynomial": normal_polynomial,
-    }
+BY_ROWS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
+    {"separable": separable, "normal_polynomial": normal_polynomial}
 )
-
-AT_ONCE: tuple[Formulation, ...] = ("kronecker", "separable")
-"""Formulations that `at_once` has, too, for the grids that it can evaluate."""
+"""Formulations for large grids. `at_once` has `separable`, too, and `kronecker` for all grids."""
 
 LARGEST = 1 << 20
 """The most numbers of a matrix that is kept: 8 MiB, the largest value that the cache accepts."""
@@ -125,7 +120,7 @@ def evaluate(
         formulation = None
     elif formulation is None:
         formulation = choose_formulation(patches, resolution, normals)
-    if formulation in AT_ONCE and can_evaluate_at_once(patches, resolution):
+    if formulation == "kronecker" or (formulation == "separable" and fits_cache(resolution)):
         with Measured(formulation):
             doubtful = evaluate_at_once(
                 patches,
@@ -142,7 +137,7 @@ def evaluate(
         return work.finish(in_double)
     work = GridEvaluation(patches, resolution, dtype, out, origin)
     with Measured(formulation or method):
-        (FORMULATIONS[formulation] if formulation else GRIDS[method])(work)
+        (BY_ROWS[formulation] if formulation else GRIDS[method])(work)
     return work.finish(in_double)
 
 
@@ -169,26 +164,20 @@ def _evaluate_in_double(
 def choose_formulation(
     patches: TensorPatches, resolution: tuple[int, int], normals: bool
 ) -> Formulation:
-    """The formulation expected to be fastest, by counting multiplications and numpy calls."""
-    if can_evaluate_at_once(patches, resolution):
+    """The formulation expected to be fastest."""
+    if fits_cache(resolution):
         fastest: Formulation = _choose_at_once(patches.degree, resolution, patches.count)
         return fastest
-    p, q = patches.degree
-    samples = (resolution[0] + 1) * (resolution[1] + 1)
-    if normals and patches.weights is None and samples >= 12_000 and max(p, q) <= 4:
+    if normals and patches.weights is None and max(patches.degree) <= 4:
         return "normal_polynomial"
-    # The cost of reading the matrix is divided by the number of patches. NumPy calls for each patch
-    # cost as much as some 180 000 multiplications, calls for the batch as much as 120 000.
-    whole = (p + 1) * (q + 1) * (1 + 1 / patches.count)
-    in_turn = p + q + 2 + (180_000 - 120_000 / patches.count) / samples
-    return "kronecker" if whole <= in_turn and _is_kept(p, q, samples) else "separable"
+    return "separable"
 
 
 @lru_cache(256)
 def _choose_at_once(
     degree: tuple[int, int], resolution: tuple[int, int], count: int
 ) -> Formulation:
-    """The faster formulation of `evaluate_at_once`.
+    """The faster formulation of `evaluate_at_once`, by counting multiplications and NumPy calls.
 
     The unit is a multiplication of three coordinates in one large product. In two products it takes
     twice as long, and calls take as long as 20 000, for each patch and for each chunk of patches.
@@ -198,9 +187,5 @@ def _choose_at_once(
     share = 1 / min(count, chunk)
     whole = vectors * (1 + 2 * share)
     in_turn = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
-    return "kronecker" if whole <= in_turn and _is_kept(p, q, samples) else "separable"
-
-
-def _is_kept(p: int, q: int, samples: int) -> bool:
-    """Whether the cache keeps the basis of all samples."""
-    return 3 * (p + 1) * (q + 1) * samples <= LARGEST
+    is_kept = 3 * (p + 1) * (q + 1) * samples <= LARGEST
+    return "kronecker" if whole <= in_turn and is_kept else "separable"

@@ -16,10 +16,11 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.row_batches import row_runs
 from service.engine.evaluation.at_once import (
     CHUNK_SAMPLES,
-    ORDINARY,
     SUBNORMAL,
     TRUSTED,
-    is_ordinary,
+    find_scale,
+    find_shift,
+    write_local,
 )
 from service.engine.extent import is_moved
 from service.engine.scratch import Real, scratch
@@ -63,11 +64,8 @@ class Evaluation(ABC):
         self.positions = out.positions
         self.normals = out.normals
         self.origin = None if origin is None or not is_moved(origin) else origin
-        # Rational nets are evaluated about the batch's middle, where S_u = (X_u − w_u S)/w loses
-        # least; their points are moved back when they are written. A power of two scales exactly.
-        self.scale = 1.0
-        if not is_ordinary(patches):
-            self.scale = float(np.exp2(min(ORDINARY - np.frexp(patches.extent)[1], 1000)))
+        # Rational nets are evaluated about the batch's middle, as in `at_once`.
+        self.scale = find_scale(patches)
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self.dimension = 4 if self.rational else 3
         self.doubtful: list[NDArray[np.intp]] = []
@@ -148,11 +146,7 @@ class Evaluation(ABC):
         """Writes S from the planes of what `local` has; projects homogeneous ones in place."""
         if self.rational:
             planes[:3] /= planes[3]
-        shift = self.patches.middle if self.origin is None else self.patches.middle - self.origin
-        for axis in range(3):
-            np.multiply(planes[axis], self.dtype(1 / self.scale), out=out[..., axis])
-            if shift[axis]:
-                out[..., axis] += self.dtype(shift[axis])
+        write_local(planes, find_shift(self.patches, self.origin), self.scale, out)
 
     def write_normals(
         self,

@@ -1,11 +1,8 @@
-"""Three ways from nets to samples: the same figures at different prices.
+"""Two ways from nets to samples on grids too large for the cache: some rows of a patch at a time.
 
-- `kronecker`: all samples of many patches in one product with a cached matrix. No overhead per
-  patch, (p+1)(q+1) multiplications a value: for small grids of low degree.
-- `separable`: first along u, then along v, some rows at a time so that what is worked on stays in
-  the processor's cache. p + q + 2 multiplications a value, some numpy calls a patch.
+- `separable`: first along u, then along v. p + q + 2 multiplications a value.
 - `normal_polynomial`: separable, but with N = S_u × S_v as one polynomial of degree (2p−1, 2q−1)
-  instead of two partials and a cross product a sample: for large grids of low degree.
+  instead of two partials and a cross product a sample: for low degree.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,12 +16,11 @@ from service.bases.bernstein import (
     sample_basis,
     sample_basis_columns,
     sample_interleaved_basis,
-    sample_partials_basis,
 )
 from service.bases.row_batches import row_runs
 from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.grid_evaluation import GridEvaluation
-from service.engine.scratch import Real, scratch
+from service.engine.scratch import Real
 from service.engine.vectors import cross_polynomial
 
 RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int]
@@ -34,35 +30,6 @@ the number of the first sample."""
 
 MOST_PAIRS = 6
 """Degree up to which the products of all pairs of control points are few enough to be kept."""
-
-
-def kronecker(work: GridEvaluation) -> None:
-    """All samples of some patches at a time: nets (3 r, (p+1)(q+1)) times one cached matrix."""
-    basis = sample_partials_basis(work.patches.degree, work.resolution, work.dtype)
-    # Sixteen numbers are a cache line: every plane of a chunk begins at one.
-    step = max(16, CHUNK_SAMPLES // work.each // 16 * 16)
-    out = work.positions.reshape(work.patches.count, work.each, 3)
-    normals = None if work.normals is None else work.normals.reshape(out.shape)
-    for first, last in row_runs(work.patches.count, step):
-        nets = work.nets(first, last)
-        rows = nets.rows.reshape(len(nets.rows), -1)
-        rounded = scratch("rounded", rows.shape, work.dtype)
-        np.copyto(rounded, rows, casting="same_kind")
-        at, du, dv = work.sample_planes(last - first, work.each)
-        of_at, of_du, of_dv = work.parts
-        _multiply(rounded[of_at], basis[of_at], at)
-        work.write_positions(at, out[first:last])
-        if normals is None:
-            continue
-        _multiply(rounded[of_du], basis[of_du], du)
-        _multiply(rounded[of_dv], basis[of_dv], dv)
-        vectors = work.partials_to_vectors(at, du, dv)
-        work.write_normals(vectors, normals[first:last], nets.least(work.dtype), first * work.each)
-
-
-def _multiply(nets: RealArray, basis: RealArray, out: RealArray) -> None:
-    """Planes (d, r, samples) of nets (K, d r)."""
-    np.matmul(nets.T, basis, out=out.reshape(-1, out.shape[-1]))
 
 
 def separable(work: GridEvaluation) -> None:
