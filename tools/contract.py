@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 from prometheus_client import CollectorRegistry
 
 from service.api.app import create_app
-from service.cli.main import build_parser
 from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
@@ -43,6 +42,10 @@ def add_names(text: str) -> str:
 
 def list_names() -> set[str]:
     """All names in the code, one line each."""
+    # The command line reads `service/cli/flags.json` when it is imported, and `tools.pages` writes
+    # that file first.
+    from service.cli.main import build_parser
+
     document = json.loads(DOCUMENT.read_text(encoding="utf-8"))
     names = {
         *_list_calls(document),
