@@ -78,7 +78,13 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     hits = Hits.joined(parts)
     kind = np.concatenate([hits.origin[:0], *(p.origin for p in parts)])
     with np.errstate(all="ignore"):
-        units = nets.scale / np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
+        lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
+        units = nets.scale / lengths
+    # Where a ray begins too far away for the search, its intervals are infinite. But no point of
+    # the surface is farther from the origin of the ray than this.
+    x, y, z = (nets.origin - query.origins[hits.ray]).T
+    farthest = (np.hypot(np.hypot(x, y), z) + nets.diagonal) * (1 + 1e-14) / lengths
+    high = np.where(np.isinf(hits.high), farthest, hits.high * units)
     is_crossing = kind == Kind.CROSSING
     entering = (np.concatenate([np.zeros(0), *sines]) < 0).tolist()
     columns: dict[str, Any] = {
@@ -86,7 +92,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
         "counts": np.bincount(hits.ray, minlength=len(query.origins)),
         "ray": hits.ray,
         "t": hits.t * units,
-        "t_bounds": np.stack([hits.low * units, hits.high * units], axis=1),
+        "t_bounds": np.stack([hits.low * units, high], axis=1),
         "positions": nets.origin + hits.position.T * nets.scale,
     }
     patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.place.T)

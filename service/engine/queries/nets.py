@@ -71,6 +71,38 @@ class NetGroup:
         return bool(self.nets.shape[3] == 4)
 
 
+FAR = 200
+"""Binary logarithm of the distance, in the coordinates of the nets, beyond which points are moved
+towards the origin: products of three of their coordinates must be finite."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalPoints:
+    """Points in the coordinates of the nets, the farthest of them moved towards the origin.
+
+    A point at 2^k x is moved to x, by a power of two k > 0 with 2^(FAR - 1) <= |x|∞ <= 2^FAR. All
+    points of the nets are nearer to the origin than 1, so for each of them, p, the distance |x − p|
+    times 2^k differs from |2^k x − p| by less than 2^(3 - FAR) of itself.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (m, 3)
+    shift : ndarray of int, shape (m,)
+        k, mostly 0.
+    scale : float
+        As in `QueryNets`.
+    """
+
+    points: FloatArray
+    shift: Ints
+    scale: float
+
+    def model_lengths(self, distances: FloatArray) -> FloatArray:
+        """Distances (m,) of these points in model units; where a point was moved, about."""
+        exponent = self.shift + (frexp(self.scale)[1] - 1)
+        return np.asarray(np.ldexp(distances, exponent))
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class QueryNets:
     """All nets of a model, N in number.
@@ -99,6 +131,14 @@ class QueryNets:
     def local(self, points: FloatArray) -> FloatArray:
         """Points (m, 3) of the model in the coordinates of the nets."""
         return np.asarray((points - self.origin) / self.scale)
+
+    def near_points(self, points: FloatArray) -> LocalPoints:
+        """Points (m, 3) of the model in the coordinates of the nets, moved where they are far."""
+        exponent = frexp(self.scale)[1] - 1
+        away = points - self.origin
+        shift = np.maximum(np.frexp(np.abs(away).max(axis=1))[1] - exponent - FAR, 0)
+        near = np.ldexp(away, -(shift + exponent)[:, np.newaxis])
+        return LocalPoints(np.asarray(near), shift, self.scale)
 
     def parameters(self, net: Ints, place: FloatArray) -> FloatArray:
         """Parameters (m, 2) of the patches at places (m, 2) of their nets.

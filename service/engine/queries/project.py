@@ -15,7 +15,7 @@ from service.engine.mesh.seams import Seams
 from service.engine.queries.closest import ClosestSearch
 from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.net_partials import net_partials
-from service.engine.queries.nets import QueryNets, curve_nets, surface_nets
+from service.engine.queries.nets import LocalPoints, QueryNets, curve_nets, surface_nets
 from service.engine.queries.signs import WELD_TOLERANCE, compute_signs
 from service.engine.vectors import cross, dot
 from service.surface.curve_pieces import CurvePieces, to_space
@@ -65,11 +65,12 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         normals (m, 3); on_boundary (m,); signs (m,) if asked, NaN where they are not known.
     """
     nets = surface_nets(model.batches)
-    closest, columns = _closest(nets, query)
+    near = nets.near_points(query.points)
+    closest, columns = _closest(nets, near, query.relative_tolerance)
     seams = None
     if query.sign:
         seams = connect_if_apart(model, WELD_TOLERANCE)
-        columns["signs"] = compute_signs(model, seams, nets, nets.local(query.points), closest.low)
+        columns["signs"] = compute_signs(model, seams, nets, near.points, closest.low)
     patch = nets.patch[closest.net]
     local = nets.parameters(closest.net, closest.place)
     columns |= surface_columns(model, patch, local, net_normals(nets, closest.net, closest.place))
@@ -86,9 +87,8 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    closest, columns = _closest(
-        nets, ProjectQuery(to_space(query.points), query.relative_tolerance)
-    )
+    near = nets.near_points(to_space(query.points))
+    closest, columns = _closest(nets, near, query.relative_tolerance)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     places = CurveSamples(closest.net, closest.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)
@@ -151,14 +151,20 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
     return uv, number
 
 
-def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:
+def _closest(
+    nets: QueryNets, near: LocalPoints, relative_tolerance: float
+) -> tuple[ClosestPoints, Columns]:
     """The closest points, and the columns that surfaces and curves have alike."""
-    width = query.relative_tolerance * nets.diagonal
-    closest = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
-    bounds = np.stack([closest.low, closest.high], axis=1) * nets.scale
+    width = relative_tolerance * nets.diagonal
+    closest = ClosestSearch(nets, width / nets.scale).find(near.points)
+    # Distances from points that were moved are wrong by less than one rounding.
+    is_moved = near.shift > 0
+    low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)
+    high = np.where(is_moved, np.nextafter(closest.high, np.inf), closest.high)
+    bounds = np.stack([near.model_lengths(low), near.model_lengths(high)], axis=1)
     return closest, {
         "positions": nets.origin + closest.position * nets.scale,
-        "distances": closest.distance * nets.scale,
+        "distances": near.model_lengths(closest.distance),
         "distance_bounds": bounds,
         "reached": bounds[:, 1] - bounds[:, 0] <= width,
         "tied": closest.tied,

@@ -16,7 +16,7 @@ from service.engine.queries.project import (
 )
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.curve import BsplineCurve
+from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
@@ -250,3 +250,40 @@ def test_normals_where_a_side_of_a_triangle_is_one_point() -> None:
     normals = np.cross(slope @ c, basis @ c)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     np.testing.assert_allclose(found, normals, atol=1e-7)
+
+
+@pytest.mark.parametrize("size", [1e-60, 1e-160, 1e-300, 5e-324])
+@pytest.mark.parametrize("surface", ["sphere", "saddle"])
+def test_points_very_far_from_a_tiny_surface_have_finite_distances(
+    surface: str, size: float
+) -> None:
+    # The squares of the points, in units of the surface, exceed the largest double.
+    points = np.array([[0.0, 0, 1], [-1e30, 2e30, 0], [3e38, 3e38, -3e38]])
+    net = to_patches(find(surface).surface().lower()).batches[0]
+    tiny = BezierSurface(net.points[0].reshape(*net.points.shape[1:]) * size)
+    columns = project_on_surface(to_patches(tiny.lower()), ProjectQuery(points, sign=True))
+    true = np.linalg.norm(points, axis=1)
+    low, high = columns["distance_bounds"].T
+    assert np.all((low <= true) & (true <= high))
+    assert np.all(high - low <= 1e-14 * true)
+    np.testing.assert_allclose(columns["distances"], true, 1e-15)
+    assert np.all(np.abs(columns["positions"]) <= 4 * size)
+
+
+def test_a_point_very_far_away_is_projected_in_its_direction() -> None:
+    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    tiny = to_patches(BezierSurface(net * 1e-200).lower())
+    points = np.array([[-1.0, 2, 0], [3, -1, 5], [0.25e-200, 0.5e-200, 2e-200]])
+    columns = project_on_surface(tiny, ProjectQuery(points))
+    np.testing.assert_array_equal(columns["uv"], [[0, 1], [1, 0], [0.25, 0.5]])
+    assert columns["reached"].tolist() == [False, False, True]
+    assert columns["distances"][2] == pytest.approx(2e-200)
+
+
+def test_points_very_far_from_a_tiny_curve_have_finite_distances() -> None:
+    points = np.array([[0.0, 0], [1e-300, 0], [2e-300, 1e-300]])
+    columns = project_on_curve(
+        BezierCurve(points).lower(), ProjectQuery(np.array([[3.0, 4.0], [-3e38, 0]]))
+    )
+    assert columns["distances"].tolist() == [5.0, 3e38]
+    assert columns["parameters"].tolist() == [1.0, 0.0]

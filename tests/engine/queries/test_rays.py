@@ -218,3 +218,12 @@ def test_a_request_has_a_bounded_number_of_pairs(monkeypatch: pytest.MonkeyPatch
     found = hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
     assert found["reached"].tolist() == [True] * 20 + [False] * 2
     assert found["counts"].tolist()[:20] == [2] * 20
+
+
+@pytest.mark.parametrize("size", [1e-140, 1e-160])
+def test_intervals_of_rays_from_very_far_away_are_finite(size: float) -> None:
+    tiny = BezierSurface(SQUARE.control_net * size)
+    found = hits(tiny, [[size / 3, size / 4, 2], [size / 3, size / 4, 2e38]], [[0, 0, -2.0]] * 2)
+    assert found["counts"].tolist() == [1, 1]
+    low, high = found["t_bounds"].T
+    assert np.all((low <= [1, 1e38]) & (high >= [1, 1e38]) & (high <= [1.1, 1.1e38]))
