@@ -296,6 +296,25 @@ def test_a_tolerance_below_rounding_is_refused_where_it_was_stated(name: str) ->
         assert found == [("tolerance_too_small", "/relative_tolerance")]
 
 
+@pytest.mark.parametrize("name", ["json", "glb", "stl"])
+def test_a_share_of_a_surface_without_size_is_refused_at_once(name: str) -> None:
+    # A tolerance of 0 allows no rounding, so that only the limit of work would end the search.
+    point = TriangleSurface(np.zeros((3, 3)))
+    found = refusal(point, by(relative_tolerance=0.01), name, limits=Limits(max_multiplications=0))
+    assert found == [("tolerance_too_small", "/relative_tolerance")]
+
+
+@pytest.mark.parametrize("size", [0.0, 5e-324, 1e-310, 1e-300])
+@pytest.mark.parametrize("name", ["json", "glb", "stl", "oogl"])
+@pytest.mark.parametrize("accuracy", [{"tolerance": 0.01}, {"max_triangles": 40}])
+def test_a_surface_smaller_than_all_rounding_is_within_a_large_tolerance(
+    size: float, name: str, accuracy: dict[str, Any]
+) -> None:
+    content = render(BezierSurface(WAVES * size), by(**accuracy), BY_NAME[name])
+    if name == "json":
+        assert 0 <= json.loads(content)["report"]["deviation_bound"] <= max(20 * size, 1e-12)
+
+
 def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     far = np.eye(4)
     far[:3, 3] = 1e5

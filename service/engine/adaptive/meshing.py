@@ -87,13 +87,10 @@ class ModelMesher:
         model, options, storage = self.model, self._options, self._storage
         origin = self._origin
         goal = move_goal(goal, None, model.bounds, bound_origin_error(origin, *model.bounds))
-        goal = limit_tolerance(goal, model.diagonal)
         rounding = storage.bound_storage_rounding(origin, *model.bounds)
-        check_goal(
-            goal,
-            find_least_tolerance(self._patch_nets, rounding),
-            goal.find_nearest_distance(*model.bounds),
-        )
+        least = find_least_tolerance(self._patch_nets, rounding)
+        goal = limit_tolerance(goal, model.diagonal, least)
+        check_goal(goal, least, goal.find_nearest_distance(*model.bounds))
         if goal.angle < pi:
             # An impossible angle is refused at once, not after all the work that is allowed.
             MeshLimits(most).count(int(estimate_least_triangles(model, goal.angle)))

@@ -147,12 +147,14 @@ def tighten_for_border(goal: Goal, taken: float, bounds: Box) -> Goal:
     return less if tight else goal
 
 
-def limit_tolerance(goal: Goal, diagonal: float) -> Goal:
+def limit_tolerance(goal: Goal, diagonal: float, least: float) -> Goal:
     """The goal with a tolerance of at most `ANYTHING` diagonals, which changes no mesh.
 
-    All edges are nearer to their chords than that, so they are divided in the same way.
+    All edges are nearer to their chords than that, so they are divided in the same way. The limit
+    is not below `least`, the least tolerance of the surface in its format.
     """
-    return replace(goal, tolerance=min(goal.tolerance, ANYTHING * diagonal or inf))
+    limit = max(ANYTHING * diagonal, least) if diagonal else inf
+    return replace(goal, tolerance=min(goal.tolerance, limit))
 
 
 def separate_copies(group: GroupModel) -> GroupModel:

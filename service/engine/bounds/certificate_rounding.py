@@ -57,12 +57,18 @@ def bound_storage_error(far: FloatArray) -> FloatArray:
     return slack
 
 
+LEAST = 2.0**-1000
+"""The least tolerance of any surface, in model units: numbers that are much smaller are subnormal,
+so the rounding of their products is not relative to them."""
+
+
 def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
     """The least tolerance that is worth an attempt, in model units.
 
     However fine a mesh is, its bounds contain the rounding above and the distance of its vertices
     from the surface: by their evaluation, which rounds less than the certificate does, and by
-    `step`, the error of storing them. The sum is doubled, so that the surface has room to bend.
+    `step`, the error of storing them. The sum is doubled, so that the surface has room to bend. The
+    result is at least `LEAST`, also for a surface whose points are all 0.
     """
     least = 0.0
     for nets in patch_nets.groups:
@@ -74,7 +80,7 @@ def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
             share += SHIFT
         slack = 2 * share * sizes + bound_storage_error(far)
         least = max(least, float(slack.max()))
-    return 4 * (least + patch_nets.lowering) + 2 * step
+    return max(4 * (least + patch_nets.lowering) + 2 * step, LEAST)
 
 
 def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:

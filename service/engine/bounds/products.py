@@ -16,6 +16,7 @@ for which `vertex_rounding.bound_bending_rounding` has room.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from sys import float_info
 
 import numpy as np
 
@@ -60,6 +61,9 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
     """
     plan = _build_plan(patches.degree, divisions)
     diagonal, bounds = patches.diagonal, np.empty(patches.count)
+    if 0 < diagonal < float_info.min:
+        # The reciprocal of a subnormal number may be infinite.
+        return np.full(patches.count, diagonal)
     scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * plan.means[..., 0].size))
     for first in range(0, patches.count, step):
         checkpoint()

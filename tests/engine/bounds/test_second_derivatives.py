@@ -104,3 +104,10 @@ def test_one_product_and_several_give_the_same_bounds(
     np.testing.assert_allclose(found, bounds, rtol=1e-4, atol=1e-12)
     assert (found >= bounds * (1 - 1e-12)).all()
     assert not is_small(TensorPatches(nets.copy(), np.full(nets.shape[:-1], 2.0)), divisions)
+
+
+@pytest.mark.parametrize("size", [0.0, 5e-324, 1e-310, 1e-300])
+def test_bounds_of_tiny_patches_are_finite(size: float) -> None:
+    patches = TensorPatches(size * np.random.default_rng(3).uniform(-1, 1, (2, 4, 4, 3)))
+    bounds = bound_grid_deviations(patches, (3, 3))
+    assert ((bounds >= 0) & (bounds <= 4 * size)).all()
