@@ -16,7 +16,7 @@ from service.engine.bounds.faces import SPAN
 from service.engine.mesh.seams import Seams
 
 AHEAD = 1 << 11
-"""Coordinates of nets up to which pieces, their halves, halves of these … are decided at once."""
+"""Coordinates of nets up to which parts of edges, and halves of these, are decided at once."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -129,35 +129,6 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
             chains.backward[rows],
             normals,
         )
-
-
-def halve_runs(first: Ints, last: Ints, cuts: Ints, room: int) -> tuple[Tree, Ints, Ints, Ints]:
-    """Runs of edges, and level by level the halves of runs of several edges.
-
-    Levels are added until all runs have about `room` edges together.
-
-    Returns
-    -------
-    tree : Tree
-    first, last, cuts : ndarray of int, shape (M,)
-        The edges of each run, `last` excluded, and the cuts that led to it.
-    """
-    levels, parents = [(first, last, cuts)], [np.arange(len(first))]
-    level = [slice(0, len(first))]
-    total = 0
-    while True:
-        first, last, cuts = levels[-1]
-        long_runs = (last - first > 1).nonzero()[0]
-        first, last, cuts = first[long_runs], last[long_runs], cuts[long_runs]
-        total += int((last - first).sum())
-        if not len(long_runs) or 2 * total > room:
-            break
-        middle = (first + last) // 2
-        levels.append((np.append(first, middle), np.append(middle, last), np.tile(cuts + 1, 2)))
-        parents.append(np.tile(level[-1].start + long_runs, 2))
-        level.append(slice(level[-1].stop, level[-1].stop + 2 * len(long_runs)))
-    first, last, cuts = (np.concatenate(column) for column in zip(*levels, strict=True))
-    return Tree(level, np.concatenate(parents)), first, last, cuts
 
 
 def build_halving_tree(count: int, levels: int) -> Tree:

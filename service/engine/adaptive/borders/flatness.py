@@ -17,7 +17,7 @@ from service.engine.adaptive.borders.curve_shapes import (
     measure_lengths,
     measure_shapes,
 )
-from service.engine.adaptive.borders.curves import AHEAD, Curves, halve_runs
+from service.engine.adaptive.borders.curves import Curves
 from service.engine.adaptive.cutting.normal_variation import find_chord
 from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.chords import project_nets
@@ -164,26 +164,23 @@ def cut_at_knots(
     """
     first, last = curves.start[chains], curves.start[chains + 1]
     cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
-    rounds: list[tuple[Ints, Ints, Ints, Bools]] = []
-    while len(first):
-        tree, first, last, cuts = halve_runs(first, last, cuts, AHEAD // curves.nets[0].size)
-        several = last - first > 1
-        cut, closed = np.zeros((2, len(several)), dtype=bool)
-        decision, slack = _judge_runs(curves, first[several], last[several], cuts[several], goal)
-        cut[several], closed[several] = decision.cut, decision.closed
-        real, cut, must = tree.walk(cut, closed, again)
-        refuse_hopeless(decision, real[several], slack, goal)
-        straight, single = (real & several & ~cut).nonzero()[0], (real & ~several).nonzero()[0]
-        rounds.append((first[straight], first[single], cuts[single], must[single]))
-        cut &= several
-        pieces.add(curves.uses[curves.owner[first[cut]]])
-        end = tree.level[-1]
-        rest = end.start + cut[end].nonzero()[0]
-        middle = (first[rest] + last[rest]) // 2
-        first, last = np.append(first[rest], middle), np.append(middle, last[rest])
-        cuts, again = np.tile(cuts[rest] + 1, 2), np.tile(closed[rest], 2)
-    straight, row, cuts, again = (np.concatenate(parts) for parts in zip(*rounds, strict=True))
-    return straight, row, cuts, again
+    straight, singles = [first[:0]], [(first[:0], cuts[:0], again[:0])]
+    while True:
+        single = last - first == 1
+        singles.append((first[single], cuts[single], again[single]))
+        first, last, cuts, again = (column[~single] for column in (first, last, cuts, again))
+        if not len(first):
+            row, cuts, again = (np.concatenate(parts) for parts in zip(*singles, strict=True))
+            return np.concatenate(straight), row, cuts, again
+        decision, slack = _judge_runs(curves, first, last, cuts, goal)
+        refuse_hopeless(decision, np.ones(len(first), dtype=bool), slack, goal)
+        cut = decision.cut | again
+        straight.append(first[~cut])
+        first, last = first[cut], last[cut]
+        pieces.add(curves.uses[curves.owner[first]])
+        middle = (first + last) // 2
+        first, last = np.append(first, middle), np.append(middle, last)
+        cuts, again = np.tile(cuts[cut] + 1, 2), np.tile(decision.closed[cut], 2)
 
 
 def _judge_runs(

@@ -31,12 +31,6 @@ from service.engine.adaptive.cutting.span_pieces import (
 )
 from service.engine.bounds.vectors import Vectors, dot, length
 
-AHEAD = 1 << 8
-"""Number of spans up to which cells, their halves, halves of these, … are estimated in one step."""
-
-FEW = [0, 4]
-"""Points of the nine that are tried first, to find cells of many spans that are far from flat."""
-
 
 def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
     """Which of the cells, of several spans each, must be cut, and the leaves for all cells."""
@@ -61,7 +55,8 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, stray)
-    heights = _find_heights(triangles, pieces, at, places, allowed)
+    around = np.repeat(places[0], 3, axis=0), np.tile(places[1], (3, 1))
+    heights = pieces.find_largest(triangles.measure_heights(at, around, cell))
     rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
     best = np.where(rising, heights[0], heights[1])
     fails = best > allowed
@@ -132,34 +127,6 @@ class _CellTriangles:
                 high = np.maximum(np.where(stray == 1.0, 0.0, high), distance)
             heights[way] = high.max(axis=0)
         return heights
-
-
-def _find_heights(
-    triangles: _CellTriangles,
-    pieces: SpanPieces,
-    at: FloatArray,
-    places: FloatArray,
-    allowed: FloatArray,
-) -> FloatArray:
-    """The largest heights (2, m) of nine points (9, 3, N) over both pairs of triangles.
-
-    If the two points `FEW` of a piece are already too high, the heights of the cell are infinite.
-    """
-    cell, is_open = pieces.cell, np.ones(len(allowed), dtype=bool)
-    if len(cell) > AHEAD:
-        few = triangles.measure_heights(at[FEW], (places[0, :2], places[1, :2]), cell)
-        is_open = np.any(pieces.find_largest(few) <= allowed, axis=0)
-    highest = np.full((2, len(is_open)), np.inf)
-    rows = is_open[cell].nonzero()[0]
-    if len(rows):
-        around = (
-            np.repeat(places[0].take(rows, axis=1), 3, axis=0),
-            np.tile(places[1].take(rows, axis=1), (3, 1)),
-        )
-        count = (pieces.end + 1 - pieces.start)[is_open]
-        heights = triangles.measure_heights(at.take(rows, axis=-1), around, cell[rows])
-        highest[:, is_open] = np.maximum.reduceat(heights, np.cumsum(count) - count, axis=-1)
-    return highest
 
 
 def _measure_bends(

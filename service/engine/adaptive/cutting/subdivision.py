@@ -3,6 +3,9 @@
 A cell is a box of places of a face. It is cut at the middle; where it spans several patches, at
 the knot nearest the middle, so that flat neighbouring patches stay one cell. The division of a cell
 depends on that cell alone.
+
+A cell of several spans is estimated by the nets of all of its spans (`span_estimate`). So a level
+of cells costs as much as its spans do, and no bend between the corners of spans is missed.
 """
 
 from collections.abc import Iterator
@@ -13,8 +16,10 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves, Task, halve, restrict
 from service.engine.adaptive.cutting.estimate import estimate_cells
-from service.engine.adaptive.cutting.knot_spans import divide_spans
-from service.engine.adaptive.cutting.normal_variation import Scale
+from service.engine.adaptive.cutting.normal_variation import FINEST, Scale
+from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
+from service.engine.adaptive.cutting.span_pieces import BLOCK as SPAN_BLOCK
+from service.engine.adaptive.cutting.span_pieces import NinePoints, count_spans
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 
@@ -53,12 +58,40 @@ def divide_cells(task: Task, start: Cells) -> Leaves:
     leaves: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
-        leaves, rest = divide_spans(task, start.take(several))
+        leaves, rest = _divide_several_spans(task, start.take(several))
         start = Cells.concatenate([start.take(~several), *rest])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets)
     every = Leaves.concatenate(leaves or [_NONE])
     return every.take(np.lexsort((every.box[2], every.box[0], every.face)))
+
+
+def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
+    """Leaves of several spans, and the cells of one span that remain to be estimated."""
+    leaves: list[Leaves] = []
+    rest: list[Cells] = []
+    nine_points, waiting = NinePoints(task), [start]
+    while waiting:
+        cells = waiting.pop()
+        while waiting and len(cells) + len(waiting[-1]) <= SPAN_BLOCK:
+            cells = Cells.concatenate([cells, waiting.pop()])
+        fitting = int(np.searchsorted(np.cumsum(count_spans(cells)), SPAN_BLOCK, side="right"))
+        if 0 < fitting < len(cells):
+            waiting.append(cells.take(slice(fitting, None)))
+            cells = cells.take(slice(fitting))
+        fails, candidates = estimate_span_cells(task, cells, nine_points)
+        leaves.append(candidates.take(~fails))
+        cut = cells.take(fails)
+        # A very thin cell is cut in its longer direction, at knots: along a crease its normals
+        # turn however thin it is. Then its spans are estimated one by one.
+        thin = cut.box[1::2] - cut.box[::2] <= SPAN * FINEST
+        along_v = np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails])
+        halves = Cells.concatenate([*cut.halve(along_v)])
+        several = count_spans(halves) > 1
+        rest.append(halves.take(~several))
+        if several.any():
+            waiting.append(halves.take(several))
+    return leaves, rest
 
 
 def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
