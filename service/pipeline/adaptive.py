@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from service.encoders.format import MeshSize
 from service.encoders.pieces import Content
-from service.engine.adaptive.budget import Attempt, search_tolerances
-from service.engine.adaptive.limits import Effort
+from service.engine.adaptive.limits import Attempt, Effort, search_tolerances
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy

@@ -1,4 +1,4 @@
-"""From a certified triangulation to a mesh: normals, channels, shared vertices, parts, report."""
+"""From a certified triangulation to a mesh: normals, channels, vertices, parts, lines, report."""
 
 from dataclasses import replace
 from math import inf
@@ -6,6 +6,7 @@ from math import inf
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.samples import (
     PatchPlaces,
     evaluate_channels,
@@ -22,6 +23,7 @@ from service.engine.mesh.borders import count_borders
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
 from service.engine.mesh.closure import Closure
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
+from service.engine.mesh.overlays import control_net
 from service.engine.mesh.report import MeshReport
 from service.engine.mesh.weld import Welding, count_positions, find_shared_positions, weld
 from service.engine.options import MeshOptions
@@ -170,3 +172,44 @@ def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]
 def _find_largest_bound(bounds: FloatArray, adding: float) -> float | None:
     """The largest bound of triangles, plus `adding`; None without triangles."""
     return float(bounds.max(initial=-inf)) + adding if len(bounds) else None
+
+
+def draw_overlays(
+    model: PatchModel, border: Border, options: MeshOptions, storage: Storage, origin: FloatArray
+) -> tuple[Overlay, ...]:
+    """The overlays of the options, in their order, in the precision and about the mesh's origin."""
+    return tuple(
+        _draw_control_net(model, storage, origin)
+        if name == "control_net"
+        else _draw_sides(border, storage, origin)
+        for name in options.overlays
+    )
+
+
+def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
+    """All control points, as they are stored."""
+    if not storage.step:
+        return control_net(model, origin, storage.dtype)
+    net = control_net(model, np.zeros(3), np.float64)
+    return replace(net, positions=storage.store_positions(net.positions.astype(np.float64), origin))
+
+
+def _draw_sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
+    """Every side of every face once, through the vertices that the triangles have there."""
+    ends = _list_segments(border)
+    used, back = np.unique(ends, return_inverse=True)
+    segments = back.reshape(-1, 2).astype(np.uint32)
+    return Overlay("boundary", storage.store_positions(border.points[used], origin), segments)
+
+
+def _list_segments(border: Border) -> Ints:
+    """Pairs (L, 2) of neighbouring vertices on the sides, each pair once, in order of sides."""
+    follows = np.ones(len(border.vertex), dtype=bool)
+    follows[border.start[1:] - 1] = False
+    begin = follows.nonzero()[0]
+    pairs = np.stack([border.vertex[begin], border.vertex[begin + 1]], axis=1)
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    pairs.sort(axis=1)
+    _, first = np.unique(pairs[:, 0] * (len(border.points) + 1) + pairs[:, 1], return_index=True)
+    distinct: Ints = pairs[np.sort(first)]
+    return distinct

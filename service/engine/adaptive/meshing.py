@@ -10,13 +10,12 @@ from collections import Counter
 from dataclasses import replace
 from math import pi
 
-from service.engine.adaptive.assemble import assemble
+from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.borders.border import divide_border
-from service.engine.adaptive.borders.side_normals import SideNormals, build_side_normals
+from service.engine.adaptive.borders.curves import SideNormals, build_side_normals
 from service.engine.adaptive.limits import Effort, MeshLimits
-from service.engine.adaptive.lines import draw_overlays, sample_goal_isocurves
 from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.size_bound import estimate_least_triangles
+from service.engine.adaptive.size_bound import estimate_least_triangles, sample_goal_isocurves
 from service.engine.adaptive.storage import Storage, bound_origin_error
 from service.engine.adaptive.tolerances import (
     build_model_goals,

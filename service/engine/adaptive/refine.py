@@ -37,7 +37,7 @@ from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells, Task, build_whole_cells
 from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.drafts.draft import Draft
-from service.engine.adaptive.drafts.draft_samples import Store
+from service.engine.adaptive.drafts.draft_triangles import Store
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.certificate import certify

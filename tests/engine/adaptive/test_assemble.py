@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from service.bases.arrays import RealArray
-from service.engine.adaptive.assemble import assemble
-from service.engine.adaptive.lines import draw_overlays
+from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.samples import find_samples
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy

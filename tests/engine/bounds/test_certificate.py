@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.engine.bounds import piece_bounds
-from service.engine.bounds.certificate import PartBounds, certify
+from service.engine.bounds import certificate
+from service.engine.bounds.certificate import PartBounds, PieceMeasure, certify, find_covering_hulls
 from service.engine.bounds.clip import clip_parts
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
-from service.engine.bounds.piece_bounds import PieceMeasure, find_covering_hulls
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from tests.engine.bounds.parting import (
@@ -111,7 +110,7 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
     monkeypatch.setattr(PieceMeasure, "bound_pieces", add)
     bounds, _ = check_bounds(patch_nets, faces, parts, positions)
     few, looked[:] = sum(looked), []
-    monkeypatch.setattr(piece_bounds, "COVERED", 10**9)
+    monkeypatch.setattr(certificate, "COVERED", 10**9)
     every = certify(patch_nets, faces, parts, positions, GOAL)
     assert every.deviation.tolist() == bounds.deviation.tolist()
     assert few < 0.5 * sum(looked)

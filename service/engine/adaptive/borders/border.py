@@ -12,8 +12,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.chains import find_chains
+from service.engine.adaptive.borders.curves import SideNormals
 from service.engine.adaptive.borders.division import divide_chains
-from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams

@@ -21,6 +21,7 @@ from service.engine.adaptive.borders.curve_shapes import find_tangents, measure_
 from service.engine.adaptive.borders.curves import (
     AHEAD,
     Curves,
+    SideNormals,
     build_halving_tree,
     group_curves,
     halve_nets,
@@ -32,7 +33,6 @@ from service.engine.adaptive.borders.flatness import (
     decide_cuts,
     refuse_hopeless,
 )
-from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.cutting.normal_variation import FALLING, find_chord
 from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.chords import project_nets

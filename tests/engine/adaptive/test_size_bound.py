@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.lines import count_goal_divisions
+from service.engine.adaptive.size_bound import count_goal_divisions
 from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.bounds.goal import Goal, View
 from service.engine.mesh.mesh_value import Mesh
