@@ -228,6 +228,6 @@ def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
     if most is not None and least > most:
         message, needed = (
             "Even the coarsest mesh of the surface is larger.",
-            f"at least {least} {unit}",
+            f"at least {count_nouns(least, unit)}",
         )
-        raise InvalidRequest(Issue("budget_too_small", message, where, f"{most} {unit}", needed))
+        raise InvalidRequest(Issue("budget_too_small", message, where, count_nouns(most, unit), needed))

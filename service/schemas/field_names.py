@@ -10,6 +10,10 @@ MAX_LETTERS = 40
 """Longer names get no suggestion: comparing them takes long, and all names are shorter."""
 
 
+NEAR = 0.7
+"""Least similarity of a field that is suggested, from 0 to 1: `format` and `normals` have 0.62."""
+
+
 def sort_nearest_first(name: str, names: Sequence[str]) -> list[str]:
     """The names in their order, but the one nearest to `name` first, if one is near."""
     near = get_close_matches(name.lower(), names, 1) if len(name) <= MAX_LETTERS else []
@@ -35,7 +39,7 @@ def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:
             # A part that is not a field is pydantic's name for one model of a union.
             models = inner or {each for each in models if _has_tag(each, part)} or models
     names = sorted({field for each in models for field in each.model_fields})
-    return next(iter(get_close_matches(name, names, 1)), "")
+    return next(iter(get_close_matches(name, names, 1, NEAR)), "")
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:

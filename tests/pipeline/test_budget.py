@@ -72,8 +72,9 @@ def test_the_issue_names_the_least_budget_that_is_enough(option: str) -> None:
         return Accuracy(max_triangles=most)
 
     with pytest.raises(InvalidRequest) as refused:
-        answered("utah-teapot", within(3))
+        answered("utah-teapot", within(1))
     (issue,) = refused.value.issues
+    assert issue.got == f"1 {option.removeprefix('max_').removesuffix('s')}"
     assert (issue.code, issue.pointer) == ("budget_too_small", f"/{option}")
     numbers = re.search(r"\d+", issue.needed or "")
     assert numbers is not None

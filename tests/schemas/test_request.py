@@ -125,3 +125,10 @@ def test_requests_do_not_change() -> None:
     request = validate_document(MeshRequest, {"surface": {"control_net": NET}}, LIMITS)
     with pytest.raises(ValueError, match="frozen"):
         request.faces = "quads"
+
+
+def test_a_limit_of_a_number_has_no_decimal_point_of_its_own() -> None:
+    document = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}}
+    with pytest.raises(InvalidRequest) as refusal:
+        validate_document(MeshRequest, document | {"tolerance": 0, "crease_angle": -1})
+    assert sorted(issue.needed or "" for issue in refusal.value.issues) == ["above 0", "at least 0"]
