@@ -226,8 +226,6 @@ def _budget_share(mesh: AnyMesh, content: Content, budget: Accuracy) -> float:
 def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
     """Refuses a budget that even the coarsest mesh exceeds."""
     if most is not None and least > most:
-        message, needed = (
-            "Even the coarsest mesh of the surface is larger.",
-            f"at least {count_nouns(least, unit)}",
-        )
-        raise InvalidRequest(Issue("budget_too_small", message, where, count_nouns(most, unit), needed))
+        message = "Even the coarsest mesh of the surface is larger."
+        got, needed = count_nouns(most, unit), f"at least {count_nouns(least, unit)}"
+        raise InvalidRequest(Issue("budget_too_small", message, where, got, needed))
