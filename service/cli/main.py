@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
+from service import __version__
 from service.cli import (
     convert,
     curve,
@@ -94,6 +95,7 @@ def build_parser() -> argparse.ArgumentParser:
         epilog=EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"surface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add(commands)

@@ -13,6 +13,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from service import __version__
 from service.cli.main import COMMANDS, main
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
@@ -324,3 +325,9 @@ def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[b
     assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
     assert main(["curve", str(bare), "-o", str(output), "--tolerance", "-1"]) == 1
     assert b"--tolerance" in capsysbinary.readouterr().err
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        main(["--version"])
+    assert (exit_.value.code, capsys.readouterr().out) == (0, f"surface {__version__}\n")
