@@ -32,7 +32,7 @@ def build(
     single : bool
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     allow : callable
-        Raises if a surface that is cut so that borders meet gets too many patches.
+        Raises an error if the cuts along shared borders give a surface too many patches.
     """
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)

@@ -1,4 +1,4 @@
-"""Least and greatest of many points; where to store them from, and how to scale them."""
+"""Bounds of points, the local origin for storing them, and factors that scale them."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from service.bases.arrays import FloatArray, RealArray
 FOLD = 128
 
 MOST_TRANSPOSED = 1 << 15
-"""Points up to which a transposed copy is the faster way."""
+"""Up to this number of points, a transposed copy is faster."""
 
 FAR = 256.0
 """A model further from zero than this multiple of its extent is stored about a local origin:
@@ -53,18 +53,18 @@ def find_stored_bounds(
 
 
 def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Origin of float32 positions within these bounds: zero, unless that would lose the shape."""
+    """Origin of float32 positions in these bounds: near a model that is far from zero, else zero."""
     lows, highs = low.tolist(), high.tolist()
     sizes = [above - below for below, above in zip(lows, highs, strict=True)]
     middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]
     if max(map(abs, middle)) <= FAR * max(sizes):
         return AT_ZERO if len(lows) == 3 else np.zeros(len(lows))
-    # A float32 itself, so that viewers that compute in float32 place it exactly.
+    # The origin is a float32 number, so that viewers that compute in float32 place it exactly.
     rounded: FloatArray = np.array(middle).astype(np.float32).astype(np.float64)
     return rounded
 
 
 def powers_of_two(sizes: FloatArray) -> FloatArray:
-    """Factors that bring sizes near 1 without rounding, as far as there are such factors."""
+    """Powers of two that bring sizes near 1 without rounding, if such factors exist in float64."""
     factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
     return factors

@@ -1,10 +1,10 @@
-"""Positions on a grid: multiples of a step, so few of them that 16 bits number them.
+"""Positions on a grid: multiples of a step, which 16 bits can number.
 
-The step is a power of two, and the grid goes through the zero of the model's own coordinates. So
-nothing is rounded but when a position is put on the grid: products, sums and float32 hold multiples
-of the step exactly. And what matters for seams is the step alone: two meshes of equal steps meet
-wherever they met before, each with a corner of its own to count from, in one file or in two. The
-price is at most one of the 16 bits. A grid is as wide in all directions, or normals would lean.
+The step is a power of two, and the grid contains the zero of model coordinates. So a position is
+rounded once, when it is moved to the grid: products, sums and float32 represent multiples of the
+step exactly. Two meshes with equal steps still meet wherever they met before, in one file or in
+two, although each has its own corner of the grid. This costs at most 1 of the 16 bits. The step is
+equal in all directions, because unequal steps would change the directions of normals.
 """
 
 from math import frexp, ldexp, sqrt
@@ -17,13 +17,13 @@ MOST = 65535
 """The largest number of 16 bits."""
 
 LONGEST = MOST - 2
-"""Steps that a model is long at most: its ends are rounded, and may have been before."""
+"""The most steps along a model: its ends are rounded, and may have been rounded before."""
 
 SMALLEST = 2.0**-126
-"""The least step: below, float32 loses digits, and graphics cards take it for zero."""
+"""The least step: below it float32 loses digits, and graphics cards treat numbers as zero."""
 
 FINEST = 2.0**-52
-"""A step is no smaller part of the largest coordinate: float64 holds its multiples."""
+"""The least step as a share of the largest coordinate: float64 represents its multiples."""
 
 CORNER = sqrt(3) / 2
 """How far, in steps, a position may be from the next one on the grid."""
@@ -41,7 +41,7 @@ def find_step(low: FloatArray, high: FloatArray) -> float:
 
 def round_to_grid(positions: FloatArray, step: float) -> FloatArray:
     """The multiples of a step that are next to some coordinates."""
-    # The next one beyond the largest float32 would be none.
+    # The multiple beyond the largest float32 would not be finite.
     most = FLOAT32_MAX // step
     nearest: FloatArray = np.clip(np.rint(positions / step), -most, most) * step
     return nearest + 0.0

@@ -44,7 +44,7 @@ def find_measure(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
 def compute_curvatures(
     partials: list[Planes], measure: FloatArray
 ) -> tuple[FloatArray, Bools, Bools]:
-    """K and H from S, S_u, S_v, S_uu, S_uv, S_vv.
+    """K and H from the partials S, S_u, S_v, S_uu, S_uv, S_vv.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def compute_curvatures(
     is_doubtful_near_pole : ndarray of bool, shape (r, n)
         Whether the numbers are not precise enough for a sample beside a pole.
     is_doubtful : ndarray of bool, shape (r, n)
-        Whether they are not precise enough for any sample.
+        Whether the numbers are not precise enough for a sample at any place.
     """
     weight: FloatArray | float = 1.0
     if len(partials[0]) > 3:

@@ -1,7 +1,7 @@
-"""Partials up to the second at all samples of a block of patches, some at a time.
+"""Partials up to the second at all samples of a block of patches, in chunks.
 
-Nets are taken about their own middle, in their own scale, and differenced in float64; so the second
-partials are as exact as those at single parameters (`service.engine.points.differential`).
+Each net is moved to its middle, scaled and differenced in float64. So the second partials are as
+exact as those at single parameters (`service.engine.points.differential`).
 """
 
 from collections.abc import Iterator
@@ -22,10 +22,10 @@ from service.engine.evaluation.triangle_normals import localize
 from service.surface.batches import TensorPatches, TrianglePatches
 
 CHUNK_SAMPLES = 16_384
-"""Samples worked on at a time: some dozens of planes of them are a few MiB."""
+"""Samples in one chunk: some dozens of planes of them are a few MiB."""
 
 CHUNK_NUMBERS = 1 << 20
-"""Numbers in the nets of patches that are worked on together."""
+"""Numbers in the nets of the patches of one chunk."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,7 +37,7 @@ class Chunk:
     partials : list of six Planes
         Homogeneous if the patches are rational; in the scale of each patch.
     scale : ndarray of float64, shape (r,)
-        What lengths were multiplied by.
+        The factors by which lengths were multiplied.
     measure : ndarray of float64, shape (r,)
         See `service.engine.curvatures.forms.find_measure`.
     """
@@ -95,17 +95,17 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
 
 
 def _patch_runs(patches: TensorPatches | TrianglePatches, each: int) -> Iterator[tuple[int, int]]:
-    """As many patches at a time as keep both samples and nets few."""
+    """Runs of patches that stay within `CHUNK_SAMPLES` and `CHUNK_NUMBERS`."""
     numbers = len(PARTIALS) * 4 * patches.points[0].size // 3
     return row_runs(patches.count, max(1, min(CHUNK_SAMPLES // each, CHUNK_NUMBERS // numbers)))
 
 
 def _row_runs(starts: Ints) -> Iterator[tuple[int, int]]:
-    """Rows of samples of a triangle, some at a time."""
+    """Runs of rows of samples of a triangle."""
     low, count = 0, len(starts) - 1
     while low < count:
-        fitting = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
-        high = max(low + 1, int(fitting))
+        last = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
+        high = max(low + 1, int(last))
         yield low, high
         low = high
 

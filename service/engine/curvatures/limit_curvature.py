@@ -1,4 +1,4 @@
-"""Curvatures where formulas do not do: at poles, cusps and beside them, one by one."""
+"""Curvatures at and near poles and cusps, where the formulas fail: each is computed as a limit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK_SAMPLES = 16_384
-"""Samples after which it is asked whether this takes too long."""
+"""Samples after which the cost is checked again."""
 
 MOST = 10_000_000_000
-"""Multiplications that the limits of one mesh may take: some seconds, at 100 000 places."""
+"""The most multiplications for the limits of one mesh: some seconds, for 100 000 limits."""
 
 
 @dataclass(slots=True)
@@ -30,26 +30,29 @@ class LimitCurvatures:
     def curvatures(self, patches: Patches, index: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
         """K and H (2, m) of patch `index[k]` at (u[k], v[k]); of triangles, (s[k], t[k]).
 
-        NaN where a limit is infinite or there is none.
+        NaN where a limit is infinite or does not exist.
 
         Raises
         ------
         TooLarge
-            `too_costly`, where there are too many poles.
+            `too_costly` if there are too many poles.
         """
         values = np.empty((2, len(index)))
         for first, last in row_runs(len(index), CHUNK_SAMPLES):
             block = slice(first, last)
             places = index[block], u[block], v[block]
             if isinstance(patches, TrianglePatches):
-                known = evaluate_triangle_jets(patches, *places, 2)
+                jets = evaluate_triangle_jets(patches, *places, 2)
             else:
-                known = evaluate_jets(patches, *places, 2)
-            if known.curvatures is None or known.degenerate is None:
+                jets = evaluate_jets(patches, *places, 2)
+            if jets.curvatures is None or jets.degenerate is None:
                 raise ValueError("second partials come with curvatures")
-            values[0, block], values[1, block] = known.curvatures.gaussian, known.curvatures.mean
+            values[0, block], values[1, block] = (
+                jets.curvatures.gaussian,
+                jets.curvatures.mean,
+            )
             near = find_near_poles(patches, places[0], np.stack(places[1:], axis=1))
-            count = int((near | known.degenerate).sum())
+            count = int((near | jets.degenerate).sum())
             self.check(count, patches)
             self.spent += count * cost_of_limit(patches)
         return values
@@ -69,14 +72,14 @@ class LimitCurvatures:
 
 
 def cost_of_limit(patches: Patches) -> int:
-    """Multiplications that a limit takes at least."""
+    """The least number of multiplications for a limit."""
     degrees = patches.degree if isinstance(patches, TensorPatches) else (patches.degree,) * 2
     size = (degrees[0] + 1) * (degrees[1] + 1)
     return (SERIES + 100 * size) * (1 if patches.weights is None else 2)
 
 
 def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:
-    """Whether all samples can be computed even if every one of them is a pole."""
+    """Whether the limits are affordable even if every sample is a pole."""
     return (
         samples * max(cost_of_limit(batch) for model in models for batch in model.batches) <= MOST
     )

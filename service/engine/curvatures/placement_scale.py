@@ -18,16 +18,16 @@ EVEN = 1e-10
 """Scalings that differ by at most this, relatively, count as equal."""
 
 DIGITS = 10
-"""Digits of a scaling that count, so that the rotation of a copy does not change its scaling."""
+"""Digits to which a scaling is rounded, so that the rotation of a copy does not change it."""
 
 AnyModel = TypeVar("AnyModel", bound=Model)
 
 
 def add_stretches(model: AnyModel) -> AnyModel:
-    """The model, where a group gets one model for each pair of a surface and a stretch.
+    """The model; a group gets one model for each pair of a surface and a stretch.
 
-    Copies that are only moved, rotated and reflected still share their model; stretched models
-    share their arrays. The function is idempotent.
+    Copies that are only moved, rotated or reflected share one model. Stretched models share their
+    arrays. The function is idempotent.
     """
     if not isinstance(model, GroupModel):
         return model
@@ -48,7 +48,7 @@ def add_stretches(model: AnyModel) -> AnyModel:
 
 
 def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
-    """The stretch in a placement, (4, 4); None if lengths do not change."""
+    """The stretch V Σ Vᵀ of a placement (4, 4); None if the placement keeps all lengths."""
     if matrix is None:
         return None
     _, scalings, turned = np.linalg.svd(matrix[:3, :3])

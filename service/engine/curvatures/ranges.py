@@ -1,4 +1,4 @@
-"""Least and greatest curvatures: what a scale of colours begins and ends with."""
+"""Least and greatest curvatures: the ends of a scale of colours."""
 
 from collections.abc import Iterable
 
@@ -22,12 +22,12 @@ def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
 
 def merge_ranges(several: Iterable[Ranges | None]) -> Ranges | None:
     """The ranges over several meshes; None if no mesh has any."""
-    known = [ranges for ranges in several if ranges is not None]
-    if not known:
+    present = [ranges for ranges in several if ranges is not None]
+    if not present:
         return None
     gaussian, mean = (
         (min(low for low, _ in pairs), max(high for _, high in pairs))
-        for pairs in zip(*known, strict=True)
+        for pairs in zip(*present, strict=True)
     )
     return gaussian, mean
 

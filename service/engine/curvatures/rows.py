@@ -1,8 +1,8 @@
-"""Gaussian and mean curvature at all samples of a mesh, as attributes that it carries.
+"""Gaussian and mean curvature at all samples of a mesh, as attributes of its vertices.
 
-They are those of the surface as it stands: of a scaled copy in a group, those of the scaled
-surface. Where a limit is infinite or there is none, as at the apex of a cone, they are 0. What is
-beyond float32 is the largest number that it has.
+The curvatures of a scaled copy in a group are those of the scaled surface. Where a limit is
+infinite or does not exist, as at the apex of a cone, the curvature is 0. A curvature beyond float32
+becomes the largest number of float32.
 """
 
 from dataclasses import replace
@@ -34,26 +34,28 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
     Raises
     ------
     TooLarge
-        `too_costly`, where there are too many poles.
+        `too_costly` if there are too many poles.
     """
     rows = np.empty((2, layout.size), dtype=dtype)
-    care = LimitCurvatures()
+    limit_curvatures = LimitCurvatures()
     for block, patches in layout.split_batches(model.batches):
         out = rows[:, block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(2, len(block.patches), block.count)
         batch = stretch_patches(patches, model.stretch)
-        _write_block(block, batch, care, out)
+        _write_block(block, batch, limit_curvatures, out)
         if isinstance(batch, TensorPatches):
             for side, owners, along, places in layout.iterate_extras(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
                 patch_rows = np.searchsorted(block.patches, owners)
-                rows[:, places] = limit_to_storable(care.curvatures(batch, patch_rows, u, v))
+                rows[:, places] = limit_to_storable(
+                    limit_curvatures.curvatures(batch, patch_rows, u, v)
+                )
     return to_channels(model, rows)
 
 
 def to_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
-    """Rows (2, N) as channels; equal is what differs by nothing in units of the model's size."""
+    """Rows (2, N) as channels. Values are compared in units of the model's size."""
     # As for points: adding 0.0 turns -0.0 into 0.0.
     rows += 0.0
     low, high = model.bounds
@@ -75,14 +77,16 @@ def stretch_patches(patches: Patches, stretch: FloatArray | None) -> Patches:
 
 
 def limit_to_storable(curvatures: FloatArray) -> FloatArray:
-    """Curvatures as any format can hold them."""
+    """Curvatures limited to numbers that every format can store."""
     return np.nan_to_num(curvatures, nan=0.0, posinf=LARGEST, neginf=-LARGEST).clip(
         -LARGEST, LARGEST
     )
 
 
-def _write_block(block: Block, batch: Patches, care: LimitCurvatures, out: RealArray) -> None:
-    """Curvatures (2, P, samples) of a block: by formulas, and by limits where these do not do."""
+def _write_block(
+    block: Block, batch: Patches, limit_curvatures: LimitCurvatures, out: RealArray
+) -> None:
+    """Curvatures (2, P, samples) of a block: by formulas, and by limits where the formulas fail."""
     if isinstance(batch, TrianglePatches):
         chunks = triangle_partials(batch, block.resolution[0])
     else:
@@ -92,16 +96,16 @@ def _write_block(block: Block, batch: Patches, care: LimitCurvatures, out: RealA
         curvatures, left = _compute_chunk(chunk, batch, block)
         out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = limit_to_storable(curvatures)
         doubtful.append(left)
-        care.check(sum(left.shape[1] for left in doubtful), batch)
-    # All together: what is prepared for a patch of high degree costs as much as all the rest.
+        limit_curvatures.check(sum(left.shape[1] for left in doubtful), batch)
+    # All limits in one call: the preparation of a patch of high degree takes half of the time.
     row, column = np.concatenate(doubtful, axis=1)
     if len(row):
-        limits = care.curvatures(batch, row, *find_parameters(block, column))
+        limits = limit_curvatures.curvatures(batch, row, *find_parameters(block, column))
         out[:, row, column] = limit_to_storable(limits)
 
 
 def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:
-    """Curvatures (2, r, n) of a chunk; and patches and samples (2, m) of which they are no good."""
+    """Curvatures (2, r, n) of a chunk; and patches and samples (2, m) where they are doubtful."""
     curvatures, beside_poles, anywhere = compute_curvatures(chunk.partials, chunk.measure)
     with np.errstate(over="ignore", invalid="ignore"):
         curvatures[0] *= np.square(chunk.scale)[:, np.newaxis]

@@ -1,9 +1,9 @@
-"""How long a curve is, up to each of its samples: adaptive Gauss–Legendre quadrature.
+"""The length of a curve up to each of its samples, by adaptive Gauss–Legendre quadrature.
 
     s(t) = ∫ |C′(τ)| dτ
 
-The integrand is analytic but where C′ vanishes or nearly does; there the intervals are halved
-until what they hold no longer counts.
+The integrand is analytic except where C′ vanishes. Near such a place the intervals are halved until
+their lengths are negligible.
 """
 
 import numpy as np
@@ -15,29 +15,29 @@ from service.engine.curves.evaluation import CHUNK, CurveSamples
 from service.surface.curve_pieces import CurvePieces
 
 COARSE, FINE = (leggauss(count) for count in (6, 12))
-"""Nodes and weights over [−1, 1] of two rules; their difference tells whether the finer is right,
-which then is far better than the difference."""
+"""Nodes and weights over [−1, 1] of two rules. If both rules give nearly the same integral, the
+error of the finer rule is far smaller than their difference."""
 
 ACCURACY = 1e-12
 """Largest difference of the two rules on one interval, relative to its length and its share of the
-whole. The sum of all differences is at most twice this times the whole length."""
+curve. The sum of all differences is at most twice this times the length of the curve."""
 
 MAX_HALVINGS = 60
-"""An interval as short as 2⁻⁶⁰ holds nothing that counts."""
+"""The part of a curve over an interval of 2⁻⁶⁰ is negligible."""
 
 MAX_GROWTH = 256
-"""Where a curve has a cusp, one interval in two is halved again; a wild one comes to rest after a
-few halvings. More open intervals than this for each at the beginning are a matter of rounding."""
+"""The most open intervals for each initial interval. At a cusp, one of two halves is halved again;
+at other places a few halvings are enough. More open intervals than this come from rounding."""
 
 
 def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
-    """Length of the curve from its beginning to each sample, shape (N,); the last is the whole.
+    """Length of the curve from its beginning to each sample, shape (N,).
 
     Parameters
     ----------
     at : Samples
-        In order along the curve, joints at t = 0 of the piece that follows; from the very
-        beginning to the very end.
+        In order along the curve, from its beginning to its end; joints are at t = 0 of the piece
+        that follows.
     """
     piece = at.piece[:-1]
     # An interval ends where the next sample is, or at t = 1 where that is in the next piece.
@@ -51,12 +51,12 @@ def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     total_length = float(fine.sum())
     share = total_length / len(piece)
     floor = speeds.noise[piece] * (end - at.t[:-1])
-    unsure = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share) + floor)
+    open_rows = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share) + floor)
     lengths = fine
-    lengths[unsure] = 0.0
-    step = max(1, step // 16)  # room for what they are halved to
-    for first in range(0, len(unsure), step):
-        block = unsure[first : first + step]
+    lengths[open_rows] = 0.0
+    step = max(1, step // 16)  # room for their halves
+    for first in range(0, len(open_rows), step):
+        block = open_rows[first : first + step]
         _refine(speeds, lengths, (block, piece[block], at.t[:-1][block], end[block]), share)
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
@@ -67,7 +67,7 @@ def _refine(
     intervals: tuple[Ints, Ints, FloatArray, FloatArray],
     share: float,
 ) -> None:
-    """Adds to `lengths` what some intervals (number, piece, begin, end) hold, halving them."""
+    """Adds to `lengths` the lengths of intervals (number, piece, begin, end), halving them."""
     number, piece, begin, end = intervals
     most = MAX_GROWTH * (len(number) + 1)
     for _ in range(MAX_HALVINGS):
@@ -79,12 +79,17 @@ def _refine(
         # Half as long, half as large a part of the share: the differences cannot add up.
         share /= 2
         floor = speeds.noise[piece] * (end - begin)
-        sure = np.abs(fine - coarse) <= ACCURACY * (fine + share) + floor
+        is_done = np.abs(fine - coarse) <= ACCURACY * (fine + share) + floor
         if len(number) > most:
-            sure[:] = True
-        np.add.at(lengths, number[sure], fine[sure])
-        rest = ~sure
-        number, piece, begin, end = number[rest], piece[rest], begin[rest], end[rest]
+            is_done[:] = True
+        np.add.at(lengths, number[is_done], fine[is_done])
+        open_rows = ~is_done
+        number, piece, begin, end = (
+            number[open_rows],
+            piece[open_rows],
+            begin[open_rows],
+            end[open_rows],
+        )
         if not len(number):
             return
     np.add.at(lengths, number, speeds.integrals(piece, begin, end)[1])
@@ -96,7 +101,7 @@ class Speeds:
     def __init__(self, pieces: CurvePieces) -> None:
         low, high = pieces.points.min(axis=1), pieces.points.max(axis=1)
         local = pieces.points - (low + (high - low) / 2)[:, None]
-        # In units of a power of two, lest the squares of small numbers vanish.
+        # In units of a power of two, so that the squares of small numbers do not underflow.
         exponent = float(np.frexp(np.abs(local).max())[1])
         self.unit = 2.0 ** max(exponent, -1000.0)
         self.points: FloatArray = local / self.unit

@@ -1,8 +1,8 @@
 """Proved bounds of the distance of a curve from the chords between its samples, by convex hulls.
 
-Halving a piece quarters the second differences of its (homogeneous) net, and the control points
-are no further from the chord than n²/8 times these. So halving ends for every tolerance that is
-larger than the rounding errors; smaller ones are refused.
+Halving a piece quarters the second differences of its (homogeneous) net, and no control point is
+further from the chord than n²/8 times these differences. So halving ends for every tolerance that
+is larger than the rounding errors; the service refuses smaller tolerances.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ MAX_HALVINGS = 48
 is not refused needs fewer, also with weights of ratio 1e8."""
 
 CHUNK = 1 << 18
-"""Coordinates of nets that are worked on at a time."""
+"""Coordinates of the nets in one chunk."""
 
 EPS = float(np.finfo(np.float64).eps)
 SINGLE = np.finfo(np.float32)
@@ -71,18 +71,20 @@ def halve_chords(
     ]
     while waiting:
         piece, t, depth, nets = waiting.pop()
-        flat = (
+        is_near = (
             bound_chord_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension))
             <= allowed
         )
         if depth == MAX_HALVINGS:
-            flat[:] = True  # these are not proved here: `certify_chords` bounds all chords
-        begins.append(np.stack([piece[flat], t[flat]], axis=1))
-        count += int(flat.sum())
-        left = np.flatnonzero(~flat)
-        _check_count(count + 2 * len(left), most)
+            is_near[:] = True  # not proved in this function: `certify_chords` bounds all chords
+        begins.append(np.stack([piece[is_near], t[is_near]], axis=1))
+        count += int(is_near.sum())
+        remaining = np.flatnonzero(~is_near)
+        _check_count(count + 2 * len(remaining), most)
         step = 0.5 ** (depth + 1)
-        for rows in np.array_split(left, -(-2 * len(left) // block)) if len(left) else ():
+        for rows in (
+            np.array_split(remaining, -(-2 * len(remaining) // block)) if len(remaining) else ()
+        ):
             first, second = halve(nets[rows])
             where = np.concatenate([t[rows], t[rows] + step])
             both = np.concatenate([piece[rows], piece[rows]])
@@ -130,7 +132,8 @@ def certify_chords(
     at : CurveSamples
         In order along the curve.
     stored : ndarray, shape (N, d)
-        The samples as they are written, relative to `origin`; the bound includes their rounding.
+        The samples in the precision of the file, relative to `origin`; the bound includes their
+        rounding.
     """
     net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)

@@ -1,7 +1,7 @@
 """Points and unit tangents of a curve's pieces, at any parameters.
 
-Everything is summed term by term: the bits of a sample depend on its piece and its parameter alone,
-not on the samples that are computed together with it.
+All sums are formed term by term. So the bits of a sample depend on its piece and its parameter
+alone, and not on the samples that are computed together with it.
 """
 
 from collections.abc import Iterator
@@ -16,10 +16,10 @@ from service.engine.extent import powers_of_two
 from service.surface.curve_pieces import CurvePieces
 
 CHUNK = 1 << 18
-"""Coordinates of gathered points that are worked on at a time."""
+"""Coordinates of the points that are gathered at a time."""
 
 STILL = 2.0**-40
-"""A derivative below this, where the piece is about 1 in size, is taken for zero."""
+"""A derivative below this counts as zero, on a piece scaled to a size of about 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,9 @@ class CurveSamples:
 
     @staticmethod
     def uniform(count: int, divisions: int) -> "CurveSamples":
-        """R divisions of each of S pieces: S R + 1 samples, joints once, at t = 0 of what follows.
+        """R divisions of each of S pieces: S R + 1 samples.
+
+        Joints occur once, at t = 0 of the piece that follows.
 
         The end of the curve is at t = 1 of its last piece.
         """
@@ -43,11 +45,11 @@ class CurveSamples:
         return len(self.t)
 
     def chunks(self, width: int) -> Iterator[slice]:
-        """Runs of samples for which `width` numbers each are not too many at once."""
+        """Runs of samples with at most `CHUNK` numbers, if each sample needs `width` numbers."""
         return row_slices(len(self), width, CHUNK)
 
     def parameters(self, breaks: FloatArray) -> FloatArray:
-        """Parameters in the curve's parameters domain, joints and ends exact."""
+        """Parameters in the curve's domain; joints and ends are exact."""
         low, high = breaks[self.piece], breaks[self.piece + 1]
         parameters = low + (high - low) * self.t
         parameters[self.t == 1.0] = high[self.t == 1.0]
@@ -69,12 +71,12 @@ def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
 
 
 def evaluate_tangents(pieces: CurvePieces, at: CurveSamples, *, before: bool = False) -> FloatArray:
-    """Unit tangents, shape (N, d): limits from behind the sample, or from before it.
+    """Unit tangents, shape (N, d): limits from the right, or from the left if `before`.
 
-    Where C′ vanishes, at a cusp or at an end with repeated control points, the limit is that of
-    the first derivative that does not: C^(k)(t) from the right, (−1)^(k−1) C^(k)(t) from the
-    left. At t = 1 it is always that from the left, at t = 0 that from the right. A piece that is
-    one point takes the direction of the next that is not.
+    Where C′ vanishes, at a cusp or at an end with repeated control points, the limit is the
+    direction of the first derivative that does not vanish: C^(k)(t) from the right, (−1)^(k−1)
+    C^(k)(t) from the left. At t = 1 it is always the limit from the left, at t = 0 the limit from
+    the right. A piece that is one point takes the direction of the next piece that is longer.
 
     For a rational curve, C − C(t) = X / w with X_i = w_i (P_i − C(t)): the first derivative of X
     that does not vanish has the same direction.
@@ -102,7 +104,7 @@ class _Local:
         self.weights: FloatArray | None = None
         if pieces.weights is not None:
             self.weights = pieces.weights / pieces.weights.max(axis=1, keepdims=True)
-        # What the points were rounded to counts, too, where the curve is far from zero.
+        # Far from zero, the rounding of the points themselves limits the precision, too.
         far = np.abs(middle).max(axis=1) * scale
         self.still: FloatArray = STILL + 2.0**-50 * far
         self.solid: Bools = size > 0
@@ -136,29 +138,32 @@ class _Local:
         weights = np.ones(points.shape[:2]) if self.weights is None else self.weights[piece]
         centre = _point(points, weights, bernstein(self.degree, t))
         net = weights[:, :, None] * (points - centre[:, None])
-        left = (t == 1.0) | (before & (t > 0.0))
-        out = np.full(centre.shape, np.nan)
+        from_left = (t == 1.0) | (before & (t > 0.0))
+        directions = np.full(centre.shape, np.nan)
         best = np.zeros(len(t))
         for k in range(1, self.degree + 1):
             net = np.diff(net, axis=1)
             value = _sum(bernstein(self.degree - k, t), net)
             length = np.sqrt((value * value).sum(axis=1))
-            # The first above the limit is the one; where rounding hides all of them, the clearest.
+            # The first derivative above its limit; if rounding hides all of them, the largest in
+            # units of its limit.
             clear = length * 0.5 ** (k - 1)
             is_better = self.solid[piece] & (best <= limit) & (clear > best)
-            sign = np.where(left & (k % 2 == 0), -1.0, 1.0)
-            out[is_better] = (sign[is_better] / length[is_better])[:, None] * value[is_better]
+            sign = np.where(from_left & (k % 2 == 0), -1.0, 1.0)
+            directions[is_better] = (sign[is_better] / length[is_better])[:, None] * value[
+                is_better
+            ]
             best[is_better] = clear[is_better]
-        return out
+        return directions
 
     def neighbour_directions(self, piece: Ints) -> FloatArray:
-        """Directions at pieces that are one point: of the next that is none, else of the last.
+        """Directions at pieces that are one point: of the next longer piece, else of the last one.
 
-        So a corner that such pieces hide is at the first of them.
+        So a corner between longer pieces is at the first of the pieces that are one point.
         """
         solid = np.flatnonzero(self.solid)
         after = np.searchsorted(solid, piece)
-        # A closed curve goes on with its first piece.
+        # A closed curve continues with its first piece.
         back = (after == len(solid)) & (not self.closed)
         chosen = solid[np.where(back, after - 1, after % len(solid))]
         ends, number = np.unique(np.stack([chosen, back]), axis=1, return_inverse=True)
@@ -174,7 +179,7 @@ def _sum(basis: FloatArray, net: FloatArray) -> FloatArray:
 
 
 def _point(points: FloatArray, weights: FloatArray | None, basis: FloatArray) -> FloatArray:
-    """Points of one row of control points each: (N, n+1, d) → (N, d)."""
+    """Points of curves, one for each row of control points: (N, n+1, d) → (N, d)."""
     if weights is None:
         return _sum(basis, points)
     share = basis * weights

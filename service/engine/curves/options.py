@@ -9,12 +9,12 @@ from service.errors import InvalidRequest, Issue
 
 @dataclass(frozen=True, slots=True)
 class CurveOptions:
-    """How a curve shall be divided into samples.
+    """The options that choose the samples of a curve, and the data computed for each sample.
 
     Attributes
     ----------
     resolution : int
-        Divisions of every piece. Not read where there is a tolerance.
+        Divisions of every piece. Not used if there is a tolerance.
     tolerance : float or None
         Model units. The curve stays within this distance of the polyline of its samples.
     tangents, arc_lengths : bool

@@ -1,4 +1,4 @@
-"""The value that leaves the engine for a curve: samples in order, and the report with them."""
+"""The result of the engine for a curve: its samples in order, and the report on them."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from service.surface.checks import Up
 class PolylineReport:
     """The report on a sampled curve.
 
-    `length` is that of the curve, not of the polyline. Of a `closed` curve the last point is the
-    first once more. `deviation_bound` bounds the distance of every point of the curve from the
-    polyline as stored; `bounds_min` and `bounds_max` are those of the points as stored, in model
-    coordinates.
+    `length` is that of the curve, not of the polyline. The last point of a `closed` curve repeats
+    the first. `deviation_bound` bounds the distance of every point of the curve from the polyline
+    through the stored points. `bounds_min` and `bounds_max` are the bounds of the stored points, in
+    model coordinates.
     """
 
     points: int
@@ -36,7 +36,7 @@ class Polyline:
     points : ndarray, shape (N, d), d = 2 or 3
         float64 in model coordinates; or float32 relative to `origin`.
     tangents : ndarray of float64, shape (N, d), or None
-        Unit length; at a corner the direction in which the curve goes on.
+        Unit length; at a corner the direction of the piece that follows.
     parameters : ndarray of float64, shape (N,)
         In the curve's own domain.
     arc_lengths : ndarray of float64, shape (N,), or None

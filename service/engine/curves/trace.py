@@ -1,6 +1,7 @@
 """Converts a curve to one polyline: samples, tangents, lengths, and a bound of the deviation.
 
-1. Choose the samples: R divisions of each piece, or halving until the chords are near enough.
+1. Choose the samples: R divisions of each piece, or halving until all chords are within the
+   tolerance.
 2. Evaluate points and tangents.
 3. Measure the curve, and bound its distance from the polyline through the stored, rounded points.
 """
@@ -41,8 +42,7 @@ def trace_curve(
     Parameters
     ----------
     single : bool
-        float32 positions about a local origin, for formats that store them so; else float64 in
-        model coordinates.
+        Whether positions are float32 about a local origin, else float64 in model coordinates.
     """
     origin = _origin(pieces, single)
     points = _store(evaluate_positions(pieces, at), origin, single)

@@ -23,11 +23,11 @@ from service.engine.scratch import Real, Workspaces
 from service.surface.batches import Patches, TensorPatches
 
 CHUNK_SAMPLES = 18_432
-"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
+"""Samples in one chunk: a dozen planes of them fit the second-level cache."""
 
 TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
-"""|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is good enough: the
-direction is then wrong by at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
+"""|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is sufficient: the
+error of the direction is then at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
 
 SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
 """|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
@@ -74,20 +74,20 @@ def evaluate_at_once(
     *,
     is_separable: bool,
 ) -> list[NDArray[np.intp]]:
-    """Writes points and unit normals; returns which samples, counted over all, are doubtful.
+    """Writes points and unit normals; returns the numbers of the doubtful samples.
 
-    Their normals are NaN. The vectors S_u × S_v are computed in the precision of the result, from
-    differences of the control points in float64.
+    Samples are numbered over all patches. The normals of doubtful samples are NaN. The vectors S_u
+    × S_v are computed in the precision of the result, from differences of the control points in
+    float64.
 
     Parameters
     ----------
     patches : TensorPatches
         P patches.
     positions, normals : ndarray, shape (P, Ru+1, Rv+1, 3)
-        Where to write to; `normals` is None where none are wanted.
+        The output; `normals` is None if only positions are requested.
     is_separable : bool
-        Whether samples are products along u, then along v; otherwise they are one product with the
-        basis of all samples.
+        Whether to multiply along u and then along v, else once with the basis of all samples.
     """
     dtype: Real = positions.dtype.type
     each = (resolution[0] + 1) * (resolution[1] + 1)
@@ -139,7 +139,7 @@ def write_local(planes: RealArray, shift: FloatArray, scale: float, out: RealArr
 
 
 class _Workspace:
-    """Memory for a chunk of r patches, cut once into all the arrays that are worked on.
+    """Memory for a chunk of r patches, divided into all work arrays.
 
     `planes` is (d, r), with d = 3, or 4 for rational patches. `nets` (K, d, r) are the control
     points, then their differences along u, then those along v; `rounded` is the same in the working
@@ -275,7 +275,7 @@ class _Workspace:
 
 
 Products: TypeAlias = list[list[tuple[RealArray, RealArray, RealArray]]]
-"""For each of S, S_u and S_v: the pairs of matrices that are multiplied, and where to."""
+"""For each of S, S_u and S_v: the pairs of matrices to multiply, and the output."""
 
 
 def _whole_products(
@@ -316,9 +316,9 @@ _WORKSPACES = Workspaces(_Workspace)
 
 
 def _build_means(degree: tuple[int, int], dtype: Real) -> RealArray:
-    """Factors (2, differences) of the squares of differences in their means along u and along v.
+    """Factors (2, differences) that give the mean squares of differences along u and along v.
 
-    The means are times `TRUSTED`.
+    The means are multiplied by `TRUSTED`.
     """
     _, along_u, along_v = count_vectors(degree)
     means = np.zeros((2, along_u + along_v), dtype)

@@ -1,7 +1,7 @@
 """The method `de_casteljau`: points by repeated interpolation between neighbouring control points.
 
-Points are only ever mixed, with shares from 0 to 1: no method is stabler. The last points but one
-show the partials. Every sample does all of the work anew, which is the price.
+All steps are convex combinations: no method is numerically more stable. The points of the level
+before the last give the partials. The cost is high, because every sample repeats all steps.
 
 References
 ----------
@@ -23,18 +23,19 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 17
-"""Numbers of one level that are worked on at a time: they fit the second-level cache."""
+"""Numbers of one level in one chunk: they fit the second-level cache."""
 
 LEAST_SAMPLES = 64
-"""Samples worked on at a time even where one net fills the cache: numpy's calls cost as much."""
+"""The least number of samples in a chunk: for fewer, NumPy's calls cost more than the
+arithmetic."""
 
 
 def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: bilinear steps, then linear ones.
 
-    While both degrees last every 2 × 2 block of points becomes one, mixed by (1 − u, u) × (1 − v,
-    v); then neighbours are mixed in the direction that is left. One bilinear step is kept to the
-    end, since its four points show both partials.
+    While both degrees are left, every 2 × 2 block of points is interpolated with the weights (1 −
+    u, u) × (1 − v, v); then neighbours are interpolated in the direction that is left. One bilinear
+    step comes last, since its four points give both partials.
     """
     p, q = work.patches.degree
     lines: list[RealArray] = [sample_parameters(r).astype(work.dtype) for r in work.resolution]
@@ -78,7 +79,7 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
 
         b_ijk ← r b_{i+1,j,k} + s b_{i,j+1,k} + t b_{i,j,k+1}
 
-    The last three points show the partials.
+    The last three points give the partials.
     """
     degree = work.patches.degree
     for first, last, begin, end in _split_work(
@@ -103,7 +104,7 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
-    Every number is computed by itself: its bits do not depend on the others.
+    Each number is computed separately, so its bits do not depend on the others.
     """
     t = sample_parameters(divisions)[:, np.newaxis]
     out = np.empty((len(points), divisions + 1, points.shape[2]))
@@ -116,7 +117,7 @@ def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
 
 
 def estimate_effort(model: PatchModel, resolution: tuple[int, int]) -> int:
-    """Multiplications that all samples of a model take together, a millisecond a million."""
+    """The number of multiplications for all samples of a model: a million takes a millisecond."""
     ru, rv = resolution
     total = 0
     for batch in model.batches:
@@ -128,7 +129,7 @@ def estimate_effort(model: PatchModel, resolution: tuple[int, int]) -> int:
 
 
 def count_multiplications(patches: Patches) -> int:
-    """How many each sample takes: of the order of p³."""
+    """The number of multiplications for each sample: of the order of p³."""
     planes = 3 if patches.weights is None else 4
     if isinstance(patches, TrianglePatches):
         return planes * 3 * sum(triangle.count_points(n) for n in range(patches.degree))
@@ -143,15 +144,16 @@ def count_multiplications(patches: Patches) -> int:
 
 def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
     """(1 − t) a + t b."""
-    mixed: RealArray = (1 - t) * a
-    mixed += t * b
-    return mixed
+    out: RealArray = (1 - t) * a
+    out += t * b
+    return out
 
 
 def _split_work(count: int, each: int, points: int) -> Iterator[tuple[int, int, int, int]]:
-    """Patches [first, last) and their samples [begin, end) of `each`, of `points` points a net.
+    """Runs (first, last, begin, end): samples [begin, end) of patches [first, last).
 
-    All samples of some patches, or some samples of one.
+    A run has all samples of several patches, or some samples of one patch. Each patch has `each`
+    samples and a net of `points` points.
     """
     step = max(LEAST_SAMPLES, CHUNK_NUMBERS // (4 * points))
     patches = max(1, step // each)

@@ -1,7 +1,7 @@
 """Limits of unit normals where S_u × S_v vanishes.
 
 N = S_u × S_v is itself a polynomial in the Bernstein basis: its derivatives, and so the lowest term
-that does not vanish, are known and need not be guessed from neighbours.
+that does not vanish, are computed, and not estimated from neighbours.
 """
 
 from typing import Literal, TypeAlias
@@ -18,7 +18,7 @@ VANISHING = 2.0**-40
 the measure, so larger differences have at least a dozen correct binary digits."""
 
 NEGLIGIBLE = 2.0**-36
-"""Coefficients of N below this part of the largest are rounding of what should be zero."""
+"""Coefficients of N below this share of the largest count as zero: they come from rounding."""
 
 Direction: TypeAlias = Literal["v", "u", "diagonal"]
 
@@ -49,32 +49,35 @@ def limit_normals(
     coefficients = nets.normal_net
     largest = longest_vectors(coefficients)
     floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.measure)[which]
-    # Restriction only averages coefficients: where none is above the floor, none will be.
-    hopeful = largest[which] > floor
+    # Restriction only averages coefficients: if none is above the floor before it, none is after
+    # it.
+    has_limit = largest[which] > floor
     normals = np.full((len(which), 3), np.nan)
-    # Inwards from the edge on which the sample lies; a corner counts to the v edge first. Along a
-    # collapsed edge N vanishes throughout, so that a wrong first choice finds nothing.
+    # Inwards from the edge on which the sample lies; at a corner, from the v edge first. Along a
+    # collapsed edge N vanishes throughout, so a wrong first choice gives no direction.
     on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
-        (hopeful & ~on_u_edge_only, ("v", "u")),
-        (hopeful & on_u_edge_only, ("u", "v")),
-        # Corners for which both lines vanish throughout.
-        (hopeful & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
+        (has_limit & ~on_u_edge_only, ("v", "u")),
+        (has_limit & on_u_edge_only, ("u", "v")),
+        # Corners where N vanishes along both edges.
+        (has_limit & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
     )
     for group, directions in orders:
         for direction in directions:
-            open_ = np.flatnonzero(group & np.isnan(normals[:, 0]))
-            if len(open_):
-                lines = trace_inwards(coefficients, which[open_], u[open_], v[open_], direction)
-                normals[open_] = _find_leading(lines, floor[open_])
-    rest = np.flatnonzero(np.isnan(normals[:, 0]))
-    if len(rest):
-        normals[rest] = _patch_normals(nets, coefficients, which[rest])
+            unresolved = np.flatnonzero(group & np.isnan(normals[:, 0]))
+            if len(unresolved):
+                lines = trace_inwards(
+                    coefficients, which[unresolved], u[unresolved], v[unresolved], direction
+                )
+                normals[unresolved] = _find_leading(lines, floor[unresolved])
+    remaining = np.flatnonzero(np.isnan(normals[:, 0]))
+    if len(remaining):
+        normals[remaining] = _patch_normals(nets, coefficients, which[remaining])
     return normals
 
 
 def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
-    """The polynomials restricted to the longer part of the domain on either side of t.
+    """The polynomials restricted to the longer one of the parts before and after t.
 
     They are reversed if this part lies before t. So in the result the sample has index 0 along
     `axis`. The restriction is de Casteljau's algorithm.
@@ -120,7 +123,7 @@ def trace_inwards(
 
 
 def _find_leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
-    """The first coefficient longer than `floor` of each line, made unit; NaN if there is none."""
+    """Unit vector of the first coefficient longer than `floor` of each line; else NaN."""
     lengths = np.linalg.norm(lines, axis=1)
     large = lengths > floor[:, None]
     first = large.argmax(axis=1)
@@ -133,7 +136,7 @@ def _find_leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
 def _patch_normals(
     nets: DerivativeNets, coefficients: FloatArray, which: NDArray[np.intp]
 ) -> FloatArray:
-    """Last resort: the mean normal of the whole patch, weighted by area; else a perpendicular.
+    """The mean normal of the patch, weighted by area; without area, a perpendicular vector.
 
     The mean of the coefficients of N is its integral over the patch.
     """
@@ -143,7 +146,8 @@ def _patch_normals(
     flat = np.flatnonzero(length <= VANISHING * nets.measure[used])
     length[flat] = 1.0
     normals = mean / length[:, None]
-    # Without any area the patch is a line or a point: perpendicular to its longest difference.
+    # Without area, the patch is a line or a point: the result is perpendicular to its longest
+    # difference.
     for row in flat.tolist():
         edges = np.concatenate(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1

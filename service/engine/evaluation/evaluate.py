@@ -34,7 +34,7 @@ from service.measuring import Measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
-"""The ways in which the method `matrix` may be computed."""
+"""The formulations of the method `matrix`."""
 
 BY_ROWS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
     {"separable": separable, "normal_polynomial": normal_polynomial}
@@ -42,7 +42,7 @@ BY_ROWS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyTy
 """Formulations for large grids. `at_once` has `separable`, too, and `kronecker` for all grids."""
 
 LARGEST = 1 << 20
-"""The most numbers of a matrix that is kept: 8 MiB, the largest value that the cache accepts."""
+"""The most numbers of a cached matrix: 8 MiB, the largest value that the cache accepts."""
 
 GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
@@ -50,7 +50,7 @@ GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
         "forward_difference": forward_difference.evaluate_grids,
     }
 )
-"""The methods beside `matrix`, on tensor-product patches."""
+"""The methods other than `matrix`, on tensor-product patches."""
 
 TRIANGLES: Mapping[Method, Callable[[TriangleEvaluation], None]] = MappingProxyType(
     {
@@ -88,10 +88,10 @@ def evaluate(
     origin : ndarray of float64, shape (3,), optional
         Subtracted from the control points before they are rounded to `dtype`.
     method : "matrix", "de_casteljau" or "forward_difference"
-        How samples are computed. Normals whose rounding errors may be too large are then computed
-        again, with any method.
+        The method that computes the samples. With every method, normals whose rounding errors may
+        be too large are computed again.
     formulation : str, optional
-        The formulation of `matrix`, in place of the fastest; the result is the same up to rounding.
+        A formulation of `matrix`, by default the fastest. The result is the same up to rounding.
     out : PatchSamples, optional
         An earlier result of the same shapes and precision to overwrite. Large fresh arrays cost
         as much as the arithmetic, because the system zeroes every page of them.
@@ -152,13 +152,13 @@ def _evaluate_in_double(
 
     If they are few, the result lies in work arrays that the next call overwrites.
     """
-    several, out = patches.take(index), None
-    if isinstance(several, TensorPatches):
-        shape = (several.count, resolution[0] + 1, resolution[1] + 1, 3)
+    chosen, out = patches.take(index), None
+    if isinstance(chosen, TensorPatches):
+        shape = (chosen.count, resolution[0] + 1, resolution[1] + 1, 3)
         if prod(shape[:3]) <= CHUNK_SAMPLES:
             points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
             out = PatchSamples(points, vectors, 0)
-    return evaluate(several, resolution, method=method, formulation=formulation, out=out)
+    return evaluate(chosen, resolution, method=method, formulation=formulation, out=out)
 
 
 def choose_formulation(

@@ -1,8 +1,8 @@
-"""The state of one evaluation: it loads nets and writes points and normals.
+"""The state of one evaluation: the steps that load nets and write points and normals.
 
-What all formulations share. Nets are differenced, centred and scaled in float64; what comes of
-them is computed in the precision of the result, and a normal that this precision cannot vouch for
-is computed anew (`service.engine.evaluation.normals`).
+All formulations share these steps. Nets are differenced, centred and scaled in float64. Samples are
+computed in the precision of the result. A normal for which this precision is not sufficient is
+computed again (`service.engine.evaluation.normals`).
 """
 
 from abc import ABC, abstractmethod
@@ -27,7 +27,7 @@ from service.engine.scratch import Real, scratch
 from service.surface.batches import Patches
 
 ONE_BY_ONE = 128
-"""One normal computed by itself costs as much as this many samples of a patch in float64."""
+"""A normal computed singly takes as long as this number of samples of a patch in float64."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,8 +45,9 @@ class PatchSamples:
 class Evaluation(ABC):
     """The state of one evaluation: inputs, outputs, and the steps that all formulations share.
 
-    `each` counts the samples of one patch. `positions` and `normals` are those of the result. The
-    normals of samples that are `doubtful`, counted over all, are computed anew in the end.
+    `each` counts the samples of one patch. `positions` and `normals` are the arrays of the result.
+    `doubtful` has the numbers of samples, counted over all patches, whose normals are computed
+    again in the end.
     """
 
     def __init__(
@@ -79,13 +80,13 @@ class Evaluation(ABC):
         Parameters
         ----------
         at : ndarray of float64, shape (K, d, r)
-            Where to write them.
+            The output.
 
         Returns
         -------
         ndarray of float64, shape (K, d, r)
-            The control points to take differences of: `at` itself, or, where positions have
-            another origin or another scale than partials, a net of its own.
+            The control points whose differences give the partials: `at` itself, or another array if
+            positions have another origin or scale than partials.
         """
         np.copyto(at[:, :3], self._planes(self.patches.points, first, last))
         if self.patches.weights is not None:
@@ -97,8 +98,8 @@ class Evaluation(ABC):
             return at
         if self.origin is None and self.scale == 1.0:
             return at
-        # Positions about the origin asked for, partials from differences of the points themselves:
-        # neither loses digits to the other's needs.
+        # Positions are relative to the requested origin, but partials are differences of the
+        # original points: so neither loses digits.
         net: FloatArray = at * self.scale
         if self.origin is not None:
             at -= self.origin[:, None]
@@ -111,7 +112,7 @@ class Evaluation(ABC):
         return at, du, dv
 
     def find_least_trusted(self, du: FloatArray, dv: FloatArray) -> FloatArray:
-        """The least |S_u × S_v|² that is good enough, from the differences (…, d, r): (r,)."""
+        """The least trusted |S_u × S_v|² of each patch (r,), from the differences (…, d, r)."""
         planes, count = du.shape[-2:]
         trust = _square_sums(du) * _square_sums(dv)
         trust *= TRUSTED[self.dtype] ** 2 / (du.size * dv.size / (planes * count) ** 2)
@@ -143,7 +144,7 @@ class Evaluation(ABC):
         return planes
 
     def write_local(self, planes: RealArray, out: RealArray) -> None:
-        """Writes S from the planes of what `local` has; projects homogeneous ones in place."""
+        """Writes S from the planes of `load_local`; projects homogeneous coordinates in place."""
         if self.rational:
             planes[:3] /= planes[3]
         write_local(planes, find_shift(self.patches, self.origin), self.scale, out)
@@ -155,7 +156,7 @@ class Evaluation(ABC):
         trust: RealArray,
         first: int,
     ) -> None:
-        """Writes unit vectors, and notes which samples, counted from `first`, are doubtful."""
+        """Writes unit vectors of samples from `first` on, and records the doubtful samples."""
         square, term = scratch("square", (2, *vectors.shape[1:]), self.dtype)
         x, y, z = vectors
         np.multiply(x, x, out=square)
@@ -165,7 +166,7 @@ class Evaluation(ABC):
         np.add(square, term, out=square)
         doubtful = square <= trust
         if np.count_nonzero(doubtful):
-            # The normal comes out as NaN, which marks that it is still owed.
+            # The normal is NaN, which marks that it must be computed again.
             square[doubtful] = np.nan
             self.doubtful.append(doubtful.reshape(-1).nonzero()[0] + first)
         np.sqrt(square, out=square)
@@ -179,7 +180,7 @@ class Evaluation(ABC):
                 for axis in range(3):
                     np.multiply(at[axis], partial[3], out=term)
                     np.subtract(partial[axis], term, out=partial[axis])
-        # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
+        # S is no longer needed: the vectors overwrite it, so that a chunk stays small.
         x, y, z = vectors = scratch("at", (self.dimension, *du.shape[1:]), self.dtype)[:3]
         ax, ay, az = du[0], du[1], du[2]
         bx, by, bz = dv[0], dv[1], dv[2]
@@ -197,31 +198,31 @@ class Evaluation(ABC):
     def finish(self, in_double: Callable[[NDArray[np.intp]], PatchSamples] | None) -> PatchSamples:
         """The result, after the doubtful normals have been computed anew.
 
-        Limits at poles come first. A patch of which many normals are still owed is evaluated as a
-        whole in float64, by `in_double`; what is owed then is computed one by one.
+        Limits at poles come first. A patch with many other doubtful normals is evaluated again in
+        float64, by `in_double`; the normals that are still doubtful are computed one by one.
         """
         if self.normals is None or not self.doubtful:
             return PatchSamples(self.positions, self.normals, 0)
         doubtful = self.doubtful[0] if len(self.doubtful) == 1 else np.concatenate(self.doubtful)
         normals = self.normals.reshape(-1, 3)
         self._write_poles(self.normals)
-        owed = np.isnan(normals[doubtful, 0])
-        rest = doubtful[owed]
-        poles = len(doubtful) - len(rest)
-        if len(rest) and in_double is not None:
-            counts = np.bincount(rest // self.each, minlength=self.patches.count)
-            crowded = counts * ONE_BY_ONE > self.each
-            index = np.flatnonzero(crowded)
+        missing = np.isnan(normals[doubtful, 0])
+        remaining = doubtful[missing]
+        poles = len(doubtful) - len(remaining)
+        if len(remaining) and in_double is not None:
+            counts = np.bincount(remaining // self.each, minlength=self.patches.count)
+            is_crowded = counts * ONE_BY_ONE > self.each
+            index = np.flatnonzero(is_crowded)
             if len(index):
-                poles = int(np.count_nonzero(~crowded[doubtful[~owed] // self.each]))
-                rest = rest[~crowded[rest // self.each]]
+                poles = int(np.count_nonzero(~is_crowded[doubtful[~missing] // self.each]))
+                remaining = remaining[~is_crowded[remaining // self.each]]
             for first, last in row_runs(len(index), max(1, CHUNK_SAMPLES // self.each)):
-                anew = in_double(index[first:last])
-                self.normals[index[first:last]] = anew.normals
-                poles += anew.poles
-        if len(rest):
-            patch, sample = np.divmod(rest, self.each)
-            normals[rest], limits = self._slow_normals(patch, sample)
+                samples_again = in_double(index[first:last])
+                self.normals[index[first:last]] = samples_again.normals
+                poles += samples_again.poles
+        if len(remaining):
+            patch, sample = np.divmod(remaining, self.each)
+            normals[remaining], limits = self._slow_normals(patch, sample)
             poles += limits
         return PatchSamples(self.positions, self.normals, poles)
 
@@ -229,19 +230,19 @@ class Evaluation(ABC):
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
-        """Normals of samples, by their number in a patch, one by one; how many are limits."""
+        """Normals of samples, each computed singly; and the number of limits among them."""
 
     @abstractmethod
     def _write_poles(self, normals: RealArray) -> None:
-        """Limits where they can be had without much ado."""
+        """Writes the limits at poles that have a simple formula."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChunkNets:
     """Nets (p+1, q+1, d, r) of S and of its partials, in float64; of triangles (K, d, r).
 
-    `trust` (r,) is the least |S_u × S_v|² that is good enough. `rows` (K, d, r) are the control
-    points of all three nets, one net after another.
+    `trust` (r,) is the least trusted |S_u × S_v|². `rows` (K, d, r) are the control points of all
+    three nets, one net after another.
     """
 
     rows: FloatArray

@@ -1,9 +1,9 @@
 """The method `forward_difference`: each row of samples by additions alone.
 
-For equal steps the differences of order n of a polynomial of degree n are constant, so that from
-those at the start of a row every sample takes n additions. The starting differences are exact to
-float64; from there on every addition rounds in the working precision, and what it rounds away is
-carried to the end of the row: the error grows with the number of divisions.
+For equal steps the differences of order n of a polynomial of degree n are constant. So each sample
+takes n additions, beginning with the differences at the start of the row. The starting differences
+are exact to float64. Every addition then rounds in the working precision, and the rounding errors
+add up along the row: the error grows with the number of divisions.
 
 References
 ----------
@@ -32,7 +32,7 @@ MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}
 (float64) of the size of the net."""
 
 CHUNK_SAMPLES = 1 << 17
-"""Samples worked on at a time: the more rows step together, the fewer calls."""
+"""Samples in one chunk: the more rows advance together, the fewer calls are needed."""
 
 
 def evaluate_grids(work: GridEvaluation) -> None:
@@ -104,7 +104,7 @@ def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) ->
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
-    Every number is computed by itself: its bits do not depend on the others.
+    Each number is computed separately, so its bits do not depend on the others.
     """
     out = np.empty((len(points), divisions + 1, points.shape[2]))
     for rows in row_slices(len(points), divisions + 1, CHUNK_SAMPLES):
@@ -115,10 +115,11 @@ def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
 
 
 def _march(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
-    """Values of curves (n+1, …, rows) at their own equal divisions: (most divisions + 1, …, rows).
+    """Values of curves (n+1, …, rows) at equal divisions: (most divisions + 1, …, rows).
 
-    The rows come longest first; behind the end of a row nothing is written. What is added up is
-    the way from the start of the row, lest its distance from the origin cost digits.
+    Each row has its own number of divisions, and the longest rows come first. Values after the end
+    of a row are not written. The sums begin at zero at the start of the row, so that its distance
+    from the origin costs no digits.
     """
     exact = find_starting_differences(curves, divisions)
     begin, differences_ = exact[0].astype(dtype), exact.astype(dtype)
@@ -155,7 +156,7 @@ def find_starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray
 
 @lru_cache(maxsize=32)
 def _count_surjections(degree: int) -> FloatArray:
-    """K! S(m, k), which is how many maps of m things onto k there are: row m, column k."""
+    """K! S(m, k), the number of maps of m elements onto k elements: row m, column k."""
     counts = np.zeros((degree + 1, degree + 1))
     counts[0, 0] = 1
     for m in range(1, degree + 1):
@@ -166,7 +167,10 @@ def _count_surjections(degree: int) -> FloatArray:
 
 
 def _split_work(count: int, rows: int, samples: int) -> Iterator[tuple[int, int, int, int]]:
-    """Patches [first, last) and their rows [begin, end): all rows of some, or some rows of one."""
+    """Runs (first, last, begin, end): rows [begin, end) of patches [first, last).
+
+    A run has all rows of several patches, or some rows of one patch.
+    """
     step = max(1, CHUNK_SAMPLES // samples)
     patches = max(1, step // rows)
     for first in range(0, count, patches):

@@ -1,4 +1,4 @@
-"""The evaluation of tensor-product patches on grids of samples, whatever the method."""
+"""The evaluation of tensor-product patches on grids of samples, with any method."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ class GridEvaluation(Evaluation):
         super().__init__(patches, self.shape[0] * self.shape[1], dtype, out, origin)
 
     def nets(self, first: int, last: int) -> ChunkNets:
-        """Planes of the nets of patches [first, last), ready for products."""
+        """The nets of patches [first, last), in the layout of the products."""
         p, q = self.patches.degree
         of_at, of_du, of_dv = self.parts
         count = (of_at if self.normals is None else of_dv).stop
@@ -59,11 +59,11 @@ class GridEvaluation(Evaluation):
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
-        """Normals of samples, by their number in a patch, one by one; how many are limits."""
+        """Normals of samples, each computed singly; and the number of limits among them."""
         i, j = np.divmod(sample, self.shape[1])
         u, v = (sample_parameters(r) for r in self.resolution)
         return unit_normals(self.patches, patch, u[i], v[j])
 
     def _write_poles(self, normals: RealArray) -> None:
-        """Limits along collapsed sides, where these have the usual form."""
+        """Writes limits along collapsed sides that have a tangent cone."""
         write_pole_normals(self.patches, self.resolution, normals)

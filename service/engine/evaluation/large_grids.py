@@ -24,12 +24,12 @@ from service.engine.scratch import Real
 from service.engine.vectors import cross_polynomial
 
 RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int]
-"""Rows of samples of a patch, memory for S, S_u and S_v there, where positions and normals go, and
-the number of the first sample."""
+"""Rows of samples of a patch, work arrays for S, S_u and S_v, the outputs for positions and
+normals, and the number of the first sample."""
 
 
 MOST_PAIRS = 6
-"""Degree up to which the products of all pairs of control points are few enough to be kept."""
+"""Degree up to which the products of all pairs of control points are cached."""
 
 
 def separable(work: GridEvaluation) -> None:
@@ -70,16 +70,16 @@ def normal_polynomial(work: GridEvaluation) -> None:
 
 
 def _single(work: GridEvaluation, dtype: Real) -> Iterator[tuple[int, list[RealArray], RealArray]]:
-    """The patches one by one, their nets prepared some at a time.
+    """The patches one by one; the nets of several patches are prepared together.
 
     Yields
     ------
     patch : int
     nets : list of ndarray of `dtype`
-        Planes (d, p+1, q+1) of S, (d, p, q+1) of S_u and (d, p+1, q) of S_v; of S alone where no
-        normals are wanted.
+        Planes (d, p+1, q+1) of S, (d, p, q+1) of S_u and (d, p+1, q) of S_v; of S alone if only
+        positions are requested.
     trust : ndarray, shape (1,)
-        The least |S_u × S_v|² that is good enough.
+        The least trusted |S_u × S_v|².
     """
     p, q = work.patches.degree
     forms = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
@@ -114,7 +114,8 @@ def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
 def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, RealArray], None]:
     """A function that writes positions of some rows, from planes (d, rows, q+1) sampled along u.
 
-    It takes memory for planes (d, rows, Rv+1) too, where it leaves S if the patches are rational.
+    Its second argument is a work array (d, rows, Rv+1); it then contains S if the patches are
+    rational.
     """
     degree, divisions = work.patches.degree[1], work.resolution[1]
     if work.rational or degree > 6:
@@ -128,7 +129,8 @@ def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, Re
     interleaved = sample_interleaved_basis(degree, divisions, work.dtype)
 
     def write_points(along_u: RealArray, _: RealArray, out: RealArray) -> None:
-        # Points side by side in one product: three times the multiplications, no second pass.
+        # One product for interleaved coordinates: three times the multiplications, but no second
+        # pass.
         points = along_u.transpose(1, 2, 0).reshape(len(out), -1)
         np.matmul(points, interleaved, out=out.reshape(len(out), -1))
 
@@ -136,7 +138,7 @@ def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, Re
 
 
 def _row_runs(work: GridEvaluation, patch: int) -> Iterator[RowRun]:
-    """Rows of a patch some at a time."""
+    """Runs of rows of a patch."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
     normals = work.positions if work.normals is None else work.normals
     for first, last in row_runs(work.shape[0], step):

@@ -1,4 +1,4 @@
-"""Nets of single patches, about their own middle and in their own scale, and their normal net."""
+"""Nets of single patches, each moved to its middle and scaled, and their normal nets."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -14,22 +14,22 @@ from service.engine.vectors import cross_polynomial
 from service.surface.batches import TensorPatches
 
 PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-"""How often along u and along v: S, S_u, S_v, S_uu, S_uv, S_vv."""
+"""Orders of differentiation along u and along v: S, S_u, S_v, S_uu, S_uv, S_vv."""
 
 CHUNK_BYTES = 8 << 20
 """Working memory for one round of gathered nets."""
 
 CHUNK_SAMPLES = 1024
-"""Samples of one patch that are worked on at a time."""
+"""Samples of one patch in one round."""
 
 
 class DerivativeNets:
-    """Homogeneous nets of some patches, about their own middle and in their own scale.
+    """Homogeneous nets of some patches, each moved to its middle and scaled.
 
-    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational, and are those of
-    (S − middle) · scale; `middle` (K, 3), `scale` (K,) powers of two. `du` and `dv` are differences
-    of neighbours: the partials without the factor of the degree. `longest_u`, `longest_v` (K,) are
-    the lengths of the longest differences; `collapsed` (K, 4) tells which sides are one point.
+    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational, and are those of (S −
+    middle) · scale; `middle` (K, 3), `scale` (K,) powers of two. `du` and `dv` are differences of
+    neighbours: the partials without the factor of the degree. `longest_u`, `longest_v` (K,) are the
+    lengths of the longest differences; `collapsed` (K, 4) marks the sides that are one point.
     """
 
     def __init__(self, patches: TensorPatches, used: NDArray[np.intp]) -> None:
@@ -57,7 +57,7 @@ class DerivativeNets:
 
     @property
     def measure(self) -> FloatArray:
-        """Upper bound of |S_u| |S_v| for each patch, as far as weights do not lessen it."""
+        """Upper bound of |S_u| |S_v| for each patch, without the effect of weights."""
         return self.longest_u * self.longest_v
 
     def partials(
@@ -68,7 +68,7 @@ class DerivativeNets:
     ) -> tuple[FloatArray, FloatArray]:
         """S_u and S_v up to positive factors at one parameter each, shapes (m, 3).
 
-        For a rational patch X_u − S w_u and X_v − S w_v, which need no second division.
+        For a rational patch X_u − S w_u and X_v − S w_v, without a second division.
         """
         du = evaluate_at(self.du, which, along_u[1], along_v[0])
         dv = evaluate_at(self.dv, which, along_u[0], along_v[1])
@@ -136,7 +136,7 @@ def nets_of_samples(
 
 
 def _rounds(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
-    """Samples to be treated together: all those of one patch, or a few of several patches.
+    """Groups of samples that are computed together: all of one patch, or a few of several patches.
 
     The nets of a patch with many samples are prepared once and need not be gathered.
     """
@@ -151,7 +151,7 @@ def _rounds(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
 
 
 def evaluate_along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
-    """Polynomials (K, d, m, n) with their first parameter given: row k by row k (r, d, n)."""
+    """Polynomials (K, d, m, n) at a value of their first parameter: row k with row k (r, d, n)."""
     if len(nets) == 1:
         d, m, n = nets.shape[1:]
         flat = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)

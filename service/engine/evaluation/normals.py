@@ -1,11 +1,8 @@
 """Unit normals at any parameter of a patch, poles and other degenerate points included.
 
-The normal is S_u × S_v made unit. Where that vector vanishes the limit from inside the patch is
-taken, and for that N = S_u × S_v itself is written in the Bernstein basis: its derivatives, and so
-the lowest term that does not vanish, are then known and need not be guessed from neighbours.
-
-Slow beside `evaluate`, which therefore sends only those samples here whose normals it cannot vouch
-for.
+The normal is the unit vector of S_u × S_v. Where that vector vanishes, the normal is the limit from
+inside the patch (`degenerate`). These functions are slow: `evaluate` uses them only for samples
+whose normals are doubtful.
 """
 
 import numpy as np
@@ -55,7 +52,7 @@ def unit_normals(
 def find_normals(
     nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """Unit normals of rows `which` of some nets, and at which samples S_u × S_v vanishes."""
+    """Unit normals of rows `which` of some nets, and whether S_u × S_v vanishes at each sample."""
     p, q = nets.degree
     du, dv = nets.partials(
         which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))

@@ -1,4 +1,4 @@
-"""Normals where a side of a patch is one point, the usual pole, without much ado."""
+"""Normals where a side of a patch is one point, the usual pole, by a short formula."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from service.bases.cache import MESH_PLANS
 from service.surface.batches import TensorPatches
 
 FLAT = 2.0**-36
-"""A cone whose sides make a smaller angle has no normals that rounding would not decide."""
+"""The least angle of a cone: rounding would decide the normals of a flatter cone."""
 
 YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
 """Coordinates in the two orders that a cross product multiplies."""
@@ -18,7 +18,7 @@ YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sides:
-    """m sides of patches that are one point each, all of constant u or all of constant v.
+    """m sides of patches that are one point each: all have constant u, or all have constant v.
 
     Attributes
     ----------
@@ -26,11 +26,11 @@ class _Sides:
         The numbers of the next row of control points, in the order `YZX_ZXY`, among all numbers of
         all control points.
     pole : ndarray of int, shape (6, m, 1)
-        Those of the point itself.
+        The numbers of the control point at the pole, likewise.
     weights : ndarray of int, shape (m, n+1)
-        Where the weights of the next row are.
+        The numbers of the weights of the next row.
     sign : ndarray of float64, shape (m, 1)
-        Of du × dv, which turns with C on the sides u = 0 and v = 1, against it on the others.
+        The sign of du × dv relative to C′ × C: +1 on the sides u = 0 and v = 1, −1 on the others.
     samples : ndarray of int, shape (m k,)
         The k samples along each side, among all samples of all patches.
     basis : ndarray of float64, shape (n+1, 2k)
@@ -47,7 +47,7 @@ class _Sides:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Plan:
-    """The sides of some patches that are one point: those of constant u, those of constant v."""
+    """The sides that are one point: those of constant u, and those of constant v."""
 
     sides: tuple[_Sides, ...]
 
@@ -64,8 +64,8 @@ def write_pole_normals(
     """Writes limit normals along sides that are one point, the usual pole.
 
     About the pole, N = v (C'(u) × C(u)) + O(v²) for a side v = 0, where C is the Bézier curve of
-    the next row of control points seen from the pole, times their weights. So the limit is that
-    of the cone which the row spans, and no polynomial of high degree is needed. Where the cone has
+    the next row of control points seen from the pole, times their weights. So the limit is the
+    normal of the cone over that row, and no polynomial of high degree is needed. Where the cone has
     no tangent plane either, the normals are NaN.
 
     Parameters
@@ -92,9 +92,9 @@ def write_pole_normals(
         length = np.sqrt(np.add.reduce(vectors * vectors))
         cones *= cones
         sizes = np.add.reduce(cones[:3], axis=(0, 2))
-        unclear = length <= FLAT * sizes[:, np.newaxis]
-        if np.count_nonzero(unclear):
-            length[unclear] = np.nan
+        is_flat = length <= FLAT * sizes[:, np.newaxis]
+        if np.count_nonzero(is_flat):
+            length[is_flat] = np.nan
         length *= sides.sign
         vectors /= length
         rows[sides.samples] = vectors.reshape(3, -1).T
@@ -110,7 +110,7 @@ def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
     for axis in range(2):
         index, end = patches.collapsed[:, 2 * axis : 2 * axis + 2].nonzero()
         if len(index):
-            # What has the side along v runs along u, and the other way round.
+            # A side along v has differences along u, and a side along u has differences along v.
             across = 1 - axis
             points, samples = (grid if axis == 0 else grid.swapaxes(1, 2) for grid in grids)
             beside, pole = points[index, 1 - 3 * end], points[index, -end, :1]

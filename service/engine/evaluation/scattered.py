@@ -1,4 +1,4 @@
-"""Unit normals at places that lie anywhere, each in its own patch of a model."""
+"""Unit normals at arbitrary parameters, each in a patch of a model."""
 
 from collections.abc import Iterator, Sequence
 
@@ -11,7 +11,7 @@ from service.surface.batches import Patches, TrianglePatches
 
 
 def group_by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
-    """The batches that patches (N,) are in: batch, number of its first patch, rows (m,).
+    """The batches of patches (N,): batch, number of its first patch, rows (m,) of `patch`.
 
     Patches are numbered from one batch to the next.
     """
@@ -30,7 +30,7 @@ def scattered_normals(
 ) -> tuple[FloatArray, int]:
     """Unit normals (N, 3) at parameters of patches, and how many of them are limits.
 
-    Triangles are taken as patches of which the side v = 1 is one point: s = u (1 − v), t = v.
+    A triangle counts as a patch whose side v = 1 is one point: s = u (1 − v), t = v.
     """
     normals = np.empty((len(patch), 3))
     limits = 0

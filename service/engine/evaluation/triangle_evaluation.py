@@ -1,10 +1,10 @@
 """Points and unit normals of triangular patches at all samples.
 
 The partials are those along s and t. Their nets are differences of neighbours within a row and
-between rows, both of degree n − 1. There are two ways from nets to samples:
+between rows, both of degree n − 1. Two methods compute samples from nets:
 
-- `at_once`: one product with a cached basis of two variables, n²/2 multiplications a value.
-- `by_rows`: where that basis would be too large, every row of samples as a curve of its own.
+- `at_once`: one product with a cached basis of two variables, n²/2 multiplications for a value.
+- `by_rows`: if that basis would be too large, each row of samples as a curve.
 """
 
 from collections.abc import Callable, Iterator
@@ -88,16 +88,16 @@ class TriangleEvaluation(Evaluation):
                 self._write(curves, slice(first, last), samples, product)
 
     def _row_runs(self) -> Iterator[tuple[range, slice]]:
-        """Rows of samples some at a time, and which samples they are."""
+        """Runs of rows of samples, and the slices of these samples."""
         starts, low = triangle.row_starts(self.divisions), 0
         while low <= self.divisions:
-            fitting = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
-            high = max(low + 1, int(fitting))
+            last = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
+            high = max(low + 1, int(last))
             yield range(low, high), slice(int(starts[low]), int(starts[high]))
             low = high
 
     def _write(self, nets: ChunkNets, patches: slice, samples: slice, product: Product) -> None:
-        """Positions and normals: of all samples of some patches, or some samples of one."""
+        """Writes positions and normals of all samples of some patches, or some samples of one."""
         checkpoint()
         at = product("at", nets.at)
         self.write_positions(at, self.positions[patches, samples])
@@ -131,12 +131,12 @@ class TriangleEvaluation(Evaluation):
         return out
 
     def _write_poles(self, normals: RealArray) -> None:
-        """Nothing: at the poles of triangles all limits are found one by one."""
+        """Does nothing: at the poles of triangles all limits are computed one by one."""
 
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
-        """Normals of samples, by their number in a patch, one by one."""
+        """Normals of samples, each computed singly; and the number of limits among them."""
         starts = triangle.row_starts(self.divisions)
         row = np.searchsorted(starts, sample, side="right") - 1
         s, t = (sample - starts[row]) / self.divisions, row / self.divisions

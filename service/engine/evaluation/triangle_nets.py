@@ -27,7 +27,7 @@ def to_barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
 def neighbour_rows(count: int) -> tuple[Ints, Ints, Ints]:
     """Rows of b_{i+1,j,k}, b_{i,j+1,k} and b_{i,j,k+1} in a net of `count` control points.
 
-    In the order of the b_ijk of degree n − 1: the upright triangles of the net.
+    They are the upright triangles of the net, in the order of the b_ijk of degree n − 1.
     """
     degree = triangle.degree_of(count)
     corner = np.delete(np.arange(count), triangle.side_rows(degree)[1])

@@ -1,8 +1,8 @@
 """Unit normals at any parameter of a triangular patch, degenerate points included.
 
-S_s × S_t made unit; where it vanishes, the limit that the same surface has as a tensor-product
-patch (`normals`). Slow beside `triangle_evaluation`, which sends only those samples here whose
-normals it cannot vouch for.
+The normal is the unit vector of S_s × S_t. Where that vector vanishes, the normal is the limit of
+the same surface as a tensor-product patch (`normals`). These functions are slow:
+`triangle_evaluation` uses them only for samples whose normals are doubtful.
 """
 
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ def triangle_normals(
 def normals_at(
     patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """Unit normals of triangles at (s, t), how many are limits, and where S_s × S_t vanishes."""
+    """Unit normals of triangles at (s, t), and whether S_s × S_t vanishes at each place."""
     normals = np.empty((len(index), 3))
     vanishes = np.empty(len(index), dtype=bool)
     for local, rows, which in triangles_of_samples(patches, index):
@@ -60,7 +60,7 @@ def normals_at(
         normals[rows], vanishes[rows] = regular
     zero = np.flatnonzero(vanishes)
     if len(zero):
-        # All together: what is prepared for a patch of high degree costs as much as all the rest.
+        # All limits in one call: the preparation of a patch of high degree takes half of the time.
         used, which = np.unique(index[zero], return_inverse=True)
         around = localize(patches.take(used)).patches
         u = tensor_u(around, which, to_barycentric(s[zero], t[zero]))
@@ -72,7 +72,8 @@ def normals_at(
 class LocalTriangles:
     """Some patches as (S − middle) · scale: their own middles (K, 3) and scales (K,).
 
-    What is raised in degree is rounded: to the digits of its own size, not of its distance.
+    Raising the degree rounds; about the middle, the error depends on the size of the patch and not
+    on its distance from zero.
     """
 
     patches: TrianglePatches
@@ -103,7 +104,7 @@ def triangles_of_samples(
 def _find_regular_normals(
     local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """S_s × S_t of rows `which` of patches at hand, made unit where it does not vanish."""
+    """Unit vectors of S_s × S_t for rows `which` of local patches, and where S_s × S_t vanishes."""
     places = to_barycentric(s, t)
     nets = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     along = partial_nets(nets)
@@ -126,7 +127,7 @@ def _find_regular_normals(
 
 
 def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> FloatArray:
-    """Values (m, d) of nets (K, P, d), each of its own row of `which`."""
+    """Values (m, d) of nets (K, P, d): value k is of net `which[k]`."""
     if nets.shape[1] == 1:
         return basis.T @ nets[:, 0]
     values: FloatArray = np.einsum("km,kmd->md", basis, nets[:, which])
@@ -134,7 +135,7 @@ def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> Float
 
 
 def localize(patches: TrianglePatches) -> LocalTriangles:
-    """The patches, each about its own middle and in its own scale."""
+    """The patches, each moved to its middle and scaled."""
     middle = patches.points.mean(axis=1, keepdims=True)
     points = patches.points - middle
     size = np.abs(points).max(axis=(1, 2), keepdims=True)
@@ -144,10 +145,10 @@ def localize(patches: TrianglePatches) -> LocalTriangles:
 
 
 def tensor_u(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
-    """U of barycentric places in the tensor form, s / (r + s).
+    """The parameter u = s / (r + s) of barycentric places in the tensor-product form.
 
-    At the corner t = 1 it is the direction in which the corner is approached: along a side if the
-    other one is a point, else through the middle.
+    At the corner t = 1 it is the direction from which the limit is taken: along a side if the other
+    side is a point, else from the middle.
     """
     r, s, _ = places.T
     sides = patches.collapsed[which]

@@ -1,1 +1,1 @@
-"""Borders that are equal up to rounding made equal bit for bit, before anything is meshed."""
+"""Makes borders that are equal up to rounding equal bit for bit, before meshing."""

@@ -1,12 +1,13 @@
-"""Factors that the weights of whole surfaces differ by: homogeneous coordinates have a free one.
+"""Common factors of the weights of surfaces: homogeneous coordinates have a free factor.
 
 Two rational surfaces that meet along a curve may have its weights w and λ w. To compare weights
 point by point, each surface k is given a factor e^(s_k), so that weights divided by them are near
-where surfaces meet. Two sides between the same two corners tell the difference of two of the s, if
-the ratios of their weights at both corners are near; a spanning forest of such pairs tells all. It
-is found in the order of coordinates, so that it does not depend on the order of the patches. A
-surface whose weights are all 1 on its borders has the factor 1, since it may be polynomial. Around
-a ring of surfaces there may be no such factors; then some weights stay apart.
+where surfaces meet. Two sides between the same two corners give the difference of two of the s, if
+the ratios of their weights at both corners are near; a spanning forest of such pairs gives all. The
+pairs are taken in the order of coordinates, so that the result does not depend on the order of the
+patches. A surface whose weights are all 1 on its borders has the factor 1, since it may be
+polynomial. Around a ring of surfaces there may be no such factors; then some weights stay
+different.
 """
 
 from collections.abc import Mapping
@@ -26,7 +27,7 @@ def find_scales(
     Parameters
     ----------
     points, logs : ndarray of float64, shapes (B, 3) and (B,)
-        Those of one edge or corner equal; and the logarithms of weights.
+        Border points, equal along one edge and at one corner; and the logarithms of their weights.
     owner : ndarray of int, shape (B,)
         Surfaces, numbered in order.
     tolerance : float
@@ -44,15 +45,15 @@ def find_scales(
     # Surfaces without weights come first.
     content = {k: (bool(logs[r].any()), hash_arrays(points[r], logs[r])) for k, r in runs.items()}
     scale = np.zeros(count)
-    seen: set[int] = set()
+    visited: set[int] = set()
     for root in sorted(beside, key=lambda k: content[k]):
-        waiting = [] if root in seen else [root]
-        seen.add(root)
+        waiting = [] if root in visited else [root]
+        visited.add(root)
         while waiting:
             number = waiting.pop()
             for neighbour, step in beside[number]:
-                if neighbour not in seen:
-                    seen.add(neighbour)
+                if neighbour not in visited:
+                    visited.add(neighbour)
                     scale[neighbour] = scale[number] + step if content[neighbour][0] else 0.0
                     waiting.append(neighbour)
     return scale[owner]
@@ -61,7 +62,7 @@ def find_scales(
 def _span_forest(
     count: int, one: Ints, other: Ints, shift: FloatArray
 ) -> Mapping[int, list[tuple[int, float]]]:
-    """For each surface those beside it, and the steps to them: a forest of the first pairs."""
+    """For each surface its neighbours in a forest of the first pairs, and the steps to them."""
     leader = list(range(count))
 
     def find_leader(number: int) -> int:
@@ -83,9 +84,9 @@ def _span_forest(
 def _find_meeting_surfaces(
     pattern: EdgePattern, points: FloatArray, logs: FloatArray, owner: Ints, tolerance: float
 ) -> tuple[Ints, Ints, FloatArray]:
-    """Pairs of surfaces that meet, and the difference of their s, 0 if near that.
+    """Pairs of surfaces that meet, and the difference of their s; a difference near 0 becomes 0.
 
-    They are in the order of the corners between which they do.
+    Pairs are in the order of the corners where they meet.
     """
     ends = np.concatenate([rows[:, [0, -1]] for rows, _ in pattern.sides if rows.shape[1] > 1])
     corners = points[ends.ravel()]

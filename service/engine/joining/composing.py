@@ -1,4 +1,4 @@
-"""Placed members of a group as one model, mirror images among them."""
+"""Joins placed members of a group to one model, mirror images too."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,26 +14,26 @@ from service.surface.lowered import Domain, GroupModel, Part, PatchModel, Placed
 
 
 def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tuple[bool, ...]]:
-    """Placed members as one model, and which were mirrored.
+    """Placed members as one model, and whether each was mirrored.
 
-    A placed patch is the patch of the placed control points. Where a placement mirrors, u and v
-    change places, so that du × dv stays on the side that it was.
+    A placed patch is the patch of the placed control points. If a placement mirrors, u and v are
+    exchanged, so that du × dv stays on the same side of the surface.
     """
     batches: list[Patches] = []
     parts: list[Part] = []
     domains: list[Domain] = []
     listed: list[Ints] = []
     nets: list[Patches] = []
-    turned = []
-    first = merged = 0
-    moved = 0.0
+    are_mirrored = []
+    first = merged_knots = 0
+    distance = 0.0
     for number in numbers:
         member = group.members[number]
         model = group.models[member.model]
         assert isinstance(model, PatchModel)
-        mirrored = _mirrors(member)
-        turned.append(mirrored)
-        oriented, order = _transposed(model) if mirrored else (model, None)
+        mirrored = _is_mirror(member)
+        are_mirrored.append(mirrored)
+        oriented, order = _transpose(model) if mirrored else (model, None)
         for batch in oriented.batches:
             placed = place_points(batch.points.reshape(-1, 3), member.matrix)
             batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
@@ -45,19 +45,19 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
             np.arange(oriented.patch_count) if oriented.sequence is None else oriented.sequence
         )
         listed.append(first + (sequence if order is None else order[sequence]))
-        alone = len(oriented.parts) == 1
+        is_single = len(oriented.parts) == 1
         parts += [
             Part(
-                member.name if alone else f"{member.name}/{part.name}",
+                member.name if is_single else f"{member.name}/{part.name}",
                 part.first + first,
                 part.last + first,
             )
             for part in oriented.parts
         ]
         first += oriented.patch_count
-        merged += oriented.merged_knots
+        merged_knots += oriented.merged_knots
         stretch = 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3], 2))
-        moved = max(moved, oriented.moved * stretch * (1 + 2.0**-40))
+        distance = max(distance, oriented.moved * stretch * (1 + 2.0**-40))
     return (
         PatchModel(
             group.name,
@@ -67,10 +67,10 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
             domains=tuple(domains),
             sequence=np.concatenate(listed),
             control_nets=tuple(nets),
-            merged_knots=merged,
-            moved=moved,
+            merged_knots=merged_knots,
+            moved=distance,
         ),
-        tuple(turned),
+        tuple(are_mirrored),
     )
 
 
@@ -79,7 +79,7 @@ def _domains_of(model: PatchModel) -> tuple[Domain, ...]:
     return model.domains or tuple(Domain(unit, unit, k) for k in range(model.patch_count))
 
 
-def _exchanged(batch: TrianglePatches) -> TrianglePatches:
+def _exchange_triangle(batch: TrianglePatches) -> TrianglePatches:
     """Triangles with s and t exchanged."""
     rows = exchange_order(batch.degree, 1, 2)
     weights = None if batch.weights is None else batch.weights[:, rows]
@@ -90,8 +90,8 @@ def _exchanged(batch: TrianglePatches) -> TrianglePatches:
     return TrianglePatches(batch.points[:, rows], weights, channels)
 
 
-def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
-    """The model with u and v exchanged, and the number that every patch has then."""
+def _transpose(model: PatchModel) -> tuple[PatchModel, Ints]:
+    """The model with u and v exchanged, and the new number of every patch."""
     order = np.arange(model.patch_count)
     domains = []
     for d in model.domains:
@@ -106,7 +106,7 @@ def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
         part = batch.take(source[first : first + batch.count] - first)
         first += batch.count
         if isinstance(part, TrianglePatches):
-            batches.append(_exchanged(part))
+            batches.append(_exchange_triangle(part))
             continue
         weights = (
             None if part.weights is None else np.ascontiguousarray(part.weights.swapaxes(1, 2))
@@ -117,5 +117,5 @@ def _transposed(model: PatchModel) -> tuple[PatchModel, Ints]:
     return replace(model, batches=tuple(batches), domains=tuple(domains)), order
 
 
-def _mirrors(member: PlacedModel) -> bool:
+def _is_mirror(member: PlacedModel) -> bool:
     return member.matrix is not None and float(np.linalg.det(member.matrix[:3, :3])) < 0

@@ -21,10 +21,10 @@ STEPS = 12
 """Gauss–Newton steps: each doubles the digits."""
 
 MAX_PAIRS = 1 << 22
-"""Corners in boxes about edges that are looked at; a model with more is left as it is."""
+"""The most pairs of an edge and a corner in its box; a model with more pairs stays unchanged."""
 
 FEW_PAIRS = 1 << 14
-"""Up to here all pairs of an edge and a corner are looked at together."""
+"""Up to this number, all pairs of an edge and a corner are compared in one array operation."""
 
 DIRECTIONS = np.array(
     [
@@ -33,16 +33,17 @@ DIRECTIONS = np.array(
         *((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (1.0, -1, -1)),
     ]
 )
-"""The axes, and the diagonals between two of them and between all: bounds along these are close."""
+"""The axes, and the diagonals between two of them and between all: bounds along these directions
+are tight."""
 
 CHUNK = 1 << 18
-"""Numbers that are worked on at a time, roughly."""
+"""Numbers in one chunk, roughly."""
 
 APART = 64.0
 """A corner that is nearer to an end of an edge, in units of the reach, does not cut it."""
 
 MAX_SLACK = 1e-6
-"""Largest difference of parameters that are taken for one."""
+"""Largest difference of parameters that count as equal."""
 
 
 def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
@@ -80,7 +81,7 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
 
 
 def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
-    """Curves of one form as one."""
+    """Curves of one degree, all rational or all polynomial, joined to one value."""
     weights = [curve.weights for curve in curves if curve.weights is not None]
     return EdgeCurves(
         np.concatenate([curve.ids for curve in curves]),
@@ -139,23 +140,24 @@ def _runs(counts: Ints, most: int) -> Iterator[slice]:
 def place_corners(
     edges: OpenEdges, edge: Ints, points: FloatArray, reach: float
 ) -> tuple[FloatArray, FloatArray, Bools]:
-    """Parameters on edges that are nearest to points (K, 3), their slack, and which are on it."""
+    """Parameters nearest to points (K, 3), their slack, and whether each point is on its edge."""
     at, slack = np.zeros(len(edge)), np.zeros(len(edge))
     is_on = np.zeros(len(edge), dtype=bool)
     for group, rows, number in iterate_degrees(edges):
         of = np.full(len(edges.side), -1)
         of[number] = rows
-        mine = np.flatnonzero(of[edge] >= 0)
+        rows_of_degree = np.flatnonzero(of[edge] >= 0)
         degree = group.points.shape[1] - 1
         samples = np.linspace(0, 1, 8 * degree + 1)
-        for part in row_slices(len(mine), 3 * len(samples), CHUNK):
-            pairs = mine[part]
+        for part in row_slices(len(rows_of_degree), 3 * len(samples), CHUNK):
+            pairs = rows_of_degree[part]
             curve, target = of[edge[pairs]], points[pairs]
             nets = group.points[curve] - target[:, None]
             weights = None if group.weights is None else group.weights[curve]
             away = np.square(points_at(nets, weights, samples)).sum(axis=2)
             if weights is None:
-                # Half a step from a sample the curve is at most this far away from it.
+                # The largest distance of the curve from the nearest sample: half of a step along
+                # the net.
                 speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
                 close = np.sqrt(away.min(axis=1)) <= speed * (samples[1] / 2) + reach
                 pairs, nets, away = pairs[close], nets[close], away[close]
@@ -163,21 +165,21 @@ def place_corners(
                     continue
             t = samples[away.argmin(axis=1)]
             for _ in range(STEPS):
-                value, slope = _with_slope(nets, weights, t)
+                value, slope = _evaluate_with_slope(nets, weights, t)
                 square = np.square(slope).sum(axis=1)
                 step = (value * slope).sum(axis=1) / np.where(square > 0, square, 1.0)
                 t = (t - step).clip(0, 1)
-            value, slope = _with_slope(nets, weights, t)
-            near = np.square(value).sum(axis=1) <= reach**2
+            value, slope = _evaluate_with_slope(nets, weights, t)
+            is_near = np.square(value).sum(axis=1) <= reach**2
             ends = np.minimum(np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1))
-            at[pairs], is_on[pairs] = t, near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
+            at[pairs], is_on[pairs] = t, is_near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
             speed = np.sqrt(np.square(slope).sum(axis=1))
             slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
     return at, slack, is_on
 
 
 def points_at(nets: FloatArray, weights: FloatArray | None, places: FloatArray) -> FloatArray:
-    """Points (m, K, 3) of curves (m, n+1, 3) at parameters (K,), or (m, K) for each its own."""
+    """Points (m, K, 3) of curves (m, n+1, 3) at parameters (K,), or (m, K) for each curve."""
     degree = nets.shape[1] - 1
     basis = bernstein(degree, places.ravel()).reshape(*places.shape, degree + 1)
     if weights is None:
@@ -189,16 +191,16 @@ def points_at(nets: FloatArray, weights: FloatArray | None, places: FloatArray) 
     return value
 
 
-def _with_slope(
+def _evaluate_with_slope(
     nets: FloatArray, weights: FloatArray | None, t: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Points and derivatives of curves (m, n+1, 3), each at its own parameter (m,): (m, 3)."""
+    """Points and derivatives (m, 3) of curves (m, n+1, 3): curve k at parameter `t[k]`."""
     degree = nets.shape[1] - 1
     basis, below = bernstein(degree, t)[:, None], bernstein(degree - 1, t)[:, None]
     if weights is None:
         return (basis @ nets)[:, 0], degree * (below @ np.diff(nets, axis=1))[:, 0]
-    heavy = nets * weights[..., None]
+    weighted = nets * weights[..., None]
     total, change = (basis @ weights[..., None])[:, 0], degree * np.diff(weights, axis=1)
-    value = (basis @ heavy)[:, 0] / total
-    slope = degree * (below @ np.diff(heavy, axis=1))[:, 0]
+    value = (basis @ weighted)[:, 0] / total
+    slope = degree * (below @ np.diff(weighted, axis=1))[:, 0]
     return value, (slope - (below @ change[..., None])[:, 0] * value) / total

@@ -1,8 +1,8 @@
-"""Patches cut along whole parameter lines: a knot inserted into the surface that they are of.
+"""Cuts surfaces along parameter lines, as the insertion of a knot does.
 
 A cut of a patch goes on through all patches of its surface in the same span, so that the pieces are
 still a grid. The borders that no cut crosses keep their bits, and so do equal borders on both sides
-of a line: cutting works number by number (`service.bases.affine_combination`).
+of a line: each number is cut separately (`service.bases.affine_combination`).
 """
 
 from dataclasses import dataclass, replace
@@ -18,15 +18,16 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.repatched import rebuild, surfaces_of
 
 ROUNDING = 2.0**-49
-"""Bound of the error of cutting, in units of the largest coordinate: some roundings a degree."""
+"""Bound of the error of cutting, in units of the largest coordinate: some roundings for each
+degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Lines:
     """Parameter lines along which surfaces are cut: all of shape (K,), in order.
 
-    `surface`, a number among `surfaces_of`; `axis`, 0 if u is constant along the line; `span`, and
-    `at` within it.
+    `surface` is a number among `surfaces_of`; `axis` is 0 if u is constant along the line; `at` is
+    the local parameter within `span`.
     """
 
     surface: Ints
@@ -36,7 +37,7 @@ class Lines:
 
 
 def lines_of(model: PatchModel, cuts: Cuts) -> Lines:
-    """The lines that cross sides at cuts; those whose parameters are nearly one, once.
+    """The lines through cuts of sides; lines with nearly equal parameters count once.
 
     Triangles are not cut.
     """
@@ -59,7 +60,7 @@ def lines_of(model: PatchModel, cuts: Cuts) -> Lines:
 
 
 def cut(model: PatchModel, lines: Lines) -> PatchModel:
-    """The model with its surfaces cut along lines; parts and parameters are what they were."""
+    """The model with its surfaces cut along lines; parts and parameters stay."""
     surfaces = surfaces_of(model)
     starts = run_starts(lines.surface)
     stops = np.append(starts[1:], len(lines.at))
@@ -71,13 +72,13 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
     pieces: list[list[Patches]] = [[] for _ in model.batches]
     owners: list[Ints] = []
     domains: list[Domain] = []
-    done = added = 0
+    next_patch = added = 0
     for number in [*sorted(runs), len(surfaces)]:
         stop = surfaces[number].first if number < len(surfaces) else model.patch_count
         domains += [replace(d, first=d.first + added) for d in surfaces[len(domains) : number]]
         for which, end in enumerate(ends):
             begin = end - model.batches[which].count
-            rows = np.arange(max(done, begin), min(stop, end))
+            rows = np.arange(max(next_patch, begin), min(stop, end))
             if len(rows):
                 pieces[which].append(model.batches[which].take(rows - begin))
                 owners.append(rows)
@@ -102,7 +103,7 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
         owners.append(grid.ravel())
         domains.append(Domain(knots[0], knots[1], domain.first + added))
         added += grid.size - domain.patch_count
-        done = domain.first + domain.patch_count
+        next_patch = domain.first + domain.patch_count
     low, high = model.bounds
     degree = max(max(batch.side_degrees) for batch in model.batches)
     rounding = degree * ROUNDING * float(max(-low.min(), high.max()))
@@ -113,21 +114,21 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
 def _cut_grid(
     batch: TensorPatches, grid: Ints, axis: int, span: Ints, at: FloatArray
 ) -> tuple[TensorPatches, Ints]:
-    """Patches in a grid (M_u, M_v) cut along lines of one axis; the grid says what each is of."""
+    """A grid (M_u, M_v) of patches cut along lines of one axis, and the old patch of each piece."""
     if not len(span):
         return batch, grid
 
     def turn(grids: FloatArray) -> FloatArray:
-        """Grids of nets (M_u, M_v, p+1, q+1, …) with the direction that is cut first, or back."""
+        """Moves the cut direction of nets (M_u, M_v, p+1, q+1, …) to the front, or back."""
         return grids.swapaxes(0, 1).swapaxes(2, 3) if axis else grids
 
     def stack(rows: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
-        """Nets of this shape, one after another, of the rows of pieces."""
+        """The rows of pieces as nets of this shape, one after another."""
         pieces = turn(np.stack([row.swapaxes(0, 1) for row in rows]))
         return np.ascontiguousarray(pieces).reshape(-1, *shape)
 
     def divide(nets: FloatArray, weights: FloatArray | None) -> Net:
-        """Nets and weights of all patches, cut."""
+        """The cut nets and weights of all patches."""
         net_grid = turn(nets.reshape(*grid.shape, *nets.shape[1:]))
         weight_grid = None
         if weights is not None:

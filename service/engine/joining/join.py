@@ -1,9 +1,9 @@
-"""Models whose borders are equal where they are the same curve, before anything is meshed.
+"""Makes the borders of a model equal where they are the same curve, before meshing.
 
 1. Control points that are equal up to rounding are made equal (`snap`).
-2. Surfaces are cut where an open border of theirs is one curve with pieces of others, or of the
-   same surface (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next
-   surface may need one: so this is repeated until no border needs any.
+2. Surfaces are cut where one of their open borders is one curve with pieces of other borders
+   (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next surface may need
+   a cut: so this step is repeated until no border needs a cut.
 """
 
 from collections.abc import Callable
@@ -20,23 +20,23 @@ from service.engine.mesh.seams import Seams
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64
-"""How often surfaces are cut: enough for this number of surfaces in one row."""
+"""The most repetitions of cutting: enough for this number of surfaces in one row."""
 
 GROWTH, SQUARED, MOST, ALWAYS = 16, 8, 1 << 13, 256
-"""Cuts of P patches may make max(16 P, min(8 P², 8192)) + 256: faces with knots of their own become
-some P². If more come, the model is not cut at all. Cuts that run around a body and never meet would
-not end."""
+"""Cuts of P patches may make max(16 P, min(8 P², 8192)) + 256: P faces with different knots become
+some P² patches. If there are more, the model is not cut at all, because cuts that run around a body
+and never meet would not end."""
 
 POINTS = 1 << 17
-"""Control points that cuts may add, besides multiplying them by `GROWTH`."""
+"""The most control points that cuts may add to `GROWTH` times the number of control points."""
 
 
 Allow: TypeAlias = Callable[..., None]
-"""Refuses models (`PatchModel`) that have become too large together."""
+"""Raises an error if models (`PatchModel`) have become too large together."""
 
 
 def allow_any(*_models: PatchModel) -> None:
-    """Refuses nothing."""
+    """Accepts every model."""
 
 
 def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple[PatchModel, Seams]:
@@ -45,9 +45,9 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
     Parameters
     ----------
     tolerance : float
-        Part of the diagonal of the box about the control points; 0 changes nothing.
+        Share of the diagonal of the box about the control points; 0 changes nothing.
     allow : callable
-        Looks at a model that was cut, before anything is made of it.
+        Called with each model that was cut; it raises an error if the model is too large.
     """
     return join_further(model, connect_if_apart(model, tolerance), tolerance, allow)
 
@@ -56,10 +56,10 @@ def join_further(
     model: PatchModel, seams: Seams | None, tolerance: float, allow: Allow
 ) -> tuple[PatchModel, Seams]:
     """The result of `join`, given the `seams` of `connect_if_apart`."""
-    model, seams = _snapped(model, seams, tolerance)
+    model, seams = _snap_model(model, seams, tolerance)
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams
-    known = model, seams
+    previous = model, seams
     count = model.patch_count
     most = max(GROWTH * count, min(SQUARED * count**2, MOST)) + ALWAYS
     most_points = GROWTH * _count_points(model) + POINTS
@@ -73,11 +73,11 @@ def join_further(
         checkpoint()
         model = cut(model, lines)
         if model.patch_count > most or _count_points(model) > most_points:
-            return known
-        model, seams = _snapped(model, connect_if_apart(model, tolerance), tolerance)
+            return previous
+        model, seams = _snap_model(model, connect_if_apart(model, tolerance), tolerance)
     else:
-        return known
-    if model.patch_count > known[0].patch_count:
+        return previous
+    if model.patch_count > previous[0].patch_count:
         allow(model)
     return model, seams
 
@@ -87,8 +87,10 @@ def _count_points(model: PatchModel) -> int:
     return sum(batch.points.size // 3 for batch in model.batches)
 
 
-def _snapped(model: PatchModel, seams: Seams | None, tolerance: float) -> tuple[PatchModel, Seams]:
-    """The model with equal points where they are near, and its seams; `seams` if none are."""
+def _snap_model(
+    model: PatchModel, seams: Seams | None, tolerance: float
+) -> tuple[PatchModel, Seams]:
+    """The model with near points made equal, and its seams; `seams` itself if nothing changes."""
     if seams is not None:
         return model, seams
     model = snap(model, tolerance)
@@ -96,6 +98,6 @@ def _snapped(model: PatchModel, seams: Seams | None, tolerance: float) -> tuple[
 
 
 def join_each(group: GroupModel, tolerance: float) -> GroupModel:
-    """The group with each of its models joined by itself."""
+    """The group with each of its models joined separately."""
     models = (join(m, tolerance)[0] if isinstance(m, PatchModel) else m for m in group.models)
     return replace(group, models=tuple(models))

@@ -1,11 +1,9 @@
-"""Members of a group whose borders are one curve, as one model in its place.
+"""Joins members of a group whose placed borders share a curve to one model.
 
-Members that have an open edge in common once they are placed become one model: what joins the
-patches of a model joins them, too. Their mesh is separated afterwards
-(`service.engine.scenes.apart`), so that each member is still a node of its own.
-
-A member stays as it is if it is swept, or if it carries other channels than those it meets: the
-vertices of one mesh all carry the same.
+Members that have an open edge in common after placing become one model, so that the steps that join
+patches join the members, too. The mesh is separated afterwards (`service.engine.scenes.apart`), so
+that each member is still a separate node. A member stays unchanged if it is swept, or if its
+channels differ from those of its neighbours: all vertices of one mesh have the same channels.
 """
 
 from collections.abc import Sequence
@@ -25,11 +23,11 @@ from service.surface.sweep_model import SweepModel
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """Members that are one model.
+    """Members that became one model.
 
-    `members` are their numbers in the group that was given; member k of these has the parts
-    [ends[k], ends[k+1]) of the model; `swapped` says whether its parameters u and v, which have
-    changed places, are its texture coordinates.
+    `members` are their numbers in the original group. Member k of these has the parts [ends[k],
+    ends[k+1]) of the model. `swapped[k]` says whether its texture coordinates are its parameters u
+    and v, exchanged.
     """
 
     members: tuple[int, ...]
@@ -39,19 +37,20 @@ class Cluster:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JoinedGroup:
-    """A group with clusters as models of their own, and the members that were given.
+    """A group with one model for each cluster, and the original members.
 
-    Member k of `given` is member `at[k]` of `group`, alone or in one of the `clusters`.
+    Original member k, `originals[k]`, is member `at[k]` of `group`, alone or in one of the
+    `clusters`.
     """
 
     group: GroupModel
-    given: tuple[PlacedModel, ...]
+    originals: tuple[PlacedModel, ...]
     at: tuple[int, ...]
     clusters: tuple[Cluster, ...]
 
 
 def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any) -> JoinedGroup:
-    """The group with its members joined, unless lines or wires are drawn on each of them."""
+    """The group with its members joined, unless lines or wires are drawn on its members."""
     if options.has_wires or options.overlays or not options.has_faces:
         joined = join_each(group, options.weld_tolerance)
         return JoinedGroup(joined, group.members, tuple(range(len(group.members))), ())
@@ -59,7 +58,7 @@ def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any
 
 
 def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) -> JoinedGroup:
-    """The group with members joined that meet along an edge; parameters as of `join`."""
+    """The group, with members joined where they meet along an edge; parameters as in `join`."""
     models: list[PatchModel | SweepModel] = []
     seams_of: dict[int, Seams] = {}
     for number, placed in enumerate(group.models):
@@ -69,9 +68,9 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
             seams_of[number] = seams
         models.append(model)
     group = replace(group, models=tuple(models))
-    alone = JoinedGroup(group, group.members, tuple(range(len(group.members))), ())
+    unjoined = JoinedGroup(group, group.members, tuple(range(len(group.members))), ())
     if not tolerance:
-        return alone
+        return unjoined
     clusters: list[Cluster] = []
     members: list[PlacedModel] = []
     at = [-1] * len(group.members)
@@ -95,18 +94,18 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         members.append(PlacedModel(joint.name, len(models)))
         models.append(joint)
     if not clusters:
-        return alone
+        return unjoined
     for n, member in enumerate(group.members):
         if at[n] < 0:
             at[n] = len(members)
             members.append(member)
     used = sorted({member.model for member in members})
     allow(*(model for model in models[len(group.models) :] if isinstance(model, PatchModel)))
-    place = {old: new for new, old in enumerate(used)}
+    place = {before: after for after, before in enumerate(used)}
     return JoinedGroup(
         replace(
             group,
-            models=tuple(models[old] for old in used),
+            models=tuple(models[before] for before in used),
             members=tuple(replace(m, model=place[m.model]) for m in members),
         ),
         group.members,
@@ -122,7 +121,7 @@ def _parts_of(group: GroupModel, number: int) -> tuple[Part, ...]:
 
 
 def _owners(joint: PatchModel, group: GroupModel, numbers: Sequence[int]) -> Ints:
-    """The member, among these, of every patch of a joint model."""
+    """For every patch of a joint model, the position in `numbers` of its member."""
     listed = np.arange(joint.patch_count) if joint.sequence is None else joint.sequence
     parts = np.repeat(np.arange(len(numbers)), [len(_parts_of(group, n)) for n in numbers])
     owner = np.empty(joint.patch_count, dtype=np.intp)

@@ -1,10 +1,10 @@
-"""Points that are equal up to rounding: groups of near points.
+"""Groups of points that are equal up to rounding.
 
-Two points are near if their distance is at most `reach`. Points that are near, or have near points
-between them, are a component. A component whose points are all near one another is a group; a wider
-one is none, because no point could stand for all of it. Within a wider one, the points that are
-groups at 1/8 of `reach`, or at 1/64 and so on, are groups: so the two ends of a short edge stay two
-points, and what differs from either by rounding alone is one with it.
+Two points are near if their distance is at most `reach`. Components are the connected components of
+the graph of near points. A component whose points are all near one another is a group. A wider
+component is not a group, because no point could represent all of its points; groups within it are
+found with 1/8 of `reach`, then with 1/64 and so on. So the two ends of a short edge stay two
+points, and points that differ from an end by rounding alone form a group with it.
 """
 
 import numpy as np
@@ -16,29 +16,29 @@ ROUNDS = 8
 """Rounds of separating points by gaps along x, y and z: few need more than one."""
 
 MAX_CROWD = 16
-"""Points between which no gap lies along any axis, and that are wider than `reach`: of so few all
-pairs are compared; more of them are no group."""
+"""The most points of a crowd, which no gap along an axis divides and which is wider than `reach`:
+all pairs of a crowd are compared. More points are not a group."""
 
 CHUNK = 1 << 12
 """Crowds that are compared at a time."""
 
 FINER, LEVELS = 1 / 8, 4
-"""Factor of `reach` from one look at wide components to the next, and how often they are looked
-at."""
+"""Factor of `reach` from one search within wide components to the next, and the number of
+searches."""
 
 
 def near_groups(points: FloatArray, reach: float) -> Ints:
-    """For each point (N, 3) the first one of its group; of equal points the first, at least.
+    """For each point (N, 3) the first point of its group; equal points are always in one group.
 
     Which points form a group does not depend on their order.
     """
     first, number = unique_rows(points)
-    leader, left = np.arange(len(first)), np.arange(len(first))
+    leader, remaining = np.arange(len(first)), np.arange(len(first))
     for _ in range(LEVELS):
-        lead, is_wide = _groups(points[first[left]], reach)
-        leader[left] = left[lead]
-        left = left[is_wide]
-        if not len(left):
+        lead, is_wide = _groups(points[first[remaining]], reach)
+        leader[remaining] = remaining[lead]
+        remaining = remaining[is_wide]
+        if not len(remaining):
             break
         reach *= FINER
     least = np.full(len(first), len(points))
@@ -47,7 +47,7 @@ def near_groups(points: FloatArray, reach: float) -> Ints:
 
 
 def _groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
-    """The first of each point's group (N,), itself without one, and which may be in a wide one."""
+    """The first point of each point's group (N,), and whether it may be in a wide component."""
     group = _gap_groups(points, reach)
     order = np.argsort(group, kind="stable")
     starts = run_starts(group[order])
@@ -80,24 +80,24 @@ def run_starts(ordered: Ints) -> Ints:
 def _gap_groups(points: FloatArray, reach: float) -> Ints:
     """Numbers (N,) of groups between which there are gaps along an axis, wider than `reach`."""
     group = np.zeros(len(points), dtype=np.intp)
-    left = np.arange(len(points))
+    remaining = np.arange(len(points))
     for _ in range(ROUNDS):
         before = len(np.unique(group))
         for axis in range(3):
-            coordinate = points[left, axis]
-            order = np.lexsort((coordinate, group[left]))
-            left, coordinate = left[order], coordinate[order]
-            begins = np.ones(len(left), dtype=bool)
-            begins[1:] = (group[left[1:]] != group[left[:-1]]) | (
+            coordinate = points[remaining, axis]
+            order = np.lexsort((coordinate, group[remaining]))
+            remaining, coordinate = remaining[order], coordinate[order]
+            begins = np.ones(len(remaining), dtype=bool)
+            begins[1:] = (group[remaining[1:]] != group[remaining[:-1]]) | (
                 coordinate[1:] - coordinate[:-1] > reach
             )
-            # Groups that are not looked at any more keep numbers of their own, below zero.
-            group[left] = np.cumsum(begins) - 1
+            # Groups that are final have numbers below zero.
+            group[remaining] = np.cumsum(begins) - 1
             ends = np.append(begins[1:], True)
-            alone = begins & ends
-            group[left[alone]] = -1 - left[alone]
-            left = left[~alone]
-            if not len(left):
+            is_single = begins & ends
+            group[remaining[is_single]] = -1 - remaining[is_single]
+            remaining = remaining[~is_single]
+            if not len(remaining):
                 return group
         if len(np.unique(group)) == before:
             break
@@ -105,7 +105,7 @@ def _gap_groups(points: FloatArray, reach: float) -> Ints:
 
 
 def _cliques(points: FloatArray, reach: float) -> Ints:
-    """The first of each point's component in crowds (G, m, 3), itself if that is wide: (G, m)."""
+    """The first point of each point's component in crowds (G, m, 3), itself if that is wide."""
     apart = points[:, :, None] - points[:, None]
     near: Bools = np.square(apart).sum(axis=3) <= reach**2
     joined = near

@@ -1,6 +1,6 @@
 """Members of a group that may have an edge in common: a corner of one is on the border of another.
 
-Only members whose boxes meet, and that carry the same channels, are looked at.
+Only members whose boxes meet and that have the same channels are compared.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_bounds
 
 FEW_MEMBERS = 1024
-"""Up to here all pairs of boxes are compared."""
+"""Up to this number of members all pairs of boxes are compared."""
 
 
 def find_neighbours(
@@ -27,7 +27,7 @@ def find_neighbours(
 ) -> list[list[int]]:
     """Members that may meet, in their order: a corner of one is on the border of another.
 
-    `seams` are those of every model.
+    `seams` are the seams of every model.
     """
     placed: list[OpenBorder] = []
     owner: list[int] = []
@@ -78,11 +78,11 @@ def _list_channels(group: GroupModel, number: int) -> list[tuple[str, str, int]]
 
 
 def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
-    """Members with open edges, of which the box about one meets that about another."""
+    """Members with open edges whose boxes meet the box of another member."""
     numbers, boxes = [], []
     seen: set[tuple[int, bytes]] = set()
     for number, member in enumerate(group.members):
-        # Copies in one place lie upon each other: they do not meet.
+        # Copies in one place cover each other; they do not meet along an edge.
         place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
         if place in seen or member.model not in seams:
             continue

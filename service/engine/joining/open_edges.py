@@ -20,11 +20,11 @@ class OpenEdges:
     curves : tuple of EdgeCurves
         All edges of the model, by degree.
     row : ndarray of int
-        For each edge of the model its number among the open ones; −1 for others.
+        For each edge of the model its number among the open edges; −1 for other edges.
     side : ndarray of int, shape (E,)
-        The only side (patch · 4 + side) that each is.
+        The only side (patch · 4 + side) of each edge.
     begin, end : ndarrays of int, shape (E,)
-        Where each has its ends among the `corners`.
+        The numbers of the ends of each edge among the `corners`.
     corners : ndarray of float64, shape (C, 3)
     """
 
@@ -38,13 +38,15 @@ class OpenEdges:
 
 def find_open_edges(seams: Seams) -> OpenEdges:
     """The open edges of a model that are lines."""
-    known = seams.connectivity
-    lines = np.flatnonzero(known.open_lines[known.edge.ravel()] & ~known.collapsed.ravel())
-    edge = known.edge.ravel()[lines]
-    row = np.full(len(known.users), -1)
+    connectivity = seams.connectivity
+    lines = np.flatnonzero(
+        connectivity.open_lines[connectivity.edge.ravel()] & ~connectivity.collapsed.ravel()
+    )
+    edge = connectivity.edge.ravel()[lines]
+    row = np.full(len(connectivity.users), -1)
     row[edge] = np.arange(len(edge))
-    ends = [known.corner[:, which].ravel()[lines] for which in (BEGINS, ENDS)]
-    against = known.backward.ravel()[lines]
+    ends = [connectivity.corner[:, which].ravel()[lines] for which in (BEGINS, ENDS)]
+    against = connectivity.backward.ravel()[lines]
     begin, end = np.where(against, ends[1], ends[0]), np.where(against, ends[0], ends[1])
     return OpenEdges(seams.curves, row, lines, begin, end, seams.corner_points)
 
@@ -53,8 +55,8 @@ def find_open_edges(seams: Seams) -> OpenEdges:
 class OpenBorder:
     """The open edges of a model, K of them.
 
-    `curves`, numbered from 0; `begin` and `end` (K,), where each edge has its ends among the
-    `corners` (C, 3).
+    `curves` are numbered from 0; `begin` and `end` (K,) are the numbers of the ends of each edge
+    among the `corners` (C, 3).
     """
 
     curves: tuple[EdgeCurves, ...]
@@ -85,7 +87,7 @@ def find_open_border(seams: Seams) -> OpenBorder:
 
 
 def iterate_degrees(edges: OpenEdges) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
-    """Curves of one degree, the rows of them that are open, and their numbers among these."""
+    """Curves of one degree, the rows of the open edges in them, and the numbers of these edges."""
     for group in edges.curves:
         number = edges.row[group.ids]
         rows = np.flatnonzero(number >= 0)

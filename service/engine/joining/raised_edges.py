@@ -45,7 +45,7 @@ class BorderWeights:
 def raise_equal(
     pattern: EdgePattern, points: FloatArray, weights: BorderWeights | None, reach: float
 ) -> None:
-    """Replaces the points and weights of borders by those of the same curve in a lower degree.
+    """Replaces points and weights of borders by those of the same curve in a lower degree.
 
     Points (B, 3) are overwritten where the raised net of an edge of lower degree is at most `reach`
     away, and its weights are near. The corners of such edges must be equal already.

@@ -1,7 +1,7 @@
-"""Open edges that are the same curve in pieces: where they must be cut to become equal edges.
+"""Finds where open edges that are the same curve in pieces must be cut to become equal edges.
 
-Two borders may be one curve though no edge of theirs is: one surface has a knot where the other has
-none, or two surfaces meet a third one along one edge of it. A Bézier curve over an interval is
+Two borders may be one curve although their edges differ: one surface has a knot where the other has
+none, or two surfaces meet a third along one of its edges. A Bézier curve over an interval is
 determined by the interval, and stays the same after raising its degree, after inserting knots and
 after a linear change of the parameter. So:
 
@@ -34,10 +34,11 @@ from service.engine.mesh.seams import Seams
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cuts:
-    """Where sides of patches must be cut: all of shape (K,).
+    """Parameters where sides of patches must be cut: all of shape (K,).
 
-    `patch`, `side` (`service.surface.sides`); `at`, strictly between 0 and 1, along the side;
-    `slack`, within which another parameter of the patch is the same.
+    `patch` and `side` (`service.surface.sides`) name the side; `at`, strictly between 0 and 1, is
+    the parameter along the side. Parameters of the patch that differ by at most `slack` are the
+    same cut.
     """
 
     patch: Ints
@@ -47,7 +48,7 @@ class Cuts:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held, a key among them."""
+        """Bytes of this value and its key."""
         return 256 + 32 * len(self.at)
 
 
@@ -55,27 +56,27 @@ _NONE: Ints = np.empty(0, np.intp)
 NOWHERE = Cuts(_NONE, _NONE, np.empty(0), np.empty(0))
 """No cuts."""
 
-KNOWN: Cache[Cuts] = Cache(1 << 20)
-"""The cuts of open edges that were seen before."""
+CUTS: Cache[Cuts] = Cache(1 << 20)
+"""The cached cuts of open edges."""
 
 
 def find_cuts(seams: Seams, reach: float) -> Cuts:
-    """Where open edges must be cut to be one with others, found once for the same open edges.
+    """Where open edges must be cut to become equal to others, cached for the same open edges.
 
     Parameters
     ----------
     reach : float
-        Points at most this far apart are one, in model units.
+        Model units. Points at most this far apart count as equal.
     """
-    known, arrays = seams.connectivity, []
-    if known.open_count < 3:
+    connectivity, arrays = seams.connectivity, []
+    if connectivity.open_count < 3:
         return NOWHERE
     for group in seams.curves:
-        rows = known.open_lines[group.ids].nonzero()[0]
+        rows = connectivity.open_lines[group.ids].nonzero()[0]
         arrays += [group.points.take(rows, axis=0)]
         arrays += [] if group.weights is None else [group.weights.take(rows, axis=0)]
-    key = ("cuts", known.key, reach, hash_arrays(*arrays))
-    return KNOWN.get(key, lambda: _cuts(seams, reach))
+    key = ("cuts", connectivity.key, reach, hash_arrays(*arrays))
+    return CUTS.get(key, lambda: _cuts(seams, reach))
 
 
 def _cuts(seams: Seams, reach: float) -> Cuts:
@@ -100,11 +101,11 @@ def _cuts(seams: Seams, reach: float) -> Cuts:
 def _beside_shared(
     edges: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, reach: float
 ) -> Bools:
-    """Which cuts (K,) of edges, in order, have a piece beside them that two edges have."""
+    """Whether beside each cut (K,) lies a piece that two edges share."""
     cut = np.concatenate([edge, np.arange(len(edges.side))])
     order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), cut))
     owner = cut[order]
-    # Every cut, and every beginning of an edge, begins a piece.
+    # A piece begins at every cut, and at every beginning of an edge.
     start = np.concatenate([at, np.zeros(len(edges.side))])[order]
     begin = np.concatenate([corner, edges.begin])[order]
     ends = np.append(owner[1:] != owner[:-1], True)
@@ -135,7 +136,7 @@ def _beside_shared(
     far = reach * len(shares) ** 0.5
     leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), far)
     shared = np.bincount(leader, minlength=len(leader))[leader] > 1
-    # Pieces before and after a cut.
+    # The pieces before and after each cut.
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
     mine = place[: len(edge)]

@@ -8,13 +8,15 @@ neighbours, may differ by rounding. Connectivity compares points bit for bit
 - sides whose points are in the same groups, in one direction or the other, are one edge, and get
   the points of that side whose net comes first in dictionary order;
 - near weights of equal points become 1 if one of them is 1, as those of polynomial patches are,
-  else the least of them, after division by a common factor for each surface (`common_factors`);
-- sides that are one curve in several degrees get the raised net of the lowest (`raised_edges`);
-- corners, and sides that are one group, get the first point of their group in dictionary order;
+  else the least of them; before, a common factor of each surface is divided out (`common_factors`);
+- sides that are one curve in several degrees get the raised net of the lowest degree
+  (`raised_edges`);
+- corners, and sides that are one group, get the first point of their group in
+  dictionary order;
 - patches of which two opposite sides become one edge become curves (`thin_patches`).
 
-So positions depend on the nets that meet and not on their order; where all are equal already,
-nothing changes.
+So positions depend on the nets that meet and not on their order. Borders that are already equal do
+not change.
 
 Bound of the movement of the surface S = Σ b_i P_i, b_i = w_i B_i / Σ w_j B_j. New control points
 move S by at most the largest distance d of an old from a new control point. New weights: if the
@@ -55,7 +57,7 @@ ROUNDED_UP = 1 + 2.0**-40
 
 
 def snap(model: PatchModel, tolerance: float) -> PatchModel:
-    """The model with equal border points where they are near; itself if nothing moves.
+    """The model with near border points made equal; the same model if nothing moves.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
 
 
 def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:
-    """Border points (B, 3), made equal along equal edges, and at equal corners and poles.
+    """Border points (B, 3) that are equal along equal edges, and at equal corners and poles.
 
     `group` (B,) is the number of each point's group of near points.
     """
@@ -123,7 +125,7 @@ def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatA
 
 
 def _owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
-    """The surface that each border point (B,) belongs to; they are numbered as their patches are.
+    """The surface of each border point (B,); surfaces are numbered in the order of their patches.
 
     Without domains each patch is a surface.
     """
@@ -154,8 +156,8 @@ def _equal_weights(
     width = size[order[starts + counts - 1]] - size[order[starts]]
     least = EQUAL_WEIGHT if scale is None else EQUAL_SCALED
     chosen = np.repeat((width > least) & (width <= tolerance), counts)
-    leads, ones = starts.copy(), np.flatnonzero(size[order] == 0)
-    leads[np.cumsum(begins)[ones] - 1] = ones
+    leads, is_one = starts.copy(), np.flatnonzero(size[order] == 0)
+    leads[np.cumsum(begins)[is_one] - 1] = is_one
     rows, lead = order[chosen], np.repeat(order[leads], counts)[chosen]
     equal = weights.copy()
     equal[rows] = weights[lead]

@@ -1,10 +1,10 @@
-"""Patches that are no wider than the distance within which points are one: they become curves.
+"""Replaces patches that are no wider than the distance of equal points by curves.
 
-A knot span about as short as that distance lowers to thin patches, and so do narrow triangles. Once
-near points are equal (`service.engine.joining.snap`), the control points of the two long sides are
-equal in pairs: both sides are one edge, and the neighbours across the patch meet there. So on each
-line from side to side all control points and weights become those of one side. Meshes leave such a
-patch out (`service.engine.mesh.curve_patches`).
+A knot span about as short as that distance lowers to thin patches, and narrow triangles are thin,
+too. Once near points are equal (`service.engine.joining.snap`), the control points of the two long
+sides are equal in pairs: both sides are one edge, and the neighbours across the patch meet there.
+So on each line from side to side all control points and weights become those of one side. Meshes
+omit such a patch (`service.engine.mesh.curve_patches`).
 
 If a control point moves by at most d, and the changes of all logarithms of weights lie in an
 interval of length h, no point of the patch is further from the curve than d + (e^h − 1) D / 2, with
@@ -23,8 +23,8 @@ from service.surface.batches import Patches
 
 WIDTH = 2.0
 """Largest distance of control points from the side, in units of `distance`, and of logarithms of
-weights, in units of `weight_tolerance`. Points of one edge are at most 1 apart; those between two
-sides of a knot span are between the sides, up to rounding."""
+weights, in units of `weight_tolerance`. Points of one edge are at most 1 apart. Points between two
+sides of a knot span lie between the sides, up to rounding."""
 
 
 def collapse_thin_patches(
@@ -37,7 +37,7 @@ def collapse_thin_patches(
     connectivity : Connectivity
         Its sides that are one edge have equal control points, bit for bit.
     distance, weight_tolerance : float
-        Points, and logarithms of weights, at most this far apart are one.
+        Points, and logarithms of weights, at most this far apart count as equal.
     """
     flat, furthest = list(batches), 0.0
     for which, rows, line in find_thin(batches, connectivity):

@@ -1,1 +1,1 @@
-"""Areas, lengths, volumes and centroids of surfaces, each with an interval that holds it."""
+"""Areas, lengths, volumes and centroids of surfaces, each with a proved interval."""

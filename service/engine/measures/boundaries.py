@@ -1,4 +1,4 @@
-"""Open borders: chains of edges that one side has alone, each with its patches on the left."""
+"""Open borders: chains of open sides, each with its patches on the left."""
 
 from dataclasses import dataclass
 
@@ -35,7 +35,8 @@ def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
     entered = set(ends.tolist())
     left = np.ones(len(sides), dtype=bool)
     chains = []
-    # Sides to which no other leads begin chains first, else their chains would be cut in two.
+    # Chains begin first at sides that follow no other side; otherwise their chains would be
+    # divided.
     starts = [k for k, at in enumerate(begins.tolist()) if at not in entered]
     for start in (*starts, *range(len(sides))):
         if not left[start]:

@@ -53,7 +53,7 @@ class Cells:
         return len(self.patch)
 
     def take(self, rows: Ints | Bools | slice) -> "Cells":
-        """Some of the cells."""
+        """The cells with these rows."""
         return Cells(self.nets[..., rows], self.patch[rows], self.depth[rows], self.noise)
 
     def halved(self, axis: int) -> "Cells":
@@ -85,7 +85,7 @@ def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
 
 
 def group_cells(nets: QueryNets, noise: float, patches: Bools | None = None) -> list[Cells]:
-    """The nets of all patches, or of some, (P,), as cells by degree; `noise` is in model units."""
+    """The nets of patches (P,), by default all, as cells by degree; `noise` is in model units."""
     groups = []
     for group in nets.groups:
         patch = nets.patch[group.first : group.first + len(group.nets)]
@@ -96,7 +96,7 @@ def group_cells(nets: QueryNets, noise: float, patches: Bools | None = None) -> 
 
 
 def cells_of(nets: FloatArray, patch: Ints, noise: float) -> Cells:
-    """Whole nets (K, p+1, q+1, d) as cells."""
+    """Nets (K, p+1, q+1, d) as cells that are not halved yet."""
     ordered = np.ascontiguousarray(nets.transpose(3, 1, 2, 0))
     if len(ordered) == 4:
         _, exponent = np.frexp(ordered[3].max(axis=(0, 1)))

@@ -26,7 +26,7 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
     for cluster in joined.clusters:
         mesh = scene.meshes[scene.nodes[joined.at[cluster.members[0]]].model]
         for k, number in enumerate(cluster.members):
-            placed = joined.given[number]
+            placed = joined.originals[number]
             replaced[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
     nodes = [replaced.get(k) or scene.nodes[at] for k, at in enumerate(joined.at)]
