@@ -53,7 +53,7 @@ def find_stored_bounds(
 
 
 def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Origin of float32 positions in these bounds: near a model that is far from zero, else zero."""
+    """Origin of float32 positions: zero, or near the model if these bounds are far from zero."""
     lows, highs = low.tolist(), high.tolist()
     sizes = [above - below for below, above in zip(lows, highs, strict=True)]
     middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]

@@ -1,10 +1,10 @@
 """Integrals over the patches of a model: cells are halved until all errors together are small.
 
 Only bounds are computed while cells are halved; the sums are computed once, in the end. In each
-round the cells with the smallest errors are kept, as long as these add up to half of the errors
-that are still allowed; the others are halved, each in the direction in which it changes more. The
-errors of all cells are part of the interval, also where the budget ends before they are small
-enough.
+round the cells with the smallest errors stay, as long as their errors add up to at most half of the
+errors that are still allowed. The other cells are halved, each in the direction in which its
+function changes more. The errors of all cells are part of the interval, even if the budget ends
+before they are small enough.
 """
 
 from dataclasses import dataclass
@@ -21,21 +21,21 @@ from service.engine.measures.remainders import Kind, remainders
 from service.engine.measures.rules import apply_rule
 
 NODES = 10
-"""Nodes of a rule in each direction, where no rule is exact."""
+"""Nodes of a rule in each direction if no rule is exact."""
 
 ROUGH = 6
 """Nodes of the rule that estimates an integral."""
 
 CHUNK = 1 << 18
-"""Numbers of one array that are worked on at a time."""
+"""Numbers of one array in one chunk."""
 
 ROUNDS = 200
-"""The most rounds of halving: budgets end before."""
+"""The most rounds of halving: every budget ends earlier."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Integrals:
-    """Sums over K cells, one column a cell, as from `rules.apply_rule`, and all their errors.
+    """Sums over K cells from `rules.apply_rule`, one column for each cell, and all their errors.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Integrals:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Refinement:
-    """Cells that are small enough for their rules, or as small as a budget allows.
+    """Cells that are small enough for their rules, or as small as the budget allows.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Refinement:
     bounded : list of BoundedCells
         Other cells, for which rules of `NODES` nodes have remainders.
     excess : float
-        Sum of the remainders, in units of the allowed errors: above 1 where the budget ended first.
+        Sum of the remainders, in units of the allowed errors: above 1 if the budget ended first.
     """
 
     kind: Kind
@@ -119,7 +119,7 @@ def bound_growth(groups: list[Cells]) -> float:
 
 
 def estimate(groups: list[Cells], kind: Kind) -> tuple[FloatArray, FloatArray]:
-    """Estimate the integrals by one rule a patch; and bound the rounding of such rules."""
+    """Estimate the integrals by one rule for each patch, and bound the rounding of these rules."""
     parts = [_integrate(cells, kind, ROUGH, None) for cells in groups]
     sums = [part.sums.sum(axis=1) for part in parts]
     return np.sum(sums, axis=0), np.sum([part.errors.sum(axis=1) for part in parts], axis=0)
@@ -131,11 +131,11 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
     Parameters
     ----------
     groups : list of Cells
-        Whole patches, of one degree each.
+        The patches, grouped by degree.
     allowed : ndarray of float64, shape (1,) or (2,)
-        The errors that the whole may have.
+        The allowed errors of the sum over all cells.
     budget : int
-        Control points that all cells may have; but at least three times those of the patches.
+        The most control points of all cells; but at least three times those of the patches.
     """
     has_closed_form = kind == "flux"
     exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
@@ -155,7 +155,8 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
             break
         points = np.concatenate([np.full(len(e.cells), e.cells.size // len(e.cells)) for e in rest])
         few = int(np.searchsorted(added, share / 2, side="right"))
-        # Without room for all, those with the largest errors are halved.
+        # If the budget does not suffice for all cells, the cells with the largest errors are
+        # halved.
         few = max(few, len(order) - int((np.cumsum(points[order[::-1]]) <= room).sum()))
         if few == len(order):
             break
@@ -175,7 +176,7 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BoundedCells:
-    """K cells of one degree, the remainders of their rules, and where they are better halved.
+    """K cells of one degree, the remainders of their rules, and the directions of halving.
 
     `errors` and `along_v` are those of `Remainders`.
     """
@@ -185,16 +186,16 @@ class BoundedCells:
     along_v: Bools
 
     def relative_errors(self, allowed: FloatArray) -> FloatArray:
-        """The errors in units of the allowed ones, the larger of two, (K,)."""
+        """The errors in units of the allowed errors, the larger of two for each cell, (K,)."""
         relative: FloatArray = (self.errors / allowed[:, np.newaxis]).max(axis=0)
         return relative
 
     def take(self, rows: Bools) -> "BoundedCells":
-        """Some of the cells."""
+        """The cells with these rows."""
         return BoundedCells(self.cells.take(rows), self.errors[:, rows], self.along_v[rows])
 
     def halve(self, kind: Kind) -> "list[BoundedCells]":
-        """All of the cells, halved; an empty list if there are none."""
+        """The halves of all cells; an empty list without cells."""
         turned = ((0, ~self.along_v), (1, self.along_v))
         parts = [self.cells.take(rows).halved(axis) for axis, rows in turned if rows.any()]
         return [_bound(Cells.joined(parts), kind)] if parts else []
@@ -214,7 +215,7 @@ def _bound(cells: Cells, kind: Kind) -> BoundedCells:
 
 
 def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) -> Integrals:
-    """The integrals by rules of `count` nodes, and their rounding with `errors` added."""
+    """The integrals by rules of `count` nodes, and the sum of their rounding and `errors`."""
     sums, rounding = [], []
     for rows in chunks(cells, count):
         checkpoint()
@@ -228,7 +229,7 @@ def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) 
 
 
 def local_nets(cells: Cells, kind: Kind) -> CellNets:
-    """The nets of cells; without their noise for a flux, whose bound `solids` adds."""
+    """The nets of cells. For a flux the noise is omitted, because `solids` adds its bound."""
     return CellNets(cells, cells.noise if kind == "size" else 0.0)
 
 

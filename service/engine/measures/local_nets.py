@@ -1,4 +1,4 @@
-"""Nets of cells about the middles of the cells, their partials, and bounds over whole cells.
+"""Nets of cells about the middles of the cells, their partials, and bounds over each cell.
 
 With c the middle of a cell, X = w (S − c) and w are Bézier nets, and
 
@@ -29,7 +29,7 @@ from service.engine.measures.cells import Cells
 from service.engine.measures.tables import UNIT
 
 UPWARDS = 1 + 2.0**-40
-"""Covers the rounding of some hundred operations on numbers that are not negative."""
+"""Factor that covers the rounding of some hundred operations on numbers that are not negative."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,9 +46,10 @@ class Net:
 
 
 class CellNets:
-    """X, w and their partials; curves have none by v, and polynomial nets no w.
+    """X, w and their partials.
 
-    `noise` bounds the errors of control points before any rounding that ε counts.
+    Curves have no partials by v, and polynomial nets have no w. `noise` bounds the errors of
+    control points before the rounding that ε includes.
     """
 
     def __init__(self, cells: Cells, noise: float = 0.0) -> None:
@@ -107,7 +108,7 @@ def lengths(vectors: FloatArray) -> FloatArray:
 
 
 def _partials(net: Net, p: int, q: int) -> tuple[Net, ...]:
-    """The nets of the partials by u and, of surfaces, by v."""
+    """The nets of the partials by u and, for surfaces, by v."""
     return tuple(
         Net(np.diff(net.values, axis=axis) * degree, 2 * degree * net.noise)
         for axis, degree in ((1, p), (2, q))[: 2 if q else 1]

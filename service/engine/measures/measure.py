@@ -2,9 +2,9 @@
 
     area = Σ ∫∫ |N|,  N = S_u × S_v,  over all patches;  length = Σ ∫ |C′|  over all open edges
 
-and volumes as `solids` says. Every interval [low, high] holds the truth: it has room for the
-remainders of the rules (`remainders`), for all rounding (`rules`), and for the inexact control
-points that lowering, placing and joining leave (`local_nets`, `solids`).
+and volumes as `solids` says. Every interval [low, high] contains the exact value: it includes the
+remainders of the rules (`remainders`), all rounding (`rules`), and the errors of control points by
+lowering, placing and joining (`local_nets`, `solids`).
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     Parameters
     ----------
     allow : callable
-        Refuses surfaces that have become too many patches where they were cut to be joined.
+        Raises an error if a surface, after it was cut for joining, has too many patches.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
 def _measure_sizes(
     name: str, groups: list[Cells], part: Ints, count: int, precision: Precision
 ) -> list[Interval]:
-    """Areas or lengths of all cells, then of each of `count` parts; empty if to be refused.
+    """Areas or lengths of all cells, then of each of `count` parts; empty before a refusal.
 
     They are in the coordinates of the cells, which do not underflow.
     """
@@ -112,7 +112,7 @@ def _measure_sizes(
 def _measure_boundaries(
     source: Source, oriented: OrientedSides, precision: Precision
 ) -> tuple[Interval, list[Boundary]]:
-    """The length of all open edges, and each chain of them; without chains if to be refused."""
+    """The length of all open edges, and each chain of them; without chains before a refusal."""
     chains = chain_open_sides(source.seams, oriented)
     if not chains:
         return Interval(0.0, 0.0, 0.0), []

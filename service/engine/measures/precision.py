@@ -1,8 +1,8 @@
-"""How narrow the intervals of a query can be within its budget; the refusal of narrower ones.
+"""The least width of intervals within the budget of a query, and the refusal of narrower ones.
 
-Cells are halved before anything is summed (`integrals.refine`): a refusal costs the bounds alone.
-It names the tolerance that can be reached for each quantity. If a quantity reaches no tolerance
-that a query may have, as a volume of zero, the result has a wider interval.
+Cells are halved before anything is summed (`integrals.refine`): before a refusal only bounds are
+computed. The refusal names the tolerance that can be reached for each quantity. If a quantity
+reaches no allowed tolerance, as a volume of zero, the result has a wider interval.
 """
 
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ from service.engine.measures.values import LARGEST_TOLERANCE, MeasureQuery
 from service.errors import Issue, TooLarge
 
 USED = 0.43
-"""Share of the width of an interval that the remainder may take on each side."""
+"""The largest share of the width of an interval for the remainder on each side."""
 
 MARGIN = 4
 """A refusal names this many times the tolerance that was reached, because other cells are halved
@@ -27,7 +27,7 @@ for another tolerance."""
 
 @dataclass(slots=True)
 class Precision:
-    """The integrals of one query, and the tolerances that are reachable if its tolerance is not.
+    """The integrals of one query, and the tolerances that can be reached if its tolerance cannot.
 
     Attributes
     ----------
@@ -35,8 +35,8 @@ class Precision:
     reachable : dict of str to float
         A tolerance for each quantity for which the budget does not suffice.
     is_unreachable : bool
-        Whether a quantity cannot reach any tolerance up to `LARGEST_TOLERANCE`: then the query gets
-        wider intervals, not a refusal.
+        Whether a quantity cannot reach any tolerance up to `LARGEST_TOLERANCE`: then the service
+        answers with wider intervals, and does not refuse the query.
     """
 
     query: MeasureQuery
@@ -89,7 +89,7 @@ class Precision:
 
 
 def round_up(value: float) -> float:
-    """The least number of two decimal digits that is not below a positive value."""
+    """A positive value rounded up to two decimal digits."""
     unit = 1 - floor(log10(value))
     digits = -floor(-value * 10.0**unit)
     return float(f"{digits}e{-unit}")

@@ -14,7 +14,7 @@ As the rule is exact for constants, M may be a bound of |f − f₀| for any con
 
     I_u I_v − Q_u Q_v = (I_u − Q_u) I_v + Q_u (I_v − Q_v).
 
-I_v and Q_u are means over [0, 1]. So the rule of m × m nodes is wrong by at most the sum of two
+I_v and Q_u are means over [0, 1]. So the error of the rule of m × m nodes is at most the sum of two
 such errors: of f with u complex and v in [0, 1], and of f with v complex and u in [0, 1].
 
 **Bounds of f.** With u complex a net is Σ_k c_k(v) T_k(2u − 1). Each c_k is a Bézier net in v, and
@@ -129,7 +129,7 @@ class _Spread:
     off : ndarray of float64, shape (R, K)
         Bounds of the distance of the function from it on each ellipse.
     ripple : ndarray of float64, shape (K,)
-        How far the function changes in the complex parameter, approximately.
+        The change of the function in the complex parameter, approximately.
     """
 
     value: FloatArray
@@ -146,7 +146,7 @@ class _Spreads:
 
 
 def _weighted(nets: CellNets, axis: int) -> _Spreads:
-    """The bounds of S − c and the partials with one parameter complex."""
+    """The bounds of S − c and of the partials if one parameter is complex."""
     x = _spread(nets.x, axis)
     steps = [_spread(net, axis) for net in nets.x_partials]
     if nets.w is None:
@@ -166,7 +166,7 @@ def _weighted(nets: CellNets, axis: int) -> _Spreads:
 
 
 def _spread(net: Net, axis: int) -> _Spread:
-    """The bounds of a net with one parameter complex."""
+    """The bounds of a net if one parameter is complex."""
     degree = net.values.shape[1 + axis] - 1
     mean = net.values.mean(axis=(1, 2))
     coefficients = along(chebyshev(degree), net.values, axis)

@@ -1,4 +1,4 @@
-"""Gauss–Legendre sums over cells, and what rounding does to them.
+"""Gauss–Legendre sums over cells, and bounds of their rounding.
 
     area    Σ ω_k ω_l |N|                       N = S_u × S_v
     flux    Σ ω_k ω_l (S − o) · N               moment  Σ ω_k ω_l (S − o) ((S − o) · N)
@@ -10,10 +10,10 @@ B ≥ |S_v|, r ≥ |S − c| and w ≥ w₀ over the cell,
     |error of S − c| ≤ (η_X + r η_w) / w₀ + 8 u r =: σ
     |error of S_u|   ≤ (η_Xu + r η_wu + σ |w_u| + A η_w) / w₀ + 8 u (A + r |w_u| / w₀) =: α
 
-and β likewise for S_v, and ν for N: ν = A β + α B + α β + 8 u A B; of the area ν + 4 u A B. With
-R = |c − o| + r, of the flux R ν + (σ + 4 u R) A B and of the moment
-R² ν + (2 σ + 8 u R) R A B. Weights are right to 2 u each, and a sum of m² terms is wrong by at most
-(m² + 16) u times the largest term.
+and β likewise for S_v, and ν for N: ν = A β + α B + α β + 8 u A B; of the area ν + 4 u A B. With R
+= |c − o| + r, of the flux R ν + (σ + 4 u R) A B and of the moment R² ν + (2 σ + 8 u R) R A B. The
+relative error of a weight is at most 2 u, and the error of a sum of m² terms is at most (m² + 16) u
+times the largest term.
 """
 
 import numpy as np

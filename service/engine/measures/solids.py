@@ -2,8 +2,9 @@
 
     V = ⅓ Σ ∫∫ (S − o) · N        c = o + ¼ Σ ∫∫ (S − o) ((S − o) · N) / V        N = S_u × S_v
 
-over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o): any origin o will do,
-and the middle of the box keeps the numbers small. V is positive where normals point outwards.
+over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o): the formulas hold for
+any origin o, and with the middle of the box the numbers are small. V is positive where normals
+point outwards.
 
 **Moved control points.** Let all control points of a closed surface move along straight lines, by
 at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every
@@ -28,7 +29,7 @@ from service.engine.measures.values import Interval
 from service.engine.queries.nets import QueryNets, surface_nets
 
 Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
-"""Volume and centroid; of an open surface (None, None)."""
+"""Volume and centroid; (None, None) for an open surface."""
 
 
 def measure_solids(
@@ -38,10 +39,10 @@ def measure_solids(
     areas: tuple[list[Interval], float],
     precision: Precision,
 ) -> list[Solid]:
-    """Volume and centroid of the whole surface, then of each part, where they are closed.
+    """Volume and centroid of the surface, then of each part, where they are closed.
 
-    `areas`: the areas of the whole surface and of each part, and their unit of length in model
-    units. The result is empty if the query will be refused.
+    `areas` are the areas of the surface and of each part, and their unit of length in model units.
+    The result is empty if the service will refuse the query.
     """
     is_closed = np.concatenate([[whole_is_closed], closed_parts])
     if not is_closed.any():
@@ -68,7 +69,7 @@ def measure_solids(
 
 
 def _solid(sums: FloatArray, errors: FloatArray, nets: QueryNets) -> Solid:
-    """Volume and centroid by the flux and the moment about the origin of the nets."""
+    """Volume and centroid from the flux and the moment about the origin of the nets."""
     flux, *moment = sums.tolist()
     error, moment_error = errors.tolist()
     volume = Interval.about(flux / 3, error / 3, nets.scale**3)

@@ -36,10 +36,10 @@ class SidePlace:
     surface : int or None
         The number of a member of a group.
     patch : int or None
-        The number of the patch, of a multipatch of the surface; None for one parametric surface.
+        The number of the patch of a multipatch; None for one parametric surface.
     side : str
     uv : tuple
-        Parameters at both ends; of triangles (s, t).
+        Parameters at both ends; (s, t) on triangles.
     """
 
     surface: int | None
@@ -50,9 +50,9 @@ class SidePlace:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Piece:
-    """A joined model, whose patches begin at `first`, and the `members` that became it.
+    """A joined model whose patches begin at `first`, and the `members` that became this model.
 
-    Each member has its number in the group, its placement, and its model in the request.
+    For each member: its number in the group, its placement, and its model in the request.
     """
 
     first: int
@@ -63,14 +63,14 @@ class _Piece:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Source:
-    """Patches in the coordinates of the whole model.
+    """Patches in model coordinates.
 
     Attributes
     ----------
     model : PatchModel
     seams : Seams
     part : ndarray of int, shape (P,)
-        The part that each belongs to: a named run of patches, or a member of a group.
+        The part of each patch: a named run of patches, or a member of a group.
     noise : float
         A bound of the errors of control points by lowering and placing, in model units.
     moved : float
@@ -91,7 +91,7 @@ class Source:
         index, model = patch - piece.first, piece.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
         surface, placed, patch_model = piece.members[0]
-        # Where s and t of a triangle have changed places, its side r = 0 is where it was.
+        # If s and t of a triangle are exchanged, its side r = 0 stays.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
         other = side if is_triangle and side == 1 else side ^ 2
         if is_triangle:
@@ -175,7 +175,7 @@ def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
 
 def _given(group: GroupModel, number: int) -> PatchModel:
     model = group.models[group.members[number].model]
-    assert isinstance(model, PatchModel)  # else it would not have become patches
+    assert isinstance(model, PatchModel)  # other kinds have no patches
     return model
 
 

@@ -1,4 +1,4 @@
-"""Gauss–Legendre rules, Bernstein bases at their nodes, and Chebyshev coefficients of these.
+"""Gauss–Legendre rules, Bernstein bases at their nodes, and Chebyshev coefficients of the bases.
 
 All arrays are cached and read-only. u = 2⁻⁵³ is the unit roundoff.
 
@@ -8,13 +8,14 @@ rounded once: their relative errors are at most u. Nodes above ½ are the mirror
 below, and so are the values of a basis there, so that a node near 1 loses no digits.
 
 **Basis.** A value of degree n at a node t ≤ ½ comes from n steps of two products and a sum of
-non-negative numbers, by t and by 1 − t, which are right to 2 u: its relative error is at most
-6 n u.
+non-negative numbers, by t and by 1 − t, whose relative errors are at most 2 u: the relative error
+of the value is at most 6 n u.
 
 **Chebyshev coefficients.** B_i^n(t) = Σ_k c_ik T_k(2t − 1). Since |c_ik| ≤ 2/π ∫ B_i / √(1 − x²),
-and the B_i add up to 1, Σ_i |c_ik| ≤ 2 for every k. In floating point the angles are wrong by at
-most 2 π n u, the B_i at these places by a relative 6 n u, and sums of n + 1 products by (n + 2) u:
-for every k the errors of all c_ik add up to at most 30 (n + 1) u.
+and the B_i add up to 1, Σ_i |c_ik| ≤ 2 for every k. In floating point the error of an angle is at
+most 2 π n u, the relative error of B_i at that angle at most 6 n u, and the relative error of a sum
+of n + 1 products at most (n + 2) u: for every k the errors of all c_ik add up to at most 30 (n + 1)
+u.
 
 **Ellipses.** On the ellipse E_ρ in the complex plane, with foci −1 and 1 and half axes that add up
 to ρ, |T_k| ≤ (ρ^k + ρ^−k)/2.
@@ -37,7 +38,7 @@ UNIT = float(np.finfo(np.float64).eps) / 2
 """u."""
 
 RADII = np.array([1.1, 1.2, 1.35, 1.5, 1.7, 2, 2.4, 2.8, 3.4, 4, 5, 6, 7, 8, 10, 13, 18, 25, 40])
-"""ρ of the ellipses of which the best is used."""
+"""The ρ of the ellipses; the ellipse with the least bound counts."""
 
 
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:
@@ -86,7 +87,7 @@ def basis_at_nodes(degree: int, count: int) -> FloatArray:
 
 
 def chebyshev(degree: int) -> FloatArray:
-    """The matrix (degree + 1, degree + 1) of which the product with a net has its coefficients.
+    """The matrix (degree + 1, degree + 1) whose product with a net has the coefficients of the net.
 
         c_k = (2 − [k = 0]) / N Σ_j f(cos φ_j) cos(k φ_j),  φ_j = (j + ½) π / N,  N = n + 1
 
@@ -105,7 +106,7 @@ def chebyshev(degree: int) -> FloatArray:
 
 
 def ellipse_bounds(degree: int) -> FloatArray:
-    """Bounds of |T_k| on the ellipses for k = 1 … degree, (R, degree): never too small."""
+    """Upper bounds of |T_k| on the ellipses for k = 1 … degree, (R, degree)."""
 
     def build() -> FloatArray:
         with np.errstate(over="ignore"):

@@ -1,4 +1,4 @@
-"""Queries of measures, and their results, as values."""
+"""Queries of measures, and their results."""
 
 import sys
 from dataclasses import dataclass
@@ -26,13 +26,13 @@ MOST_LISTED = 100
 
 @dataclass(frozen=True, slots=True)
 class MeasureQuery:
-    """How narrow intervals must be, and how much work may be spent.
+    """The width of the intervals, and the most work for a query.
 
     Attributes
     ----------
     tolerance : float
-        Largest width of an interval, relative to the area, the length or the volume of the whole
-        surface; for the centroid relative to the diagonal.
+        Largest width of an interval, relative to the area, the length or the volume of the surface;
+        for the centroid, relative to the diagonal.
     weld_tolerance : float
         Borders are joined if they are nearer than this share of the diagonal.
     budget : int
@@ -60,7 +60,7 @@ class Interval:
         return interval.times(unit)
 
     def times(self, unit: float) -> "Interval":
-        """The interval times a power of two, or 0, rounded outward where the result underflows."""
+        """The interval times a power of two, or 0, rounded outward if the result underflows."""
         low, high = self.low * unit, self.high * unit
         if abs(low) < LEAST_NORMAL and self.low:
             low = nextafter(low, -inf)
@@ -79,7 +79,7 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class PartMeasures:
-    """The measures of one part; an open one has neither volume nor centroid."""
+    """The measures of one part; an open part has neither volume nor centroid."""
 
     name: str
     area: Interval
@@ -99,7 +99,7 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True)
 class FaultyEdge:
-    """A side because of which the surface has no volume: its edge is open, or is not balanced."""
+    """A side whose edge is open or not balanced, so that the surface has no volume."""
 
     is_open: bool
     place: SidePlace
@@ -112,7 +112,8 @@ class Measures:
     Attributes
     ----------
     area, volume, centroid
-        Of the whole surface; without volume and centroid if it is not closed.
+        The measures of all patches together; volume and centroid are None if the surface is not
+        closed.
     closed : bool
         Whether every edge is balanced (`service.engine.mesh.orientation`).
     boundary_length : Interval
@@ -125,13 +126,13 @@ class Measures:
     inconsistent_edges : int
         Number of sides on other edges that are not balanced.
     faulty_edges : tuple of FaultyEdge
-        The first `MOST_LISTED` of the open and the inconsistent edges.
+        The first `MOST_LISTED` open or inconsistent edges.
     parts : tuple of PartMeasures
     reached : bool
         Whether the intervals of area, volume, centroid and border length are as narrow as the
         query demands.
     moved : float
-        How far joining moved any point, in model units.
+        The largest distance by which joining moved a point, in model units.
     """
 
     area: Interval

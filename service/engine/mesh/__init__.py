@@ -1,1 +1,1 @@
-"""Meshes at a given resolution: connectivity and plans, made once, and filling them."""
+"""Meshes at a given resolution: connectivity, plans that are made once, and filling them."""

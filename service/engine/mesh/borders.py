@@ -1,4 +1,4 @@
-"""How a mesh ends: edges that only one face uses."""
+"""The border of a mesh: edges that only one face uses."""
 
 import numpy as np
 
@@ -14,23 +14,24 @@ def find_mesh_borders(
     mesh_faces: tuple[IndexArray, IndexArray],
     welds: IndexArray | None,
 ) -> tuple[int, bool]:
-    """Edges that one face uses alone, and whether every edge is used by exactly two.
+    """The number of edges that only one face uses, and whether exactly two use every edge.
 
-    Where the edges of the patches tell, their divisions are added up. Where faces can have an edge
-    in common that is no edge of a patch, or lack one, the faces themselves are counted.
+    Usually this is the sum of the divisions of open edges. The edges of all faces are counted only
+    if faces may share an edge that is not on an edge of a patch, or may not have such an edge in
+    common.
     """
     seams = layout.connectivity
     lines = ~seams.collapsed
     # With one division, different edges between the same corners are one line of the mesh, and a
     # patch between two poles vanishes.
     coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
-    # With two, so are both halves of a side that returns to where it began.
+    # With two divisions, both halves of a side that returns to its beginning are one line.
     returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
     coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
     if options.weld:
         counted = coarse or seams.is_folded or _is_met_twice(layout)
     else:
-        # Every face at a pole has a vertex of its own there.
+        # Each face at a pole has a different vertex there.
         counted = coarse or layout.has_poles
     if counted:
         return count_borders(mesh_faces, welds)
@@ -44,8 +45,8 @@ def find_mesh_borders(
 def _is_met_twice(layout: Layout) -> bool:
     """Whether two patches share both sides of a corner that a line of the mesh cuts off.
 
-    That line, from side to side, is then one of both meshes: with two divisions at whichever end
-    of the sides the corners are.
+    That line, from side to side, then belongs to the meshes of both patches; with two divisions,
+    also if the corners are at different ends of the sides.
     """
     lines = layout.connectivity.cut_corners >> 1
     codes = (lines[..., 0] * len(layout.connectivity.users) + lines[..., 1])[lines[..., 0] >= 0]
@@ -55,9 +56,9 @@ def _is_met_twice(layout: Layout) -> bool:
 def count_borders(
     mesh_faces: tuple[IndexArray, IndexArray], welds: IndexArray | None
 ) -> tuple[int, bool]:
-    """Edges that one face uses alone, and whether every edge is used by two, counted on the faces.
+    """The number of edges that only one face uses, and whether two use every edge, by counting.
 
-    `welds` tells for each vertex the first one at its position; None where all differ.
+    `welds` has for each vertex the first vertex at its position; None if all positions differ.
     """
     lines = np.empty(sum(rows.size for rows in mesh_faces), dtype=np.int64)
     count = 0
@@ -72,7 +73,7 @@ def count_borders(
             line |= np.maximum(begin, end)
             count += len(rows)
     lines.sort()
-    # Where another line begins, in the order of their ends; the last place is behind the last.
+    # The first row of each line, in the order of their ends; and the number of rows.
     begins = np.ones(count + 1, dtype=bool)
     begins[1:-1] = lines[1:] != lines[:-1]
     alone = int((begins[:-1] & begins[1:]).sum())

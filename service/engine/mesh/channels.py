@@ -1,8 +1,8 @@
 """Colours, texture coordinates and attributes at all samples of a layout.
 
-A channel is a polynomial of its own degree over the parameters of each patch, so it is evaluated as
-the points are, but apart from them. Where samples are one place and their values differ by rounding
-alone, they get the same value, bit for bit: welding need only ask whether values are equal.
+A channel is a polynomial of its own degree over the parameters of each patch, so it is evaluated
+like the points, but separately. Samples at one place whose values differ by rounding alone get
+equal values, bit for bit: so welding only compares values for equality.
 """
 
 from dataclasses import dataclass, replace
@@ -28,13 +28,14 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import take_side
 
 CHUNK_VALUES = 1 << 20
-"""Values computed at a time."""
+"""Values in one chunk."""
 
 SAME_RANGE = 2.0**-16
-"""Values nearer than this part of a channel's range are equal."""
+"""Values whose difference is below this share of the channel's range count as equal."""
 
 SAME_VALUE = 2.0**-20
-"""And nearer than this part of the largest value: eight units in the last place of a float32."""
+"""Values whose difference is below this share of the largest value count as equal, too: eight units
+in the last place of a float32."""
 
 
 TINY = float(np.finfo(np.float32).smallest_subnormal)
@@ -44,9 +45,9 @@ TINY = float(np.finfo(np.float32).smallest_subnormal)
 class ChannelRows:
     """The values (N, d) of one channel at all samples, in the precision of the mesh.
 
-    Of a channel with a `unit` values differ by rounding alone where their quotient is nearly 1;
-    times the unit, what is below 1 is small. Parameters are `exact`: only equal ones are equal,
-    since a surface may do much between two parameters that are near.
+    If the channel has a `unit`, values whose quotient is nearly 1 count as equal, and a value is
+    small if its product with the unit is below 1. An `exact` channel compares bit for bit:
+    parameters are exact, since a surface may change much between near parameters.
     """
 
     name: str
@@ -56,7 +57,7 @@ class ChannelRows:
     exact: bool = False
 
     def take(self, chosen: Ints) -> "ChannelRows":
-        """Some of the rows, in this order."""
+        """The chosen rows, in this order."""
         return replace(self, values=self.values.take(chosen, axis=0))
 
 
@@ -78,26 +79,26 @@ def sample_channels(
 def split_by_kind(
     channels: tuple[ChannelRows, ...],
 ) -> tuple[RealArray | None, RealArray | None, tuple[tuple[str, RealArray], ...]]:
-    """Texture coordinates, colours, and attributes by name, as a mesh has them."""
+    """Texture coordinates, colours, and named attributes, in the form of `Mesh`."""
     by_kind = {channel.kind: channel.values for channel in channels if channel.kind != "attribute"}
     named = tuple((c.name, c.values) for c in channels if c.kind == "attribute")
     return by_kind.get("uvs"), by_kind.get("colors"), named
 
 
 def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
-    """For each sample the first one at its place where every channel has the same value.
+    """For each sample the first sample at its place with the same value in every channel.
 
     Values that differ by rounding alone become equal, channel by channel.
 
     Parameters
     ----------
     place : ndarray of int, shape (N,)
-        For each sample, one sample that stands for its position (that one for itself).
+        For each sample, the number of one sample at its position, the same for all samples there.
     channels : tuple of ChannelRows
         Written into.
     """
     identity = np.arange(len(place))
-    # The few samples that share their place with another one, numbered among themselves.
+    # The few samples that share their place with another sample, numbered from 0.
     shared = np.zeros(len(place), dtype=bool)
     shared[place != identity] = True
     shared[place[shared]] = True
@@ -116,10 +117,10 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
 
 
 def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
-    """Values of a channel in units of the difference that counts as none.
+    """Values of a channel in units of the largest difference that counts as zero.
 
-    With a unit by arsinh, which is linear about 0 and logarithmic beyond: what is small differs by
-    a difference, what is large by a quotient.
+    With a unit, arsinh is applied first. It is linear near 0 and logarithmic far from 0: so small
+    values are compared by their difference, and large values by their quotient.
     """
     if channel.unit is None:
         return values * _scale(channel.values)
@@ -128,15 +129,15 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
 
 
 def _scale(values: RealArray) -> FloatArray:
-    """One over the difference that counts as none, column by column; 0 where all are zero."""
+    """1 divided by the difference that counts as zero, column by column; 0 for columns of zeros."""
     low, high = (bound.astype(np.float64) for bound in find_extent(values))
     same = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
-    # What float32 cannot tell from zero is zero.
+    # Values that float32 rounds to zero count as zero.
     return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)
 
 
 def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
-    """Values (N, d) of one channel: grids, then the samples beside them."""
+    """Values (N, d) of one channel: on the grids, then at the extra samples of framed sides."""
     dimension = model.batches[0].channels[number].dimension
     rows = np.empty((layout.size, dimension), dtype=dtype)
     for block in layout.blocks:
@@ -159,7 +160,7 @@ def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> 
 
 
 def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
-    """B(u) C B(v)ᵀ for every component of every patch; in float64, however it is stored."""
+    """B(u) C B(v)ᵀ for every component of every patch, computed in float64."""
     a, b = channel.nets.shape[1] - 1, channel.nets.shape[2] - 1
     along_u, along_v = sample_basis(a, block.resolution[0]), sample_basis(b, block.resolution[1]).T
     for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
@@ -177,7 +178,7 @@ def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
 
 
 def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) -> RealArray:
-    """Parameters (N, 2) of every sample: in the surface's own domain, or in its patch."""
+    """Parameters (N, 2) of every sample: in the domain of its surface, or in its patch."""
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
         if block.is_triangle:
@@ -223,7 +224,7 @@ def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray,
     )
     owner = np.searchsorted(first, patches, side="right") - 1
     row, column = np.divmod(patches - first[owner], columns[owner] - 1)
-    # The knots of all domains stand one after the other.
+    # The knots of all domains, one after another.
     row += (np.cumsum(rows) - rows)[owner]
     column += (np.cumsum(columns) - columns)[owner]
     u, v = (np.concatenate(knots) for knots in zip(*((d.u, d.v) for d in domains), strict=True))
@@ -235,5 +236,5 @@ def _span_ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:
 
 
 def _interpolate(limits: FloatArray, t: FloatArray) -> FloatArray:
-    """Parameters (m, R+1) from limits (m, 2); the ends are the very limits."""
+    """Parameters (m, R+1) from limits (m, 2); the ends are equal to the limits bit for bit."""
     return limits[:, :1] * (1.0 - t) + limits[:, 1:] * t

@@ -1,7 +1,7 @@
-"""Whether a surface returns to where it began, and how smoothly.
+"""Whether the last side of a surface is its first side, and the continuity of that seam.
 
-A surface closes along u if its last line of Bézier points is its first one, number by number, and
-so are the weights up to a common factor. The seam is then
+A surface closes along u if its last line of Bézier points equals its first line bit for bit, and
+the weights are equal up to a common factor. The seam is then
 
 - C1 if the partial across it, in the parameters of the surface's domain, is the same on both sides;
 - else G1 if the tangent planes are the same, and the surface does not turn back;
@@ -10,9 +10,9 @@ so are the weights up to a common factor. The seam is then
 With t the tangent of the seam, a and b the partials across it, C1 says that a − b vanishes and G1
 that det(a, b, t) does. Times powers of the seam's weight these are polynomials of the parameter
 along the seam, of degree 2q and 4q − 1 at most (q and 3q − 1 without weights) on each patch. So a
-polynomial that vanishes at the 4q + 1 parameters where it is computed vanishes everywhere; what
-is computed vanishes up to the tolerances below. Where there is no tangent plane, at a pole, only
-the rest of the seam counts.
+polynomial that vanishes at the 4q + 1 parameters where it is computed vanishes everywhere; a
+computed value counts as zero within the tolerances below. Places without a tangent plane, such as
+poles, do not count.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ CHUNK_PATCHES = 1024
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """How a surface closes along u and along v: the continuity of the seam; None where open."""
+    """The continuity of the seams along u and along v; None where the surface is open."""
 
     u: Continuity | None
     v: Continuity | None
@@ -57,10 +57,9 @@ OPEN = Closure(None, None)
 
 
 def find_closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
-    """How the surface closes; None for patches that are not pieces of one surface.
+    """The closure of the surface; None for patches that are not pieces of one surface.
 
-    A surface whose first and last sides are different edges is open: the connectivity, where it is
-    known, tells that at once.
+    A surface whose first and last sides are different edges in the connectivity is open.
     """
     if model.domain is None:
         return None
@@ -73,7 +72,7 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
     continuities: list[Continuity | None] = []
     ends = (number[0], number[-1]), (number[:, 0], number[:, -1])
     for side, (first, last), degree, knots in zip((0, 2), ends, (p, q), (u, v), strict=True):
-        # Most surfaces are open, and that is seen at once.
+        # Most surfaces are open, and comparing their corners is fast.
         if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
             continuities.append(None)
         else:
@@ -84,7 +83,7 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
 def _find_continuity(
     batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
-    """Continuity of the seam between this side of the first patches and the next of the last."""
+    """Continuity of the seam of this side of the first patches and the next side of the last."""
     begin, end = take_side(batch.points, side)[first], take_side(batch.points, side + 1)[last]
     if not np.array_equal(begin, end):
         return None
@@ -98,8 +97,8 @@ def _find_continuity(
 class _Border:
     """A side of the patches along one border of the surface.
 
-    `line` and `next` (M, n+1, 3) are its Bézier points and those beside them; `factor` times their
-    difference is the partial across the border.
+    `line` (M, n+1, 3) has the Bézier points on the side, `next` (M, n+1, 3) those of the next line;
+    `factor` times their difference is the partial across the border.
     """
 
     line: FloatArray
@@ -120,7 +119,7 @@ class _Border:
         return away
 
     def along(self, place: FloatArray, basis: FloatArray) -> FloatArray:
-        """A tangent of the border at its points S, (M, K, 3), in some length.
+        """A tangent of the border at its points S, (M, K, 3), of any length.
 
         W S' ~ Σ_j B_j^{n−1} (w_{j+1} (P_{j+1} − S) − w_j (P_j − S))
         """
@@ -136,7 +135,7 @@ class _Border:
         return place
 
     def take(self, run: slice) -> "_Border":
-        """The border of some of the patches."""
+        """The border of the patches of a run."""
         return _Border(
             self.line[run],
             self.next[run],
@@ -147,12 +146,12 @@ class _Border:
 
     @property
     def longest(self) -> float:
-        """Upper bound of the partials across, as far as weights do not add to it."""
+        """Upper bound of the partials across the border, without the effect of weights."""
         return abs(self.factor) * float(np.linalg.norm(self.next - self.line, axis=-1).max())
 
 
 def _build_border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _Border:
-    """One side of patches as a border, with points about the middle of the batch."""
+    """One side of patches as a border, with points relative to the middle of the batch."""
     line, beside = (take_side(batch.points, side, k)[patches] - batch.middle for k in range(2))
     weights = np.ones(batch.points.shape[:-1]) if batch.weights is None else batch.weights
     line_weights, weights_beside = (take_side(weights, side, k)[patches] for k in range(2))
@@ -160,7 +159,7 @@ def _build_border(batch: TensorPatches, patches: Ints, side: int, factor: float)
 
 
 def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
-    """The continuity of a seam of two borders with equal points; None if their weights differ."""
+    """The continuity of the seam of two borders with equal points; None if their weights differ."""
     if not _has_equal_weights(first, last):
         return None
     degree = first.line.shape[1] - 1
@@ -189,7 +188,7 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
 def _find_normals(
     across: FloatArray, along: FloatArray, longest: float
 ) -> tuple[FloatArray, Bools]:
-    """Unit normals of the planes that two tangents span, and where they span one."""
+    """Unit normals of the planes of pairs of tangents, and whether each pair spans a plane."""
     normal = cross(across, along)
     size, length, other = (np.linalg.norm(rows, axis=-1) for rows in (normal, across, along))
     is_plane = (size > NO_PLANE * length * other) & (length > NO_PLANE * longest)

@@ -1,8 +1,8 @@
-"""The seams of a model by a connectivity that is found once for each pattern of equal points.
+"""The seams of a model. The connectivity is found once for each pattern of equal points.
 
 Sides of one degree are one edge if their control points are equal, in one direction or the other.
-Where sides of several degrees may be equal after raising, or weights differ, `find_seams` looks at
-the coordinates each time.
+If sides of several degrees may be equal after raising, or weights differ, `find_seams` compares the
+coordinates each time.
 """
 
 from collections.abc import Hashable
@@ -36,11 +36,11 @@ from service.surface.lowered import Domain, PatchModel
 def connect(model: PatchModel) -> Seams:
     """Distinct edges and corners of all patches of a model.
 
-    They are those of `find_seams`, but their numbers and directions are those of the first patches
-    that have them, so that the connectivity does not depend on coordinates.
+    They are the edges and corners of `find_seams`. But their numbers and directions are those of
+    the first patches that have them, so that the connectivity does not depend on coordinates.
     """
     seams = connect_if_apart(model, 0.0)
-    assert seams is not None  # no points are nearer than that
+    assert seams is not None  # points at distance 0 are equal
     return seams
 
 
@@ -50,7 +50,7 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
     Parameters
     ----------
     tolerance : float
-        Part of the diagonal within which points are near.
+        Points are near if their distance is at most this share of the diagonal.
     """
     batches = model.batches
     points = [border_points(batch) for batch in batches]
@@ -74,10 +74,10 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
 
 
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:
-    """Whether borders may meet that are no edges of equal points: `service.engine.joining.join`.
+    """Whether open borders may be the same curve in pieces (`service.engine.joining.join`).
 
-    Those of several surfaces may, those of one patch may not. The border of one spline may meet
-    itself where it returns to a corner, or is two loops.
+    Borders of several surfaces may be, the border of one patch may not. The border of one spline
+    may meet itself if it returns to a corner, or consists of two loops.
     """
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
@@ -105,11 +105,11 @@ def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool
 
 
 def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool:
-    """Whether any two points may be near and not equal, `border` being those on all borders.
+    """Whether any two points of `border`, the points on all borders, may be near but not equal.
 
-    A patch that is alone has no two sides, and no side that is a point, unless two corners are
-    near or equal. Pieces of one surface have equal points between them, unless the surface parts
-    there: their corners, and the border of the whole, tell.
+    For a single patch the corners suffice: if they are neither near nor equal, no sides are one
+    edge and no side is one point. Pieces of one surface have equal points between them, unless the
+    surface has a gap there: so their corners and the border of the surface suffice.
     """
     batch, domain = model.batches[0], model.domain
     if isinstance(batch, TensorPatches) and model.patch_count == 1:
@@ -125,7 +125,7 @@ def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool
 
 
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
-    """Whether two weights may be nearer than the tolerance, but further apart than by rounding."""
+    """Whether two weights may differ by less than the tolerance, but by more than rounding."""
     ordered = np.sort(weights)
     gaps, size = ordered[1:] - ordered[:-1], ordered[1:]
     return bool(((gaps > EQUAL_WEIGHT * size) & (gaps <= tolerance * size)).any())
@@ -136,7 +136,8 @@ def _find_pattern(
 ) -> tuple[EdgePattern, bool]:
     """The pattern of the border points of a model: mostly that of the last model of its form.
 
-    The second result is true if unequal points are known to be further apart than `distance`.
+    The second result is true if it is certain that unequal points are further apart than
+    `distance`.
     """
     pattern: object
     if len(border) <= FEW_POINTS:
@@ -164,9 +165,9 @@ def _find_pattern(
 
 
 def _plain_columns(batch: Patches, domain: Domain) -> int:
-    """M_v, the patches along v, where patches meet as the cells of a grid do, and only so; else 0.
+    """M_v, the number of patches along v, if patches meet exactly like the cells of a grid; else 0.
 
-    Neighbours have the same control points on the side between them; and all corners of the grid
+    Neighbours then have equal control points on the side between them, and all corners of the grid
     differ, so that no two other sides have both ends in common.
     """
     if not isinstance(batch, TensorPatches):

@@ -1,8 +1,8 @@
-"""Connectivity: which sides of patches are one edge, which corners one point, which sides points.
+"""Connectivity: which sides of patches are one edge, which corners are one point, and poles.
 
-It depends on which control points are equal, and not on where they lie. So it is found once for a
-pattern of equal points (`service.engine.mesh.seams`), and everything that follows from it and from
-the resolution is planned once (`service.engine.mesh.layout`, `service.engine.mesh.plans`).
+It depends on which control points are equal, and not on their coordinates. So it is found once for
+a pattern of equal points (`service.engine.mesh.seams`), and everything that follows from it and
+from the resolution is planned once (`service.engine.mesh.layout`, `service.engine.mesh.plans`).
 """
 
 from collections.abc import Sequence
@@ -20,25 +20,25 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
 
 SAME_WEIGHT = 2.0**-44
-"""How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
-factor changes their last digits."""
+"""The largest difference of the weights of one edge on its two sides, after division by the largest
+weight: a common factor changes their last digits."""
 
 EQUAL_WEIGHT = 2.0**-50
-"""Up to here weights are taken for equal beside all others of their edge: a few roundings."""
+"""The largest difference of weights that count as equal if all other weights of their edge are
+equal: a few roundings."""
 
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """How the P patches of a model hang together, whatever their shapes.
+    """The shared edges and corners of the P patches of a model.
 
     Attributes
     ----------
     counts : tuple of int
         Patches of each batch.
     is_triangle : ndarray of bool, shape (P,)
-        Which patches are triangles.
-    edge : ndarray of int, shape (P, 4)
-        Number of the distinct edge that each side is (sides: `service.surface.sides`).
+        Which patches are triangles. edge : ndarray of int, shape (P, 4) Number of the distinct edge
+        of each side (sides: `service.surface.sides`).
     backward : ndarray of bool, shape (P, 4)
         Whether the side runs against the direction of its edge.
     collapsed : ndarray of bool, shape (P, 4)
@@ -46,7 +46,7 @@ class Connectivity:
     corner : ndarray of int, shape (P, 4)
         Number of the distinct point at each corner.
     users : ndarray of int, shape (E,)
-        How many sides each edge has; 1 is a border of the model.
+        The number of sides of each edge; an edge with 1 side is on the border of the model.
     corners : int
         Distinct points at corners, C.
     """
@@ -68,7 +68,7 @@ class Connectivity:
 
     @cached_property
     def key(self) -> bytes:
-        """Equal for connectivities that are equal, and for no others."""
+        """A key, equal for two connectivities if and only if they are equal."""
         return hash_arrays(
             np.array([len(self.counts), *self.counts]),
             self.is_triangle,
@@ -85,7 +85,7 @@ class Connectivity:
 
     @cached_property
     def open_lines(self) -> Bools:
-        """Which edges are lines that one side has alone, shape (E,)."""
+        """Which edges are lines with only one side, shape (E,)."""
         lines = np.zeros(len(self.users), dtype=bool)
         lines[self.edge[~self.collapsed]] = True
         lines &= self.users == 1
@@ -93,7 +93,7 @@ class Connectivity:
 
     @cached_property
     def open_count(self) -> int:
-        """How many lines one side has alone."""
+        """The number of lines with only one side."""
         return int(np.count_nonzero(self.open_lines))
 
     @cached_property
@@ -113,8 +113,8 @@ class Connectivity:
     def thin_sides(self) -> Ints:
         """For each patch a side that is one point while the two beside it are one edge, (P,).
 
-        −1 stands for none. Of a grid the opposite side is a point, too: the number is 0 or 2. Such
-        a patch may be a curve (`service.engine.mesh.curve_patches`).
+        −1 stands for no such side. On a tensor-product patch the opposite side is a point, too: the
+        number is 0 or 2. Such a patch may be a curve (`service.engine.mesh.curve_patches`).
         """
         thin_side = np.full(len(self.edge), -1)
         for is_triangle, table in ((False, BESIDE_OF_GRID), (True, BESIDE_OF_TRIANGLE)):
@@ -132,11 +132,12 @@ class Connectivity:
 
     @cached_property
     def cut_corners(self) -> Ints:
-        """Corners of patches that a line of the mesh cuts off: where it ends, shape (P, 3, 2).
+        """Corners of patches that a line of the mesh cuts off: the ends of that line, (P, 3, 2).
 
-        It runs from side to side, from the sample that is next to the corner on either: told by the
-        edge, times two, and by its end. Of a grid the diagonals cut off the corners (0, 0) and
-        (1, 1); -1 stands where there is no third. A triangle has a small triangle at each corner.
+        The line joins the samples next to the corner on both sides. Each of its ends is the number
+        of the edge, times two, plus 1 if the corner is at the end of the edge. On a grid the
+        diagonals cut off the corners (0, 0) and (1, 1), and -1 fills the third place. A triangle
+        has a small triangle at each corner.
         """
         is_grid = ~self.is_triangle[:, None, None]
         sides = np.where(is_grid, GRID_CORNERS[0], TRIANGLE_CORNERS[0])
@@ -149,7 +150,7 @@ class Connectivity:
 
     @cached_property
     def twice_cut(self) -> Bools:
-        """Which of the `cut_corners` several patches have, between two lines: (P, 3)."""
+        """Which of the `cut_corners`, between two lines, belong to several patches: (P, 3)."""
         _, number = unique_rows(self.cut_corners.reshape(-1, 2).astype(np.float64))
         several: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
         points = np.zeros(len(self.users), dtype=bool)
@@ -165,7 +166,7 @@ BESIDE_OF_TRIANGLE = {0: (1, 2), 1: (0, 2), 2: (0, 1)}
 
 GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])
 TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]])
-"""The sides at those corners, and whether each ends there."""
+"""The sides at the corners that are cut off, and whether each side ends there."""
 
 
 def triangular_patches(batches: Sequence[Patches]) -> Bools:

@@ -1,4 +1,4 @@
-"""Counts the vertices and faces that a mesh will have, without computing them.
+"""Counts the vertices and faces of a mesh without computing them.
 
 The counts depend on which borders are one edge and which are one point, and not on other
 coordinates. So the index patterns of patches, and the edges and corners of the model, determine
@@ -31,7 +31,7 @@ from service.surface.lowered import PatchModel
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Counts of positions, triangles and quads, as the report of the mesh will have them."""
+    """Counts of positions, triangles and quads, equal to those in the report of the mesh."""
 
     vertices: int
     triangles: int
@@ -39,7 +39,7 @@ class Counts:
 
 
 def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
-    """The counts that `tessellate` will report for a model at its resolution, exactly.
+    """The exact counts that `tessellate` will report for a model at its resolution.
 
     This takes little more time than finding the shared edges, unless two sides of a patch are one
     edge, or a side has one division: then every face at a border is examined.
@@ -164,7 +164,7 @@ def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
 def _count_used_positions(
     layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints
 ) -> int:
-    """The number of distinct positions in faces, or of all samples if there are no faces."""
+    """The number of distinct positions in faces; without faces, of all samples."""
     shown = np.zeros(layout.size, dtype=bool)
     for shape, patches, _ in groups:
         samples = layout.patch_samples(patches, shape)

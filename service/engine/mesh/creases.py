@@ -1,4 +1,4 @@
-"""Creases: which samples at one place share a vertex, and the mean of their normals."""
+"""Creases: decides which samples at one place share a vertex, and averages their normals."""
 
 from dataclasses import dataclass
 from math import sin
@@ -22,11 +22,11 @@ class Averages:
     leaders : ndarray of int, shape (G,)
         The first sample of each group.
     members : ndarray of int, shape (n,)
-        All others.
+        The other samples of all groups.
     slot : ndarray of int, shape (n,)
         The group of each member.
     pairs : int
-        The first groups and members, this many, are those of one member.
+        The number of groups with one member; these groups and their members come first.
     first : ndarray of int, shape (n,)
         The first sample of the group of each member.
     """
@@ -39,9 +39,9 @@ class Averages:
 
     @staticmethod
     def from_leaders(leader: Ints, members: Ints | None = None) -> "Averages":
-        """The groups of samples of which `leader` (N,) names the first one.
+        """The groups of samples, given the first sample `leader` (N,) of each sample's group.
 
-        `members` are those that have another leader than themselves, where they are known.
+        `members` are the samples that are not their own leaders, if the caller has them already.
         """
         if members is None:
             members = np.flatnonzero(leader != np.arange(len(leader)))
@@ -52,7 +52,7 @@ class Averages:
         number[paired], number[~paired] = np.arange(pairs), np.arange(pairs, len(first))
         order = np.argsort(~paired[slot], kind="stable")
         members, slot = members[order], number[slot[order]]
-        # Of pairs the groups are in the order of their members.
+        # Groups with one member are in the order of their members.
         first = np.concatenate([first[paired][slot[:pairs]], first[~paired]])
         slot[:pairs] = np.arange(pairs)
         return Averages(first, members, slot, pairs, first[slot])
@@ -60,16 +60,16 @@ class Averages:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sharing:
-    """The samples that share their vertex with the first one at their place, or with another.
+    """For samples at one place, the samples whose vertices they share.
 
     Attributes
     ----------
     leaders : ndarray of int, shape (n,)
-        For each member of the groups of samples at one place the sample whose vertex it shares.
+        For each member of the groups of samples at one place, the sample whose vertex it shares.
     key : bytes
         Equal for equal leaders.
     is_averaged : bool
-        Whether the normals of the leaders are the means already.
+        Whether the normals of the leaders are already the means.
     """
 
     leaders: Ints
@@ -78,15 +78,15 @@ class Sharing:
 
 
 def chord_length(angle: float) -> float:
-    """How far two unit vectors at this angle, in radians, are apart."""
+    """The distance of two unit vectors at this angle, in radians."""
     return 2 * sin(angle / 2)
 
 
 def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing | None:
-    """Which samples at one place share a vertex: those whose normals are within an angle.
+    """Groups the samples at one place whose normals are within an angle: they share a vertex.
 
-    The first sample of a place leads the first group; the first sample that is further from it
-    than the angle leads the next one (`service.engine.clustering`).
+    The first sample of a place leads the first group; the first sample whose normal is at a larger
+    angle leads the next group (`service.engine.clustering`).
 
     Parameters
     ----------
@@ -109,7 +109,9 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     rest = np.flatnonzero(~near)
     slot = places.slot[rest]
     first = np.empty(len(places.leaders), np.intp)
-    first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
+    first[slot[::-1]] = np.arange(len(rest))[
+        ::-1
+    ]  # in reverse order, so that the first member stays
     group = find_leaders(first[slot], sample_normals[rest], chord_length(angle))
     leader = places.first.copy()
     leader[rest] = places.members[rest[group]]
@@ -119,8 +121,8 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
 def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     """The mean direction (n_0 + … + n_k) / |n_0 + … + n_k| of each group, (G, 3).
 
-    Opposite normals, which share a vertex because the angle of creases said so, have no mean: the
-    first one stands for all.
+    Opposite normals have no mean; if the crease angle lets them share a vertex, the first normal
+    counts.
     """
     first = normals.take(averages.leaders, axis=0).astype(np.float64)
     member_normals = normals.take(averages.members, axis=0).astype(np.float64)

@@ -1,13 +1,12 @@
-"""Patches that are curves: they have no area, so they are left out of a mesh.
+"""Patches that are curves: they have no area, so a mesh omits them.
 
 A patch is a curve if its control points and weights are equal on each line from one of its long
 sides to the other, as over a knot span of no width. These two sides are one edge. The triangles
-between them would have no area, and the edge would have more than those of its two neighbours.
-
-It is left out if another patch of its part has the edge, or the corner if the patch is one point:
-every point of it is a point of that patch, which the bound of the deviation covers. If all patches
-of a part are curves that patches of other parts have, they are left out, too; the part then has no
-triangles, and no bound of its own.
+between them would have no area, and more than two triangles would use the edge. The mesh omits the
+patch if another patch of its part has the edge, or the corner if the patch is one point: then every
+point of the patch is also a point of the other patch, which the bound of the deviation covers. If
+all patches of a part are curves on patches of other parts, the mesh omits them, too; the part then
+has no triangles, and no bound.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +23,7 @@ from service.surface.repatched import rebuild, surfaces_of
 
 
 def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchModel:
-    """The model without patches that are curves and edges of others, as the module says."""
+    """The model without the patches that a mesh omits."""
     first = np.cumsum([0, *(batch.count for batch in model.batches)])
     thin_numbers = []
     for which, rows, line in find_thin(model.batches, connectivity):
@@ -36,7 +35,7 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
     thin = np.concatenate(thin_numbers)
     side = connectivity.thin_sides[thin]
     edge = connectivity.edge[thin, np.where(side == 2, 0, 2)]
-    # A patch of one point is a corner of others.
+    # A patch that is one point may be a corner of other patches.
     is_point = connectivity.collapsed[thin, np.where(side == 2, 0, 2)]
     keys = np.where(is_point, -1 - connectivity.corner[thin, 0], edge)
     stays = np.ones(model.patch_count, dtype=bool)
@@ -56,7 +55,7 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
 def find_thin(
     batches: Sequence[Patches], connectivity: Connectivity
 ) -> Iterator[tuple[int, Ints, Ints]]:
-    """Where patches are that may be curves, by batch and by the side that is a point.
+    """The patches that may be curves, by batch and by the side that is a point.
 
     Yields
     ------
@@ -64,7 +63,7 @@ def find_thin(
     rows : ndarray of int
         The patches, numbered within the batch.
     line : ndarray of int, shape (n,)
-        For each control point of a net that one on a long side which is on a line with it.
+        For each control point of a net, the point of a long side on the same line.
     """
     first = 0
     for number, batch in enumerate(batches):
@@ -75,7 +74,7 @@ def find_thin(
 
 
 def flat_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
-    """Control points (m, n, 3) and weights (m, n) of some patches, each net in one run."""
+    """Control points (m, n, 3) and weights (m, n) of some patches; a net has n points."""
     weights = None if batch.weights is None else batch.weights[rows].reshape(len(rows), -1)
     return batch.points[rows].reshape(len(rows), -1, 3), weights
 
@@ -94,7 +93,7 @@ def _find_lines(batch: Patches, side: int) -> Ints:
 
 
 def _take_patches(model: PatchModel, stays: Bools) -> PatchModel:
-    """The model of some of its patches (P,); each surface becomes grids of those that stay."""
+    """The model with the patches (P,) that stay; each surface becomes one or more grids."""
     domains: list[Domain] = []
     numbers: list[Ints] = []
     count = 0
@@ -126,5 +125,5 @@ def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]
 
 
 def _runs(changes: Bools) -> Iterator[tuple[int, int]]:
-    """Runs of lines that are alike, given (n − 1,) at which of them the next one differs."""
+    """Runs of equal lines (first, last), given whether each line differs from the next (n − 1,)."""
     return pairwise([0, *(np.flatnonzero(changes) + 1).tolist(), len(changes) + 1])

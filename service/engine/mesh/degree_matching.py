@@ -1,9 +1,9 @@
-"""Edges that are one curve, written in different degrees.
+"""Edges that are one curve in different degrees.
 
 Every Bézier curve of degree n is one of degree n + 1 too (`service.bases.polynomials.elevate`), so
-a cubic patch may meet a quadratic one along a whole edge though no control point but the ends is
-the same. Raising costs roundings, hence curves count as one when their nets in the highest degree
-are equal up to these, and their ends to the last bit.
+a cubic patch may meet a quadratic patch along an edge although only the end points are the same.
+Raising the degree rounds. So curves count as one if their nets in the highest degree are equal up
+to rounding, and their ends bit for bit.
 """
 
 from collections.abc import Sequence
@@ -16,29 +16,30 @@ from service.engine.clustering import find_leaders
 from service.engine.mesh.edges import EdgeCurves
 
 SAME_CURVE = 2.0**-44
-"""How far nets of one curve may differ, relative to their largest coordinate and, weights, to
-themselves. No point of the one curve is then further from the other than ten times that: the nets
-are off by √3 + 1, weights move points by 4 √3, and the rest is the rounding of the raising."""
+"""The largest difference of nets of one curve, relative to the largest coordinate; for weights,
+relative to the weight. No point of one curve is then further from the other than ten times this
+difference: √3 + 1 comes from the nets, 4 √3 from the weights, and the rest from the rounding of the
+raising."""
 
 
 def find_lowest(
     curves: Sequence[EdgeCurves], lines: Bools, begin: Ints, end: Ints
 ) -> tuple[Ints, Bools]:
-    """For each edge the one of lowest degree that is the same curve, and whether it runs back.
+    """For each edge the edge of lowest degree that is the same curve, and their directions.
 
     Parameters
     ----------
     curves : sequence of EdgeCurves
         All distinct edges, E of them, by degree.
     lines : ndarray of bool, shape (E,)
-        Which are not points.
+        Which edges are not points.
     begin, end : ndarray of int, shape (E,)
-        Corners at which they begin and end.
+        Corners at which the edges begin and end.
 
     Returns
     -------
     leader : ndarray of int, shape (E,)
-        Itself, or an edge of lower degree that is its own leader.
+        The edge itself, or an edge of lower degree.
     turned : ndarray of bool, shape (E,)
         Whether the leader runs in the opposite direction.
     """
@@ -50,12 +51,13 @@ def find_lowest(
     for common in np.unique(highest).tolist():
         has_degree = highest == common
         edge, place = edges[has_degree], pair[has_degree]
-        # Every one from the one end of its pair to the other, closed ones in both directions.
+        # Every edge in the direction from one corner of its pair to the other; closed edges in both
+        # directions.
         back = begin[edge] > end[edge]
         loops = np.flatnonzero(begin[edge] == end[edge])
         edge, place = np.concatenate([edge, edge[loops]]), np.concatenate([place, place[loops]])
         back = np.concatenate([back, ~back[loops]])
-        # Low degrees have low numbers: they lead.
+        # Edges of low degree have low numbers, so they lead the groups.
         order = np.lexsort((back, edge, place))
         edge, back, place = edge[order], back[order], place[order]
         _, first, number = np.unique(place, return_index=True, return_inverse=True)
@@ -67,12 +69,13 @@ def find_lowest(
 
 
 def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
-    """Edges between two corners that have edges of several degrees between them.
+    """Edges between two corners that edges of several degrees join.
 
     Returns
     -------
     pair, edges, highest : ndarray of int, shape (m,)
-        A number for their two corners, they themselves, and the highest degree between these.
+        A number for the two corners, the edge, and the highest degree of the edges between the
+        corners.
     """
     edges = np.flatnonzero(lines)
     low, high = np.minimum(begin, end)[edges], np.maximum(begin, end)[edges]
@@ -85,9 +88,10 @@ def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple
 
 
 def _values(curves: Sequence[EdgeCurves], edge: Ints, back: Bools, degree: int) -> FloatArray:
-    """Edges raised to one degree as numbers that are nearly equal if the curves are, a row each.
+    """Edges raised to one degree as rows of numbers; nearly equal curves have nearly equal rows.
 
-    The net in units of its largest coordinate, the logarithms of that and of the weights.
+    A row has the net in units of its largest coordinate, and the logarithms of that coordinate and
+    of the weights.
     """
     nets = np.zeros((len(edge), degree + 1, 4))
     for group in curves:

@@ -1,12 +1,12 @@
 """The connectivity of a pattern of equal control points, and the rows of its edges and corners.
 
-The pattern is a number for each point on the borders of patches, equal for equal points. Of it
-follow which sides are one edge, and in which rows of these points each edge and corner stands. The
-points themselves are then a few gathers.
+The pattern is a number for each point on the borders of patches, equal for equal points. It
+determines which sides are one edge, and the rows of border points of each edge and corner. A few
+gathers then give the points themselves.
 
 Rational sides are one edge if their weights are, too, up to a common factor. If their weights, the
-largest made 1, are equal to the last bit wherever the points are, the pattern tells all; if not,
-`service.engine.mesh.seams` looks at all coordinates.
+largest made 1, are equal bit for bit wherever the points are, the pattern is sufficient; if not,
+`service.engine.mesh.seams` compares all coordinates.
 """
 
 from collections.abc import Sequence
@@ -29,22 +29,22 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EdgePattern:
-    """A connectivity, and the rows of the border points that its corners and edges are.
+    """A connectivity, and the rows of the border points of its corners and edges.
 
     Attributes
     ----------
     connectivity : Connectivity
     corners : ndarray of int, shape (C,)
     ids : tuple of ndarray of int, shape (E_n,)
-        Of each degree n, the numbers of its edges.
+        For each degree n, the numbers of its edges.
     edges : tuple of ndarray of int, shape (E_n, n+1)
-        Of each degree n; of the first side of every edge.
+        For each degree n, the border points of the first side of every edge.
     sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
-        Of each degree all sides, in the direction of their edges, and the row of `edges` of each.
+        For each degree all sides, in the direction of their edges, and the row of `edges` for each.
     is_certain : bool
-        False where edges of several degrees may be one curve.
+        False if edges of several degrees may be one curve.
     equal : EqualPoints
-        Of the border points.
+        The equal border points.
     """
 
     connectivity: Connectivity
@@ -68,7 +68,7 @@ class EdgePattern:
         return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
 
     def seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
-        """The seams whose points (B, 3) and weights (B,) these are; None if weights differ."""
+        """The seams with these border points (B, 3) and weights (B,); None if weights differ."""
         curves = []
         for ids, rows, (sides, number) in zip(self.ids, self.edges, self.sides, strict=True):
             side_weights = None
@@ -97,14 +97,14 @@ class EdgePattern:
 
 
 def border_points(batch: Patches) -> FloatArray:
-    """Control points on the borders of all patches, in one run: (P b, 3)."""
+    """Control points on the borders of all patches: (P b, 3)."""
     border, _, _ = _border_rows(*_form(batch))
     points: FloatArray = batch.points.reshape(batch.count, -1, 3).take(border, axis=1)
     return points.reshape(-1, 3)
 
 
 def border_weights(batch: Patches) -> FloatArray:
-    """Their weights, (P b,); 1 where the patches are polynomial."""
+    """Weights of the control points on the borders, (P b,); 1 for polynomial patches."""
     border, _, _ = _border_rows(*_form(batch))
     if batch.weights is None:
         return np.ones(batch.count * len(border))
@@ -126,7 +126,7 @@ def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | Non
 
 @lru_cache(maxsize=256)
 def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
-    """Which points of a net lie on its border, and among these its sides and its corners."""
+    """The points of a net on its border; and the numbers, among these, of its sides and corners."""
     if is_triangle:
         sides = [*triangle.side_rows(p), np.array([triangle.count_points(p) - 1])]
     else:
@@ -147,7 +147,7 @@ def _form(batch: Patches) -> tuple[bool, int, int]:
 
 
 def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
-    """The connectivity of border points (B,) of which equal ones have equal numbers."""
+    """The connectivity of border points, given numbers (B,) that are equal for equal points."""
     places: dict[int, list[Ints]] = {}
     rows: dict[int, list[Ints]] = {}
     corners: list[Ints] = []

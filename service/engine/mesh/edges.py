@@ -1,8 +1,8 @@
 """Distinct edges as curves, and their samples.
 
-Every distinct edge is sampled once, by operations that depend on nothing but the edge, and not on
-its direction; all its patches copy those samples. Hence no crack, whatever the order of the patches
-and whichever of them are computed together.
+Every distinct edge is sampled once, by operations that depend on the edge alone, and not on its
+direction; all its patches copy these samples. So there are no cracks, for any order of the patches,
+and if some patches are computed separately.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ class EdgeCurves:
     weights: FloatArray | None
 
     def take(self, is_chosen: Bools) -> "EdgeCurves":
-        """The edges that `is_chosen` tells, by their numbers; mostly all."""
+        """The edges whose number `is_chosen`; usually all edges."""
         chosen = is_chosen[self.ids]
         if chosen.all():
             return self
@@ -45,20 +45,21 @@ METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxy
         "forward_difference": forward_difference.evaluate_curves,
     }
 )
-"""The methods beside `matrix`, on curves."""
+"""The methods other than `matrix`, on curves."""
 
 
 def sample_edges(
     curves: Sequence[EdgeCurves], is_chosen: Bools | None, divisions: int, method: Method = "matrix"
 ) -> FloatArray:
-    """Points at R equal divisions of the is_chosen edges, in the order of their numbers.
+    """Points at R equal divisions of the chosen edges, in the order of their numbers.
 
         C(k/R) = Σ_i B_i^n(k/R) w_i P_i / Σ_i B_i^n(k/R) w_i
 
-    Bit for bit the same wherever an edge turns up, in whichever direction: summed term by term,
-    because the order of a matrix product's additions depends on its shape and on the machine, the
-    first term with the last, the second with the last but one; the other methods compute every
-    number by itself, in one of the two directions. The ends are the control points themselves.
+    The bits of a sample depend on the edge alone, and not on its direction or on other edges. The
+    order of additions in a matrix product depends on its shape and on the machine. So the method
+    `matrix` adds term by term: first the first and the last term, then the second and the last but
+    one, and so on. The other methods compute each number separately, in one of the two directions.
+    The ends are the control points themselves.
 
     Parameters
     ----------
@@ -82,10 +83,10 @@ def sample_edges(
 def direct_edges(
     points: FloatArray, weights: FloatArray | None
 ) -> tuple[FloatArray, FloatArray | None, Bools]:
-    """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
+    """Reverses edges (E, n+1, d) whose reversed points come first in dictionary order.
 
-    Written over them; and which were turned. For most edges their first numbers decide; the
-    weights (E, n+1) come last.
+    The points and weights (E, n+1) are overwritten; the third result says which edges were
+    reversed. The first coordinates decide for most edges; the weights are compared last.
     """
     first, last = points[:, 0, 0], points[:, -1, 0]
     turn = first > last
@@ -148,9 +149,9 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
 
 
 def _sum_pairs(terms: FloatArray) -> FloatArray:
-    """The sum of n+1 terms, shape (n+1, ...), written over them.
+    """The sum of n+1 terms, shape (n+1, ...), which are overwritten.
 
-    It is the same to the last bit for the terms in opposite order.
+    It is equal bit for bit for the terms in opposite order.
     """
     half = len(terms) // 2
     terms[:half] += terms[: -half - 1 : -1]
@@ -161,6 +162,6 @@ def _sum_pairs(terms: FloatArray) -> FloatArray:
 
 
 def _find_polynomial(weights: FloatArray) -> Bools:
-    """Edges that are polynomial, though others are not: their points are, to the last bit."""
+    """Which edges have equal weights: they are sampled as polynomial edges, for equal bits."""
     plain: Bools = (weights == 1.0).all(axis=1)
     return plain

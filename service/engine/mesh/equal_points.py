@@ -1,11 +1,11 @@
-"""Which points count as one: those that are equal bit for bit, and how far apart others may be.
+"""Finds points that are equal bit for bit, and the distance within which points count as one.
 
-Connectivity knows equal points only; near ones are made equal before (`service.engine.joining`).
+Connectivity compares points bit for bit; `service.engine.joining` makes near points equal before.
 The distance is a share of the diagonal of a model, its `weld_tolerance`, unless numbers are less
-precise: far from zero, rounding moves points by more. A coordinate x has an error of some
-2^-53 |x|. A knot t does, too, and along the range of its knots, of length r, a point moves by some
-diagonals D: so the error of the knot moves it by some 2^-53 |t| D / r. But no more than the largest
-`weld_tolerance` counts.
+precise: far from zero, rounding moves points by more. A coordinate x has an error of some 2^-53
+|x|. A knot t does, too, and along the range of its knots, of length r, a point moves by some
+diagonals D: so the error of the knot moves it by some 2^-53 |t| D / r. The distance is at most the
+largest `weld_tolerance`.
 """
 
 from dataclasses import dataclass
@@ -18,29 +18,30 @@ from service.engine.options import MAX_WELD_TOLERANCE
 from service.surface.lowered import PatchModel
 
 COORDINATE_ROUNDING = 2.0**-50
-"""Eight roundings of a coordinate at most: what turning and moving it in float64 costs."""
+"""At most eight roundings of a coordinate, as a rotation and a translation in float64 need."""
 
 KNOT_ROUNDING = 2.0**-48
-"""A few roundings of a knot, of which some diagonals come."""
+"""A few roundings of a knot, times some diagonals."""
 
 PROJECTION_ROUNDING = 2.0**-49
-"""Rounding of projections of two points on one direction, in units of the largest coordinate."""
+"""Rounding of the projections of two points to a direction, in units of the largest coordinate."""
 
 COARSER = 4.0
-"""Factor from the tolerance of points to that of weights: both change across a narrow patch, the
-weights in places faster, and its long sides are one edge only if both are equal on them."""
+"""Factor from the tolerance of points to the tolerance of weights. Both change across a narrow
+patch, weights sometimes faster, and its long sides are one edge only if points and weights are
+equal on them."""
 
 FEW_POINTS = 40
-"""Up to here points are looked up one by one sooner than sorted."""
+"""Up to this number of points, looking them up one by one is faster than sorting."""
 
 DIRECTION = (0.5411961001461969, 0.7653668647301796, 0.3477591)
-"""On which few points of a model have one projection, as they would on an axis."""
+"""A direction to which few points of a model have equal projections, unlike an axis."""
 
 
 def find_equal_points(points: FloatArray) -> Ints:
-    """For each point (N, 3) the first one that is equal to it: one decision for the whole engine.
+    """For each point (N, 3) the first point that is equal to it, bit for bit.
 
-    Points are equal if their coordinates are, bit for bit.
+    Every part of the engine uses this function.
     """
     if len(points) <= FEW_POINTS:
         return np.array(find_first_equals(points), np.intp)
@@ -56,9 +57,9 @@ def find_first_equals(points: FloatArray) -> tuple[int, ...]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EqualPoints:
-    """A result of `find_equal_points`, to be compared with other points.
+    """A result of `find_equal_points`, for comparison with other points.
 
-    `number` (N,) is the result, `leaders` (L,) the points that are equal to none before them.
+    `number` (N,) is the result, `leaders` (L,) the points that differ from all points before them.
     """
 
     number: Ints
@@ -66,14 +67,14 @@ class EqualPoints:
 
     @staticmethod
     def from_number(number: Ints) -> "EqualPoints":
-        """The result with its leaders."""
+        """The value for a result of `find_equal_points`."""
         return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
 
     def is_right_for(self, points: FloatArray, reach: float) -> bool:
-        """Whether this is the result for `points` (N, 3), too, and others are further apart.
+        """Whether this result holds for `points` (N, 3), and unequal points are not within `reach`.
 
-        False where that is not certain. All leaders are further apart than `reach` if their
-        projections on one direction are: equal points have equal ones.
+        False if that is not certain. Leaders are further apart than `reach` if their projections to
+        one direction are.
         """
         equal = points.take(self.number, axis=0) == points
         if np.count_nonzero(equal) < equal.size:
@@ -84,7 +85,7 @@ class EqualPoints:
 
 
 def has_near_points(points: FloatArray, reach: float) -> bool:
-    """Whether two points (N, 3) that differ may be at most `reach` apart, told by projections."""
+    """Whether two unequal points (N, 3) may be at most `reach` apart, judged by projections."""
     place = _project(points)
     order = place.argsort()
     rows, place = points.take(order, axis=0), place.take(order)
@@ -93,7 +94,7 @@ def has_near_points(points: FloatArray, reach: float) -> bool:
 
 
 def _project(points: FloatArray) -> FloatArray:
-    """Places of points (N, 3) along one direction, (N,)."""
+    """Projections of points (N, 3) to one direction, (N,)."""
     x, y, z = points.T
     place: FloatArray = x * DIRECTION[0]
     place += y * DIRECTION[1]
@@ -112,7 +113,7 @@ def weld_distance(
 ) -> float:
     """The value of `find_weld_distance` for points with this diagonal and largest coordinate.
 
-    `knot_ratio` as of `find_knot_ratio`.
+    `knot_ratio` is the value of `find_knot_ratio`.
     """
     if not tolerance:
         return 0.0
@@ -121,7 +122,7 @@ def weld_distance(
 
 
 def find_projected_distance(model: PatchModel, tolerance: float) -> float:
-    """How far apart projections of points that count as one may be; 0 if the tolerance is 0."""
+    """The largest distance of projections of points that count as one; 0 if the tolerance is 0."""
     if not tolerance:
         return 0.0
     largest = find_largest_coordinate(model)
@@ -130,7 +131,7 @@ def find_projected_distance(model: PatchModel, tolerance: float) -> float:
 
 
 def find_weight_tolerance(model: PatchModel, tolerance: float) -> float:
-    """How far apart the logarithms of weights may be that count as one; 0 if the tolerance is 0.
+    """The largest difference of logarithms of weights that count as one; 0 if the tolerance is 0.
 
     A change by h moves no point of a patch further than h / 2 times the diagonal of its box: in the
     largest patch, by `COARSER` / 2 times the distance of points that count as one.
@@ -142,7 +143,7 @@ def find_weight_tolerance(model: PatchModel, tolerance: float) -> float:
 
 
 def find_knot_ratio(model: PatchModel) -> float:
-    """The largest knot in units of the range of its knots, of all surfaces; at least 1."""
+    """The largest knot of all surfaces in units of the range of its knot vector; at least 1."""
     ratio = 1.0
     for domain in model.domains:
         for knots in (domain.u, domain.v):

@@ -1,4 +1,4 @@
-"""Vertices joined to faces: the pattern of every patch, read through its vertices."""
+"""Faces of vertices: the index pattern of each patch, with samples replaced by vertices."""
 
 from itertools import pairwise
 
@@ -16,8 +16,8 @@ def join_faces(
 ) -> tuple[IndexArray, IndexArray, Ints]:
     """Triangles (T, 3) and quads (Q, 4), patch by patch in sequence.
 
-    Without a welding every sample is the vertex of its own number. The third result, (2, P + 1),
-    has the numbers of triangles and of quads before each patch, and in all.
+    Without a welding, sample k is vertex k. The third result, (2, P + 1), has the numbers of
+    triangles and of quads before each patch, and their totals.
     """
     groups = layout.shapes
     patterns = [build_faces(shape, kind) for shape, _ in groups]
@@ -41,7 +41,7 @@ def join_faces(
                 continue
             samples = layout.patch_samples(patches, shape)
             vertices = samples if welding is None else welding.vertex[samples]
-            # Gathering through the pattern writes all faces of all these patches in one go.
+            # One gather writes all faces of all patches of this shape.
             corner_numbers = np.take(vertices.astype(np.uint32), local, axis=1)
             for run in _find_runs(position[patches]):
                 first = ends[position[patches[run.start]]] - len(local)
@@ -62,18 +62,18 @@ def _find_runs(numbers: Ints) -> list[slice]:
 
 
 def _count_before(counts: Ints) -> Ints:
-    """Faces before each patch and in all, (2, P + 1), from the numbers of those that each has."""
+    """The faces before each patch, and the totals, (2, P + 1), from the faces of each patch."""
     return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
 
 
 def _drop_slivers(
     triangles: IndexArray, quads: IndexArray, counts: Ints, place: Ints
 ) -> tuple[IndexArray, IndexArray, Ints]:
-    """Drops faces that have one place twice; of a quad with one such pair a triangle is left.
+    """Drops faces with two vertices at one place; a quad with one such pair becomes a triangle.
 
-    Patterns know of sides that are one point. But where two sides that meet are one edge, the
-    diagonal of the cell between them is a point as well; and with a single division so is a side
-    that returns to where it began, and a patch that closes is a line.
+    Patterns handle sides that are one point. But if two sides that meet are one edge, the diagonal
+    of the cell between them is a point, too. With one division, a side that returns to its
+    beginning is a point, and a patch that closes is a line.
     """
     total = counts.shape[1]
     owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)

@@ -36,7 +36,7 @@ class SampleRows:
 
 
 def fill_vertices(rows: SampleRows, plan: FacePlan) -> SampleRows:
-    """The vertices of a plan: rows of samples, and the mean normals of those that share one."""
+    """The vertices of a plan: rows of samples, with mean normals where samples share a vertex."""
     is_vertex = plan.is_vertex
     if is_vertex is None:
         return rows
@@ -74,7 +74,7 @@ def sample_model(
     dtype: Real,
     origin: FloatArray,
 ) -> SampleRows:
-    """Evaluates the blocks, then writes the samples of every edge over its sides."""
+    """Evaluates the blocks, then replaces the samples of all sides by those of their edges."""
     results = []
     for block, patches in layout.split_batches(model.batches):
         if layout.has_poles and isinstance(patches, TensorPatches):
@@ -98,7 +98,7 @@ def sample_model(
     if layout.is_framed and normals is not None:
         poles += _write_extra_normals(model, layout, normals)
     if dtype is np.float64:
-        # People read these numbers: adding 0.0 turns -0.0 into 0.0.
+        # Adding 0.0 turns -0.0 into 0.0, which is better to read in text formats.
         for rows in (positions, normals):
             if rows is not None:
                 np.add(rows, 0.0, out=rows)
@@ -109,7 +109,7 @@ def sample_model(
 
 
 def _join_grids(grids: list[RealArray], size: int) -> RealArray:
-    """Grids (m, Ru+1, Rv+1, d) as one run of `size` rows, those behind the grids zero."""
+    """Grids (m, Ru+1, Rv+1, d) as one array of `size` rows; rows after the grids are zero."""
     rows = [grid.reshape(-1, grid.shape[-1]) for grid in grids]
     extras = size - sum(map(len, rows))
     if len(rows) == 1 and not extras:
@@ -120,7 +120,7 @@ def _join_grids(grids: list[RealArray], size: int) -> RealArray:
 def _write_edges(
     positions: RealArray, seams: Seams, layout: Layout, origin: FloatArray, method: Method
 ) -> None:
-    """Every side gets the very samples of its edge, every corner its control point."""
+    """Writes the samples of each edge to its sides, and control points to corners."""
     writes = layout.border_writes
     points = [
         sample_edges(seams.curves, chosen, divisions, method).reshape(-1, 3)
@@ -134,12 +134,12 @@ def _write_edges(
 
 
 def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
-    """Normals of the samples beside the grids; how many of them are limits."""
+    """Writes the normals of the extra samples of framed sides; returns the number of limits."""
     limits = 0
     for block in layout.blocks:
         batch = model.batches[block.batch]
         if not isinstance(batch, TensorPatches):
-            continue  # triangles have no samples beside their rows
+            continue  # triangles have no extra samples
         for side, patches, along, samples in layout.iterate_extras(block):
             across = np.full(len(along), float(side % 2))
             u, v = (across, along) if side < 2 else (along, across)

@@ -1,9 +1,9 @@
-"""Where the samples of a model lie: one run of rows, patch after patch.
+"""The rows of the samples of a model, patch after patch.
 
 A patch is a grid of samples in its own resolution; a triangle is rows of samples in the larger of
-the two numbers of divisions. Where a neighbour divides a shared edge more finely, the patch is
-*framed*: its border follows the edges, and the samples that its grid lacks lie in runs of their own
-at the end.
+the two numbers of divisions. If a neighbour divides a shared edge more finely, the patch is
+*framed*: its border follows the edges, and the samples that its grid lacks have separate rows at
+the end.
 """
 
 from collections.abc import Hashable, Iterator, Sequence
@@ -23,23 +23,23 @@ from service.surface.batches import Patches
 from service.surface.sides import along_sides
 
 FINE = 4
-"""Divisions along u and along v from which on sides that are one point leave nothing out."""
+"""Least divisions along u and along v at which collapsed sides remove only single faces."""
 
 
 @dataclass(frozen=True, eq=False)
 class Layout(SampleRuns):
-    """Where every sample lies; it depends on the connectivity and the resolution alone.
+    """The row of every sample; it depends on the connectivity and the resolution alone.
 
     Attributes
     ----------
     resolution : tuple of int
-        Divisions asked for along u and v.
+        Requested divisions along u and v.
     blocks : tuple of Block
-        Grids, first those of ordinary patches, then those of framed ones.
+        Grids of ordinary patches, then grids of framed patches.
     divisions : ndarray of int, shape (E,)
-        Of every distinct edge.
+        Divisions of every distinct edge.
     size : int
-        Samples in all.
+        Number of samples.
     """
 
     resolution: tuple[int, int]
@@ -49,7 +49,7 @@ class Layout(SampleRuns):
 
     @staticmethod
     def plan(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
-        """The layout at this many divisions of a patch along u and v; kept for the next mesh."""
+        """The cached layout at these divisions of a patch along u and v."""
         layout = MESH_PLANS.get(
             ("layout", connectivity.key, resolution), lambda: Layout.build(connectivity, resolution)
         )
@@ -63,21 +63,21 @@ class Layout(SampleRuns):
 
     @staticmethod
     def build(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
-        """Divisions of the edges, and the run of samples of every patch and framed side."""
+        """A new layout: divisions of the edges, and rows of every patch and framed side."""
         ru, rv = resolution
         edge, collapsed = connectivity.edge, connectivity.collapsed
         is_triangle, total = connectivity.is_triangle, len(connectivity.edge)
         rus, rvs = np.full(total, ru), np.full(total, rv)
         rus[is_triangle] = rvs[is_triangle] = max(ru, rv)
         side_divisions = np.stack(along_sides(rus, rvs), axis=1)
-        # A shared edge takes the larger of its two numbers of divisions: no triangle finds more
-        # on any side than it has.
+        # A shared edge takes the larger of its two numbers of divisions: a triangle never has a
+        # side with more divisions than its rows.
         divisions = np.zeros(len(connectivity.users), dtype=np.intp)
         np.maximum.at(divisions, edge, side_divisions)
         uneven = (divisions[edge] != side_divisions) & ~collapsed
         framed = uneven.any(axis=1)
         base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
-        # Strips need a line of samples inside to join to.
+        # Strips of triangles need a line of samples inside the patch.
         rus[framed], rvs[framed] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
         size = 0
@@ -119,7 +119,7 @@ class Layout(SampleRuns):
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
     def split_batches(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
-        """The blocks, and their patches out of the batches of a model."""
+        """The blocks, each with its patches from the batches of a model."""
         return [
             (
                 block,
@@ -132,23 +132,23 @@ class Layout(SampleRuns):
 
     @cached_property
     def is_framed(self) -> bool:
-        """Whether any side has samples of its own beside its grid."""
+        """Whether any side has samples besides those of its grid."""
         return bool((self.extra >= 0).any())
 
     @cached_property
     def may_fold(self) -> bool:
-        """Whether faces may have one place twice that no pattern knows of."""
+        """Whether faces may have two vertices at one place that no pattern handles."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
     @cached_property
     def may_lose_faces(self) -> bool:
-        """Whether faces that have no area may leave out more than a line."""
+        """Whether omitting faces without area may omit more than single faces."""
         is_fine = min(self.ru.min(), self.rv.min()) >= FINE
         return self.may_fold or (self.has_poles and not is_fine)
 
     @cached_property
     def has_poles(self) -> bool:
-        """Whether any side is one point and yet several samples."""
+        """Whether any side is one point but has several samples."""
         return bool(self.pinched_sides.any())
 
     @cached_property
@@ -160,12 +160,12 @@ class Layout(SampleRuns):
 
     @cached_property
     def leaders(self) -> Ints:
-        """For each sample the first one that is the same by construction: edge, corner or pole."""
+        """For each sample the first sample at its place: on the same edge, corner or pole."""
         place = np.arange(self.size)
         edge = self.connectivity.edge.ravel()
         for divisions, sides in self.side_groups():
             samples = self.find_side_samples(sides, divisions)
-            # The first side of every edge stands for all of them.
+            # The first side of each edge represents all its sides.
             _, first, back = np.unique(edge[sides], return_index=True, return_inverse=True)
             place[samples] = samples[first][back]
         corners = self.corner_samples()
@@ -179,7 +179,7 @@ class Layout(SampleRuns):
 
     @cached_property
     def averages(self) -> Averages:
-        """Samples whose normals are averaged where the model is smooth: all at one place."""
+        """Groups of all samples at one place, whose normals are averaged if the model is smooth."""
         return Averages.from_leaders(self.leaders)
 
     @cached_property
@@ -192,7 +192,7 @@ class Layout(SampleRuns):
         by_divisions = [*self.side_groups()]
         for divisions, sides in by_divisions:
             chosen = np.zeros(len(self.divisions), dtype=bool)
-            # To sample edges that are one point, too, costs less than to leave them out.
+            # Sampling edges that are one point is faster than skipping them.
             chosen[edge[sides] if len(by_divisions) > 1 else slice(None)] = True
             groups.append((divisions, None if chosen.all() else chosen))
             count = int(np.count_nonzero(chosen))
@@ -209,7 +209,7 @@ class Layout(SampleRuns):
 
     @cached_property
     def shapes(self) -> tuple[tuple[AnyShape, Ints], ...]:
-        """Patches that one index pattern serves, in the order of their first."""
+        """Patches grouped by their index pattern, in the order of the first patch of each group."""
         side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, side_divisions)
         known = self.connectivity

@@ -1,4 +1,4 @@
-"""The one value that leaves the engine: a mesh."""
+"""The result of the engine: a mesh."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,8 @@ from service.surface.lowered import Color
 class MeshPart:
     """A named run of faces: rows [first, last) of `Mesh.triangles` and of `Mesh.quads`.
 
-    `color` is the base colour of these faces, None where nothing was said. `deviation_bound` is as
-    in `MeshReport`, for the surface of this part.
+    `color` is the base colour of these faces, or None. `deviation_bound` is as in `MeshReport`, for
+    the surface of this part.
     """
 
     name: str
@@ -30,11 +30,11 @@ class Overlay:
     Attributes
     ----------
     positions : ndarray, shape (K, 3)
-        In the precision and about the origin of the mesh the overlay belongs to.
+        In the precision and relative to the origin of the mesh.
     segments : ndarray of uint32, shape (L, 2)
         Pairs of rows of `positions`.
     cells : ndarray of uint32, shape (C, 4), or None
-        The quads of a control net, (i,j) (i,j+1) (i+1,j+1) (i+1,j); None where there are none.
+        The quads of a control net, (i,j) (i,j+1) (i+1,j+1) (i+1,j); None for other overlays.
     """
 
     name: str
@@ -45,10 +45,10 @@ class Overlay:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Mesh:
-    """Vertices and faces. A vertex is a position with its normal, its colour, its (u, v) and so on.
+    """Vertices and faces.
 
-    Where two surfaces meet at a crease, or at the apex of a cone, several vertices share one
-    position; `welds` tells which.
+    A vertex is a position with its normal, its colour, its (u, v) and so on. Where two surfaces
+    meet at a crease, or at the apex of a cone, several vertices share one position (see `welds`).
 
     Attributes
     ----------
@@ -61,25 +61,24 @@ class Mesh:
     triangles : ndarray of uint32, shape (T, 3)
         Counter-clockwise seen from the tip of the normal.
     quads : ndarray of uint32, shape (Q, 4)
-        (i,j) (i+1,j) (i+1,j+1) (i,j+1). Empty unless quads were asked for; then `triangles` holds
-        what is left at poles and between unequal divisions, and all of triangular patches.
+        (i,j) (i+1,j) (i+1,j+1) (i,j+1). Empty unless quads are requested; then `triangles` has the
+        triangles at poles, between unequal divisions, and on triangular patches.
     parts : tuple of MeshPart
-        Runs of faces; together they are all faces, in order.
+        Consecutive runs of faces that together contain all faces.
     grids : tuple of ndarray of uint32, each of shape (P, Ru+1, Rv+1)
-        The vertex at every sample of every patch, batch by batch: what a format made of grids
-        needs. Empty when some patch border has other divisions than its patch, or a patch is a
-        triangle.
+        The vertex at every sample of every patch, batch by batch, for formats that store grids.
+        Empty if a side has other divisions than its patch, or if a patch is a triangle.
     welds : ndarray of uint32, shape (V,), or None
-        The first vertex with the same position; None when that is always the vertex itself.
+        The first vertex with the same position; None if all positions differ.
     origin : ndarray of float64, shape (3,)
         Model coordinates of the point (0, 0, 0) of `positions`.
     colors : ndarray, shape (V, 3) or (V, 4), or None
         sRGB, or sRGB and alpha, from 0 to 1.
     attributes : tuple of (name, ndarray of shape (V, d))
-        Whatever else the surface carries.
+        The other channels of the surface.
     step : float
-        A power of two of which all positions, those of overlays and the origin are multiples; 0
-        where they are on no grid.
+        A power of two; all positions, those of overlays, and the origin are multiples of it. 0
+        without such a grid.
     """
 
     name: str

@@ -1,11 +1,11 @@
-"""Whether patches enclose a volume: how often they pass along each edge, and in which directions.
+"""Whether patches enclose a volume: counts their passages along each edge in both directions.
 
 A walk around the border of a patch with the patch on its left passes along each of its four sides
 once. An edge is *balanced* if these walks pass along it as often in one direction as in the other:
 then, for every vector field, the contributions of the patches to its boundary integral cancel. By
-Gauss's theorem patches whose edges are all balanced enclose a volume, in which a point counts as
-often as they wind around it. Two kinds of sides count as no passage: sides that are one point, and
-sides whose second half returns along the first.
+Gauss's theorem patches whose edges are all balanced enclose a volume, in which a point counts with
+its winding number. Two kinds of sides count as no passage: sides that are one point, and sides
+whose second half returns along the first.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from service.bases.arrays import Bools, Ints
 from service.engine.mesh.seams import Seams
 
 LEFT = np.array([-1, 1, 1, -1])
-"""+1 for the sides on whose left the patch lies, seen from the normal's tip; −1 for the others."""
+"""+1 for the sides that have the patch on their left, seen from the normal's tip; else −1."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -30,7 +30,7 @@ class OrientedSides:
     passage : ndarray of int, shape (P, 4)
         +1 along the direction of the edge, −1 against it, 0 for sides that do not count.
     is_open : ndarray of bool, shape (P, 4)
-        Whether the side counts, and no other side that counts is the same edge.
+        Whether the side counts, and is the only side of its edge that counts.
     """
 
     edge: Ints
@@ -48,9 +48,9 @@ class OrientedSides:
         return np.asarray((sums[self.edge] != 0) & (self.passage != 0))
 
     def closed_parts(self, part: Ints, count: int) -> Bools:
-        """Which of `count` parts have patches, and balance all of their edges by themselves.
+        """Whether each of `count` parts has patches and balances all of its edges, shape (count,).
 
-        Patch k belongs to part[k]; shape (count,).
+        Patch k belongs to part[k].
         """
         edges = int(self.edge.max()) + 1
         keys, number = np.unique(part[:, np.newaxis] * edges + self.edge, return_inverse=True)

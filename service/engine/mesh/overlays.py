@@ -20,7 +20,7 @@ def draw_overlays(
     origin: FloatArray,
     dtype: Real,
 ) -> tuple[Overlay, ...]:
-    """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
+    """The requested overlays, in the precision and relative to the origin of the mesh."""
     return tuple(
         control_net(model, origin, dtype)
         if name == "control_net"
@@ -30,7 +30,7 @@ def draw_overlays(
 
 
 def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
-    """All control points; neighbours in a net are joined, four of them in a grid bound a cell."""
+    """All control points, with segments between neighbours, and cells on tensor-product nets."""
     positions, segments, cells = [], [], []
     first = 0
     for batch in model.nets:
@@ -47,7 +47,7 @@ def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
         "control_net",
         np.concatenate(positions),
         np.concatenate(segments).astype(np.uint32),
-        # Cells alone are no picture of a net that has triangles.
+        # Cells alone do not show a net that has triangles.
         np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.nets) else None,
     )
 
@@ -63,7 +63,7 @@ def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
 
 
 def _triangle_pattern(degree: int) -> Ints:
-    """Segments (L, 2) of one triangular net: along its rows, then to both sides of the next."""
+    """Segments (L, 2) of one triangular net: along its rows, then from row to row."""
     left = np.delete(np.arange(triangle.count_points(degree)), triangle.side_rows(degree)[1])
     above = degree + 1 + np.arange(len(left))
     lines = [(left, left + 1), (left, above), (left + 1, above)]
@@ -71,7 +71,7 @@ def _triangle_pattern(degree: int) -> Ints:
 
 
 def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype: Real) -> Overlay:
-    """Every distinct edge once, as a line through the samples that the faces use."""
+    """Each distinct edge once, as a polyline through its samples."""
     seams = find_seams(model.batches)
     divisions = Layout.build(seams.connectivity, options.resolution).divisions
     lines = np.zeros(len(divisions), dtype=bool)

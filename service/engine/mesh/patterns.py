@@ -1,9 +1,9 @@
-"""Index patterns: how the samples of one patch are joined to faces, whatever their positions.
+"""Index patterns: the faces of one patch as indices of its samples, without coordinates.
 
-A pattern depends on numbers of divisions and on which sides are one point; it is cached and serves
-every patch of that kind. Local numbering: sample (i, j) is i (Rv+1) + j; then the inner samples
-of those of the sides u = 0, u = 1, v = 0, v = 1 that have other divisions than the grid. Samples of
-a triangle are numbered row by row (`service.bases.triangle`).
+A pattern depends on numbers of divisions and on which sides are one point; it is cached for all
+patches of that shape. Local numbering: sample (i, j) is i (Rv+1) + j; then come the inner samples
+of sides u = 0, u = 1, v = 0, v = 1 whose divisions differ from the grid. Samples of a triangle are
+numbered row by row (`service.bases.triangle`).
 """
 
 from collections.abc import Iterable
@@ -28,11 +28,12 @@ NO_QUADS: IndexArray = np.empty((0, 4), dtype=np.uint32)
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """All that a pattern depends on.
+    """The shape of a patch, which determines its pattern.
 
-    `sides` are the divisions of the borders; where one differs from the grid's, all four borders
-    are framed by strips of triangles. `collapsed` tells which sides are one point; `turned`,
-    whether the first and the last cell are split along (0, 0)–(1, 1), as no others are.
+    `sides` are the divisions of the borders; if one differs from that of the grid, strips of
+    triangles frame all four borders. `collapsed` marks the sides that are one point. `turned` marks
+    whether the first and the last cell are split along (0, 0)–(1, 1); all other cells are split
+    along the other diagonal.
     """
 
     resolution: tuple[int, int]
@@ -52,20 +53,20 @@ class Shape:
 
     @property
     def inner(self) -> int:
-        """Samples that lie on no border."""
+        """Number of samples inside the patch, not on its border."""
         return (self.resolution[0] - 1) * (self.resolution[1] - 1)
 
 
 @dataclass(frozen=True, slots=True)
 class TriangleShape:
-    """All that the pattern of a triangle depends on: its rows of samples need no frame."""
+    """The shape of a triangular patch, which determines its pattern; it is never framed."""
 
     divisions: int
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)
 
     @property
     def inner(self) -> int:
-        """Samples that lie on no border."""
+        """Number of samples inside the patch, not on its border."""
         return (self.divisions - 1) * (self.divisions - 2) // 2
 
 
@@ -75,10 +76,10 @@ AnyShape: TypeAlias = Shape | TriangleShape
 def build_faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles (T, 3) and quads (Q, 4) of a patch of this shape, as local indices; read-only.
 
-    Cells wind (i,j) (i+1,j) (i+1,j+1) (i,j+1) and split along (1,0)–(0,1), but for those that are
-    turned. Faces that a collapsed side leaves without area are left out; of a quad a triangle may
-    remain. A triangle of R divisions has R² faces whatever their kind: row by row, upright and
-    reversed ones in turn.
+    Cells have the order (i,j) (i+1,j) (i+1,j+1) (i,j+1) and are split along (1,0)–(0,1), except
+    those that are turned. Faces without area at a collapsed side are omitted; a quad there may
+    become a triangle. A triangular patch of R divisions has R² triangles for every kind of faces:
+    row by row, upright and reversed ones in turn.
     """
     if isinstance(shape, TriangleShape):
         return PLANS.array(("triangles", shape), lambda: _rows_of_triangles(shape)), NO_QUADS
@@ -111,10 +112,10 @@ def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
 
 
 def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
-    """Triangles and quads of a patch of this shape without those of the cells inside.
+    """Triangles and quads of a patch of this shape, without those of inner cells.
 
-    Those inside, (Ru − 2)(Rv − 2) cells that touch no border, are the same whatever the sides are:
-    so a pattern can be counted by its rim, in a time that grows with Ru + Rv.
+    The (Ru − 2)(Rv − 2) inner cells touch no border, so their faces do not depend on the sides. So
+    faces can be counted by the rim, in a time that grows with Ru + Rv.
     """
     ru, rv = shape.resolution
     corner = np.arange(0)
@@ -132,7 +133,7 @@ def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
 def _build_cells(
     shape: Shape, kind: Faces, cells: NDArray[np.intp]
 ) -> tuple[IndexArray, IndexArray]:
-    """Faces of these cells, and of the strips of a frame; none with a vertex twice."""
+    """Faces of these cells and of the strips of a frame, without faces that repeat a vertex."""
     ru, rv = shape.resolution
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
     strips = build_strips(number, shape.sides) if shape.is_framed else []
@@ -155,7 +156,7 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     one = np.uint32(1)
     pairs = np.stack([left, left + one, above, left + one, above + one, above], axis=1)
     is_used = np.ones((len(left), 2), dtype=bool)
-    # The last upright triangle of a row has no reversed one beside it.
+    # No reversed triangle follows the last upright triangle of a row.
     is_used[triangle.side_rows(divisions - 1)[1], 1] = False
     triangles = pairs.reshape(-1, 3)[is_used.ravel()]
     if any(shape.collapsed[:3]):
@@ -171,7 +172,7 @@ def _row_of_cells(columns: int) -> IndexArray:
 
 
 def _repeat_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
-    """A row of faces, once for every line of cells: the whole index buffer in one addition."""
+    """A row of faces, repeated for every line of cells: one addition makes all indices."""
     offsets = np.arange(rows, dtype=np.uint32) * np.uint32(step)
     return (row + offsets[:, None, None]).reshape(-1, row.shape[1])
 
@@ -182,7 +183,7 @@ def _split_quads(cells: NDArray[Index]) -> NDArray[Index]:
 
 
 def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
-    """The halves of cells with those of the first and of the last cell split the other way."""
+    """The halves of cells, with the first and the last cell split along the other diagonal."""
     ru, rv = shape.resolution
     if min(ru, rv) < 2:
         # The other diagonal would run from border to border as well.
@@ -196,7 +197,7 @@ def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
 
 
 def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
-    """Local indices with those of a collapsed side made equal."""
+    """Local indices, equal for all samples of a collapsed side."""
     if isinstance(shape, TriangleShape):
         merged = np.arange(triangle.count_points(shape.divisions))
         borders = list(triangle.side_rows(shape.divisions))
@@ -216,16 +217,16 @@ def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
 
 
 def _merge(merged: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None:
-    """Makes the indices on each of some lines equal."""
+    """Makes the indices along each line equal."""
     for line in points:
-        # Two collapsed sides that meet are one point together.
+        # Two collapsed sides that meet are the same point.
         among = np.zeros(len(merged), dtype=bool)
         among[merged[line]] = True
         merged[among[merged]] = merged[line].min()
 
 
 def _find_proper(faces: Ints) -> NDArray[np.bool_]:
-    """Which faces have no vertex twice."""
+    """Which faces do not repeat a vertex."""
     ordered = np.sort(faces, axis=1)
     keep: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
     return keep

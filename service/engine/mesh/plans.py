@@ -1,8 +1,8 @@
-"""Vertices and faces of a mesh, planned once for a layout and the samples that become one vertex.
+"""Vertices and faces of a mesh, planned once for a layout and the samples that share vertices.
 
-Where a model is smooth across its edges, all samples at one place are one vertex, and the plan
-depends on the layout alone. Where some are kept apart, by creases, colours or texture coordinates,
-it also depends on the pattern in which they are.
+If a model is smooth across its edges, all samples at one place are one vertex, and the plan depends
+on the layout alone. If creases, colours or texture coordinates separate some samples, the plan also
+depends on which samples share vertices.
 """
 
 from dataclasses import dataclass
@@ -37,18 +37,18 @@ class FacePlan:
     Attributes
     ----------
     is_vertex : ndarray of bool, shape (N,), or None
-        The samples that become vertices, in their order; None where every sample does.
+        The samples that become vertices, in their order; None if every sample does.
     means : Averages and ndarray of int, shape (G,), or None
-        Groups of samples whose mean normal is that of a vertex, and the number of that vertex.
+        Groups of samples that share a vertex, which gets their mean normal, and the number of that
+        vertex.
     triangles : ndarray of uint32, shape (T, 3)
     quads : ndarray of uint32, shape (Q, 4)
     ends : ndarray of int, shape (2, P + 1)
-        Triangles and quads before each patch, in the order in which patches are written.
+        Triangles and quads before each patch, in the order of the patches in the mesh.
     grids, welds
         As in `Mesh`.
     position_count : int
-        Different positions.
-    boundary_edges : int
+        The number of distinct positions. boundary_edges : int
     watertight : bool
     """
 
@@ -82,15 +82,15 @@ class FacePlan:
 def plan_faces(
     layout: Layout, options: MeshOptions, sharing: Sharing | None, sequence: Ints | None
 ) -> FacePlan:
-    """The plan of a mesh, kept for the next one.
+    """The cached plan of a mesh.
 
     Parameters
     ----------
     sharing : Sharing or None
-        Which samples at one place share a vertex; None where all of them do. Not read where the
-        options say that nothing is welded.
+        Which samples at one place share a vertex; None if all of them do. Not used if the options
+        turn welding off.
     sequence : ndarray of int, shape (P,), or None
-        Patches in the order in which they are written.
+        The order of the patches in the mesh.
     """
     pattern = b"" if sharing is None else (sharing.key, sharing.is_averaged)
     order = b"" if sequence is None else hash_arrays(sequence)
@@ -145,7 +145,7 @@ def _plan(
 
 
 def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
-    """Groups of samples that share a vertex, and that vertex; those of no vertex are left out."""
+    """Groups of samples that share a vertex, and that vertex; only groups that occur in faces."""
     averages = Averages.from_leaders(leader)
     vertex = np.searchsorted(welding.samples, averages.leaders)
     vertex = np.minimum(vertex, len(welding.samples) - 1)
@@ -157,7 +157,7 @@ def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
 
 
 def _find_used(layout: Layout, kind: Faces) -> Ints:
-    """Samples that occur in faces: not those that a frame replaces, nor all those at a pole."""
+    """Samples that occur in faces: without those that a frame replaces, and fewer at each pole."""
     samples = [
         layout.patch_samples(patches, shape)[:, find_used_samples(shape, kind)].ravel()
         for shape, patches in layout.shapes
@@ -166,7 +166,7 @@ def _find_used(layout: Layout, kind: Faces) -> Ints:
 
 
 def _build_grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
-    """The vertex at every sample of every patch; nothing where a frame or a triangle is no grid."""
+    """The vertex at every sample of every patch; empty if any patch is framed or triangular."""
     if layout.is_framed or layout.is_triangle.any():
         return ()
     grids = []

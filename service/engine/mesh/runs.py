@@ -1,6 +1,6 @@
-"""The samples of patches: a grid, or rows, of each of them, and runs beside framed sides.
+"""Numbers of the samples of patches: of grids, of rows of triangles, and of framed sides.
 
-`BorderWrites` are those that the samples of edges replace.
+`BorderWrites` lists the samples that the samples of edges replace.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,8 @@ class Block:
     """Patches of one batch with equal resolutions; their samples have consecutive numbers.
 
     `batch` is the number of the batch, `first` its first patch in the model; `patches` are numbers
-    within the batch, `is_batch` says whether they are all of it, and `base` is the first sample.
+    within the batch, `is_batch` says whether they are all patches of the batch, and `base` is the
+    first sample.
     """
 
     batch: int
@@ -44,16 +45,16 @@ class Block:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BorderWrites:
-    """Which samples of edges, and which corners, are written over the borders of patches.
+    """The samples of edges, and the corners, that overwrite the borders of patches.
 
     Attributes
     ----------
     groups : tuple of (int, ndarray of bool, shape (E,), or None)
-        A number of divisions R, and which edges have it; None for all. In a table of points, the
-        (R + 1) E_R samples of these come one group after another, those of equal parameter
-        together; the corners (C,) come last.
+        A number of divisions R, and the edges with R divisions; None for all edges. A table of
+        points contains the (R + 1) E_R samples of each group, ordered by parameter, then the
+        corners (C,).
     targets, sources : ndarrays of int, shape (n,)
-        Samples of the model, and the row of the table for each of them.
+        Samples of the model, and the row of the table for each sample.
     """
 
     groups: tuple[tuple[int, Bools | None], ...]
@@ -72,8 +73,8 @@ class SampleRuns:
     base, ru, rv : ndarrays of int, shape (P,)
         First sample and grid of every patch.
     extra, inner : ndarrays of int, shape (P, 4)
-        First inner sample of each side that has other divisions than its grid, otherwise -1; and
-        the number of its inner samples.
+        First inner sample of each side whose divisions differ from its grid, else -1; and the
+        number of its inner samples.
     """
 
     connectivity: Connectivity
@@ -114,7 +115,7 @@ class SampleRuns:
         extra = self.extra.ravel()[sides]
         apart = extra >= 0
         if apart.any():
-            # From corner to corner over the side's own samples.
+            # From corner to corner through the extra samples of the side.
             ends = ENDS[sides[apart] % 4]
             samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
             samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
@@ -138,15 +139,15 @@ class SampleRuns:
         return np.concatenate(runs, axis=1)
 
     def iterate_extras(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
-        """Samples beside the grids of a block, side by side (0 … 3).
+        """Extra samples of the framed sides of a block, side by side (0 … 3).
 
         Yields
         ------
         side : int
         patches : ndarray of int, shape (n,)
-            Of each sample, numbered within the batch.
+            The patch of each sample, numbered within the batch.
         along : ndarray of float64, shape (n,)
-            Its parameter along the side.
+            The parameter of each sample along the side.
         samples : ndarray of int, shape (n,)
         """
         numbers = block.first + block.patches
@@ -161,7 +162,7 @@ class SampleRuns:
             yield side, block.patches[apart[row]], (k + 1) / (inner[row] + 1), samples
 
     def collapsed_samples(self) -> tuple[Ints, Ints]:
-        """Samples on sides that are one point, and for each the number of that corner."""
+        """Samples on sides that are one point, and the number of the corner at each sample."""
         samples, corners = [_NONE], [_NONE]
         lines = np.stack(along_sides(self.ru, self.rv), axis=1)
         collapsed = np.flatnonzero(self.pinched_sides)

@@ -1,9 +1,9 @@
-"""Which borders of patches are one and the same, decided by their control points alone.
+"""Finds sides of patches that are one edge, by their control points alone.
 
-Two sides are one edge if their control points are equal, in either direction, and their weights
-are, up to a common factor; or if they are so when the one of lower degree is raised to the other's
-(`service.engine.mesh.degree_matching`), and then the edge is that of lower degree. Every distinct
-edge is sampled once (`service.engine.mesh.edges`).
+Two sides are one edge if their control points are equal, in either direction, and their weights are
+equal up to a common factor. Sides of different degrees are one edge if this holds after the lower
+degree is raised to the higher (`service.engine.mesh.degree_matching`); then the edge has the lower
+degree. Every distinct edge is sampled once (`service.engine.mesh.edges`).
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Seams:
-    """The edges and corners of a model: a connectivity, and where they lie.
+    """The edges and corners of a model: a connectivity and coordinates.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Seams:
 
     @property
     def edge(self) -> Ints:
-        """Number of the distinct edge that each side is, shape (P, 4)."""
+        """Number of the distinct edge of each side, shape (P, 4)."""
         return self.connectivity.edge
 
     @property
@@ -61,11 +61,11 @@ class Seams:
 
     @property
     def users(self) -> Ints:
-        """How many sides each edge has, shape (E,)."""
+        """The number of sides of each edge, shape (E,)."""
         return self.connectivity.users
 
     def renumbered(self) -> "Seams":
-        """The seams, edges and corners in the order and the direction of their first sides."""
+        """The seams, with edges and corners in the order and the direction of their first sides."""
         connectivity = self.connectivity
         _, side = np.unique(connectivity.edge, return_index=True)
         against = connectivity.backward.ravel()[side]
@@ -112,7 +112,8 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         points, weights, turned = _direct_sides(sides)
         place = sides.place
         if weights is not None:
-            # Of weights that differ in rounding the least stand for all, not the first to come.
+            # Where weights differ by rounding, the least count, so that the order of patches does
+            # not matter.
             order = np.lexsort(weights.T)
             place, turned = place[order], turned[order]
             points, weights = points[order], weights[order]
@@ -150,7 +151,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
 def _join_degrees(
     edge: Ints, backward: Bools, curves: list[EdgeCurves], collapsed: Bools, corner: Ints
 ) -> tuple[Ints, Bools, list[EdgeCurves]]:
-    """Sides (P · 4,) and edges anew, those that are one curve in several degrees joined."""
+    """New sides (P · 4,) and edges: edges that are one curve in several degrees are joined."""
     _, side = np.unique(edge, return_index=True)
     against = backward[side]
     begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
@@ -168,7 +169,7 @@ def _join_degrees(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sides:
-    """All sides of one degree: where they belong (patch · 4 + side) and their control points."""
+    """All sides of one degree: their numbers (patch · 4 + side) and their control points."""
 
     place: Ints
     points: FloatArray
@@ -176,7 +177,7 @@ class _Sides:
 
 
 def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
-    """Sides of all patches, those of one degree together, whatever batch they come from."""
+    """Sides of all patches of all batches, grouped by degree."""
     groups: dict[int, list[_Sides]] = {}
     first = 0
     for batch in batches:

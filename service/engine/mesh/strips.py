@@ -1,7 +1,7 @@
 """Strips of triangles between the border of a patch and the next line of its grid.
 
-Where a neighbour divides a shared edge more finely, all four sides of the patch follow the edges:
-strips join each side, in its own divisions, to the grid inside.
+If a neighbour divides a shared edge more finely, all four sides of the patch follow the edges: a
+strip joins the samples of each side to the grid inside.
 """
 
 from itertools import pairwise
@@ -20,7 +20,7 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     Parameters
     ----------
     number : ndarray of int, shape (Ru+1, Rv+1)
-        The indices of the grid; those of other samples of the sides follow them, side by side.
+        The indices of the grid; the indices of the extra samples of the sides follow, side by side.
     sides : tuple of int
         Divisions of the sides.
     """

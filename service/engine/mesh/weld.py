@@ -1,4 +1,4 @@
-"""Vertices out of samples: which samples are one vertex, and with which normal."""
+"""Makes vertices from samples: decides which samples are one vertex, and computes its normal."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,10 @@ from service.engine.mesh.creases import Averages, chord_length, mean_normals
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Welding:
-    """Samples and the vertices they became.
+    """Samples and their vertices.
 
-    `vertex` (N,) is the vertex of each sample; `samples` (V,) the sample that each vertex comes
-    from; `welds` (V,) the first vertex at the same position.
+    `vertex` (N,) is the vertex of each sample, `samples` (V,) the first sample of each vertex, and
+    `welds` (V,) the first vertex at the same position.
     """
 
     vertex: Ints
@@ -33,24 +33,24 @@ def weld(
 ) -> Welding:
     """Merges samples at one place whose normals agree; writes their mean into `normals`.
 
-    A vertex stands where its first sample stood, so that the vertices of a patch that meets no
-    other keep their order.
+    Vertices have the order of their first samples, so that the vertices of a single patch keep
+    their order.
 
     Parameters
     ----------
     place : ndarray of int, shape (N,)
-        For each sample, one sample that stands for its position (that one for itself).
+        For each sample, the number of one sample at its position, the same for all samples there.
     used : ndarray of int, optional
-        Samples that occur in faces; all of them if left out or if there are no faces at all.
+        Samples that occur in faces; by default, or without faces, all samples.
     normals : ndarray, shape (N, 3), or None
         Unit normals, if vertices have them.
     crease_angle : float
-        Radians; normals further apart than this stay apart.
+        Radians; samples whose normals are at a larger angle are not merged.
     merge : bool
-        False keeps every sample a vertex of its own.
+        False makes each sample a separate vertex.
     alike : ndarray of int, optional
-        For each sample, one at its place that has the same colour, texture coordinates and so on
-        (that one for itself). Others stay apart, though they may share the mean of their normals.
+        For each sample, one sample at its place with the same colour, texture coordinates and so
+        on. Other samples are separate vertices, but may share the mean of their normals.
     """
     leader = merge_samples(place, normals, crease_angle, alike) if merge else np.arange(len(place))
     return number_vertices(place, leader, used)
@@ -59,7 +59,7 @@ def weld(
 def merge_samples(
     place: Ints, normals: RealArray | None, crease_angle: float, alike: Ints | None
 ) -> Ints:
-    """For each sample the one whose vertex it shares; their mean is written into `normals`.
+    """For each sample the sample whose vertex it shares; writes mean normals into `normals`.
 
     Parameters and rules are those of `weld`.
     """
