@@ -1,4 +1,4 @@
-"""Questions about models of any form, and changes to them before they are meshed."""
+"""Properties of models of any form, and changes of models before meshing."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ NOT_PATCHES = Issue(
 
 
 def find_reach(model: Model, options: MeshOptions) -> float:
-    """The largest coordinate, in absolute value, that wires with faces can come to."""
+    """An upper bound of the coordinates, in absolute value, of a model with its wires."""
     if isinstance(model, GroupModel):
         models = [(model.models[member.model], member.matrix) for member in model.members]
     else:
@@ -39,7 +39,7 @@ def find_reach(model: Model, options: MeshOptions) -> float:
     furthest = 0.0
     for submodel, matrix in models:
         if isinstance(submodel, PatchModel):
-            # A mitre reaches √2 times as far as a wire is thick.
+            # A mitre extends the radius of a wire by at most √2.
             around = find_width(submodel, options)
             low, high = place_bounds(
                 (submodel.bounds[0] - around, submodel.bounds[1] + around), matrix
@@ -49,9 +49,9 @@ def find_reach(model: Model, options: MeshOptions) -> float:
 
 
 def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
-    """The model with channels of these kinds alone, and base colours only where colours are.
+    """The model with only the channels of these kinds; without colours, also without base colours.
 
-    Unless meshes are kept `apart`, a group keeps of the attributes those that all members have.
+    Unless the meshes stay `apart`, a group keeps only attributes that all its members have.
     """
     if not isinstance(model, GroupModel):
         return _keep_kinds(model, kinds)
@@ -71,7 +71,7 @@ def has_colors(model: GroupModel) -> bool:
 
 
 def find_highest_degree(model: Model) -> int:
-    """The highest degree of any patch in either direction, or of a curve that is swept along."""
+    """The highest degree of a patch in either direction, or of a swept curve."""
     if isinstance(model, GroupModel):
         return max(map(find_highest_degree, model.models))
     if isinstance(model, SweepModel):
@@ -80,16 +80,16 @@ def find_highest_degree(model: Model) -> int:
 
 
 def to_patches(model: Model) -> PatchModel:
-    """The model as Bézier patches in the coordinates of the whole model.
+    """The model as Bézier patches in model coordinates.
 
-    A placed patch is the patch of the placed control points: Bézier patches are affinely
-    invariant, rational ones too. Where a placement mirrors, u and v change places, so that
-    du × dv stays on the side that it was.
+    A placed patch is the patch of the placed control points: Bézier patches are affinely invariant,
+    rational ones too. If a placement mirrors, u and v are exchanged, so that du × dv stays on the
+    same side of the surface.
 
     Raises
     ------
     InvalidRequest
-        `not_parametric`, of tubes and ribbons; relative to the surface.
+        `not_parametric` for tubes and ribbons; its pointer is relative to the surface.
     """
     if isinstance(model, PatchModel):
         return model
@@ -118,7 +118,7 @@ def _place(batch: Patches, member: PlacedModel) -> Patches:
 
 
 def _exchange_parameters(batch: Patches) -> TensorPatches:
-    """The patches with u and v exchanged; triangles as patches of which a side is one point."""
+    """The patches with u and v exchanged; triangles become tensor patches with a collapsed side."""
     patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
     weights = None if patches.weights is None else patches.weights.swapaxes(1, 2)
     channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in patches.channels)
@@ -126,7 +126,7 @@ def _exchange_parameters(batch: Patches) -> TensorPatches:
 
 
 def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
-    """The channels of a batch, its colours under a base colour; constant where it has none."""
+    """The channels of a batch: colours times a base colour, or the base colour alone."""
     if color is None:
         return batch.channels
     others = tuple(channel for channel in batch.channels if channel.kind != "colors")

@@ -14,7 +14,8 @@ OverlayName: TypeAlias = Literal["control_net", "boundary"]
 WireForm: TypeAlias = Literal["lines", "tubes", "ribbons"]
 
 MAX_RESOLUTION = 1 << 16
-"""The largest resolution in one direction. The limit of vertices is usually reached before."""
+"""The largest resolution in one direction. A mesh usually reaches the limit of vertices at lower
+resolutions."""
 
 MAX_WELD_TOLERANCE = 1e-6
 """The largest weld tolerance: points that are further apart, as a share of the diagonal, differ by
@@ -29,7 +30,7 @@ MIN_SIDES, MAX_SIDES = 3, 256
 
 @dataclass(frozen=True, slots=True)
 class MeshOptions:
-    """How a surface is divided into a mesh.
+    """The options of a mesh.
 
     Attributes
     ----------
@@ -37,8 +38,8 @@ class MeshOptions:
         Divisions of every patch along u and v; a triangle takes the larger number.
     faces : "triangles" or "quads"
     normals, uvs : bool
-        Whether vertices carry unit normals, and parameters (u, v) where the surface has no texture
-        coordinates of its own.
+        Whether vertices have unit normals, and parameters (u, v) if the surface has no texture
+        coordinates.
     weld : bool
         Whether patches share vertices on common edges.
     crease_angle : float
@@ -46,11 +47,12 @@ class MeshOptions:
     weld_tolerance : float
         Control points on borders that are nearer than this share of the diagonal count as one
         (`service.engine.joining`). The distance is at least 2^-50 of the largest coordinate, and at
-        most `MAX_WELD_TOLERANCE` of the diagonal. With 0, only points that are equal bit for bit.
+        most `MAX_WELD_TOLERANCE` of the diagonal. With 0, only points that are equal bit for bit
+        count as one.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)
-        Every patch shows its curves u = i/n_u and v = j/n_v, borders included; 0 draws none.
+        Curves u = i/n_u and v = j/n_v are drawn on every patch, borders included; 0 draws none.
     wires : "lines", "tubes" or "ribbons"
         The form in which isoparametric curves are drawn.
     wire_width : float or None
@@ -61,13 +63,11 @@ class MeshOptions:
     has_faces : bool
         Whether the mesh has the faces of the surface, or only the lines and wires drawn on it.
     method : "matrix", "de_casteljau" or "forward_difference"
-        How samples are computed.
-    accuracy : Accuracy or None
-        The accuracy of a mesh by tolerance, in place of `resolution`; None for a mesh by
-        resolution.
+        The method that computes the samples. accuracy : Accuracy or None The accuracy of a mesh by
+        tolerance, in place of `resolution`; None for a mesh by resolution.
     curvatures : bool
-        Whether vertices carry Gaussian and mean curvature, as attributes. The models of a group
-        must have the stretches of their placements (`service.engine.curvatures.placement_scale`).
+        Whether vertices have Gaussian and mean curvature as attributes. The models of a group must
+        have the stretches of their placements (`service.engine.curvatures.placement_scale`).
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -88,9 +88,9 @@ class MeshOptions:
     curvatures: bool = False
 
     has_wires: bool = field(init=False)
-    """Whether there are isoparametric curves."""
+    """Whether isoparametric curves are drawn."""
     has_solid_wires: bool = field(init=False)
-    """Whether these have faces."""
+    """Whether isoparametric curves are drawn as tubes or ribbons, which have faces."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "has_wires", any(self.isocurves))

@@ -1,12 +1,10 @@
-"""Meshes on grids: which step each of them has, and what becomes of its report.
+"""Meshes with positions on grids: the step of each mesh, and its report.
 
-The step is known from the control points, before any mesh is made: the same for all tolerances
-and resolutions.
-
-Models of a group that stand in the same place and have a corner of a patch in common, as all have
-that meet along an edge, get the largest step of theirs, and so do all that these meet: where they
-met they still meet. Others keep their own. A cup is not made coarse by the hall it stands in, and
-how long many members are together does not matter.
+The step depends on the control points alone, and not on tolerance or resolution. Models of a group
+with equal placements that have a corner of a patch in common are neighbours, as all models are that
+meet along an edge. Neighbours, and their neighbours in turn, get the largest of their steps, so
+that they still meet. All other models have separate steps: so the step of a small model does not
+depend on large models in the same group.
 """
 
 from collections import defaultdict
@@ -31,27 +29,27 @@ from service.surface.sweep_model import SweepModel
 
 
 def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
-    """The step of every different model of a group, or of the one that there is."""
+    """The step of every distinct model of a group, or of a single model."""
     if not isinstance(model, GroupModel):
         return (find_step(*_box(model, options)),)
     steps = [find_step(*_box(member, options)) for member in model.models]
-    family = list(range(len(steps)))
+    roots = list(range(len(steps)))
 
-    def eldest(number: int) -> int:
-        while family[number] != number:
-            family[number] = family[family[number]]
-            number = family[number]
+    def find_root(number: int) -> int:
+        while roots[number] != number:
+            roots[number] = roots[roots[number]]
+            number = roots[number]
         return number
 
     for pair in _neighbours(model):
-        one, other = sorted(map(eldest, pair))
-        family[other] = one
+        one, other = sorted(map(find_root, pair))
+        roots[other] = one
         steps[one] = max(steps[one], steps[other])
-    return tuple(steps[eldest(number)] for number in range(len(steps)))
+    return tuple(steps[find_root(number)] for number in range(len(steps)))
 
 
 def find_grid_error(model: Model, options: MeshOptions) -> float:
-    """How far from its place a vertex of any copy may be, in the coordinates of the whole."""
+    """The largest distance that rounding moves a vertex of any member, in model units."""
     steps = find_grid_steps(model, options)
     if not isinstance(model, GroupModel):
         return CORNER * steps[0]
@@ -69,10 +67,10 @@ def quantize(mesh: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | S
 
 
 def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
-    """A mesh of float32 with every position at the next multiple of a step, its lines with it.
+    """The mesh in float32 with all positions, also those of lines, rounded to multiples of a step.
 
-    No triangle is left out, be its corners one place now: all edges are as they were, and a mesh
-    that was closed is closed. Its bounds grow by as much as any vertex was moved.
+    No triangle is omitted, even if its corners become one place: so all edges stay, and a closed
+    mesh stays closed. Its bounds grow by the largest distance that a vertex moves.
     """
     step = _widen(mesh, step)
     storage = Storage(single=True, local=True, step=step)
@@ -90,7 +88,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
         step=step,
     )
     low, high = (bound.astype(np.float64) + origin for bound in find_extent(shown_points(on)))
-    # Both differences are exact, but for the rounding of coordinates far from zero.
+    # Both differences are exact, except for the rounding of coordinates far from zero.
     apart = positions.astype(np.float64) - mesh.positions.astype(np.float64)
     apart += origin - mesh.origin
     further = float(np.sqrt(np.square(apart).sum(axis=1).max(initial=0.0))) + bound_origin_error(
@@ -115,7 +113,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
 
 
 def _widen(mesh: Mesh, step: float) -> float:
-    """The step, or one of which few enough are as long as the mesh with its lines."""
+    """The step, or a larger step if the mesh with its lines has more than `LONGEST` steps."""
     every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
     ends = [np.concatenate(find_extent(rows)) for rows in every if len(rows)]
     if not ends:
@@ -125,7 +123,7 @@ def _widen(mesh: Mesh, step: float) -> float:
 
 
 def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArray, FloatArray]:
-    """Bounds of all that may be drawn of a model: itself, its control net, and its wires."""
+    """Bounds of a model with its control net and its wires."""
     low, high = model.bounds
     if isinstance(model, SweepModel):
         polygon = model.polygon
@@ -137,7 +135,7 @@ def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArr
 
 
 def _neighbours(group: GroupModel) -> Iterator[list[int]]:
-    """Pairs of models that have a corner in common in one place: enough to tell who is together."""
+    """Pairs of models with a common corner and equal placements: enough to find all groups."""
     places: dict[bytes, set[int]] = defaultdict(set)
     for member in group.members:
         place = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()

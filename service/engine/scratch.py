@@ -1,4 +1,4 @@
-"""Work arrays that are used again: fresh memory costs more than the arithmetic done in it."""
+"""Work arrays that are reused, because new memory costs more time than the arithmetic."""
 
 from collections.abc import Callable
 from math import prod
@@ -13,17 +13,17 @@ from service.bases.arrays import FloatArray, RealArray
 Real: TypeAlias = type[np.float32] | type[np.float64]
 
 CACHE_LINE = 64
-"""Vector instructions take twice as long for numbers that lie across two lines."""
+"""Vector instructions take twice as long for numbers that span two lines."""
 
 
 MOST_HELD = 4
-"""Workspaces of one kind that a thread keeps."""
+"""The most workspaces of one kind that a thread keeps."""
 
 Work = TypeVar("Work")
 
 
 class _Arena(local):
-    """The work memory of one thread by name, and its last view in each precision."""
+    """The work memory of one thread by name, and its last views."""
 
     def __init__(self) -> None:
         self.memory: dict[str, NDArray[np.uint8]] = {}
@@ -40,9 +40,9 @@ def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray: ...
 def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray:
     """An array of this shape with undefined contents.
 
-    The same memory is handed out again for the same name in the same thread: use it up before the
-    next call. The system zeroes every page of fresh memory, which takes longer than a dozen
-    multiplications a number.
+    A second call with this name in the same thread returns the same memory, so the caller must
+    finish with the array before that call. The system zeroes every page of new memory, which takes
+    longer than a dozen multiplications for each number.
     """
     views = _arena.views
     view = views.get((name, dtype))
@@ -58,7 +58,7 @@ def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray:
 
 
 class Workspaces(local, Generic[Work]):
-    """Memory that is cut once into all the arrays of a piece of work, for each thread by itself.
+    """Cached workspaces, separate for each thread; a workspace has all arrays of one computation.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Workspaces(local, Generic[Work]):
         self._held: dict[tuple[Any, ...], Work] = {}
 
     def get(self, *key: Any) -> Work:
-        """The workspace of this key, with undefined contents: use it up before the next call."""
+        """The workspace of this key, with undefined contents, valid until the next call."""
         work = self._held.get(key)
         if work is None:
             if len(self._held) >= MOST_HELD:
@@ -81,7 +81,7 @@ class Workspaces(local, Generic[Work]):
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:
-    """Fresh memory that begins at a cache line."""
+    """New memory that begins at a cache line."""
     room = np.empty(size + CACHE_LINE, np.uint8)
     begin = -room.ctypes.data % CACHE_LINE
     return room[begin : begin + size]

@@ -1,9 +1,9 @@
-"""A model of Bézier patches into one mesh: samples, shared edges, faces, report.
+"""Makes one mesh from a model of Bézier patches: samples, shared edges, faces, report.
 
 1. Find which sides of which patches are one edge, and give each edge its divisions.
 2. Evaluate the patches; overwrite their borders with the samples of the edges.
 3. Weld: samples become vertices.
-4. Join the vertices to faces by the pattern of each patch.
+4. Make faces of the vertices by the index pattern of each patch.
 """
 
 from dataclasses import replace
@@ -47,10 +47,9 @@ def tessellate(
     model : PatchModel
     options : MeshOptions
     single : bool
-        float32 positions about a local origin, for formats that store them so; else float64 in
-        model coordinates.
+        Whether positions are float32 about a local origin, else float64 in model coordinates.
     allow : callable
-        Looks at a model that was cut to meet others, before it is meshed.
+        Called with a model that was cut for joining; it raises an error if the model is too large.
     """
     seams = connect_if_apart(model, options.weld_tolerance)
     if seams is None or may_be_cut(model, seams):
@@ -110,14 +109,15 @@ def tessellate(
 
 
 def draw_overlays_alone(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
-    """The overlays alone, in float64 and model coordinates, for a form that has no mesh."""
+    """The overlays alone, in float64 and model coordinates, for formats without meshes."""
     return draw_overlays(model, options, AT_ZERO, np.float64)
 
 
 def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
-    """Vertices, triangles and quads at most, from shapes and seams; nothing is evaluated.
+    """Upper bounds of vertices, triangles and quads, from shapes and seams, without evaluation.
 
-    Exact for patches that meet nowhere; welding and collapsed sides only take away.
+    They are exact for patches that do not meet; welding and collapsed sides only reduce the
+    numbers.
     """
     ru, rv = options.resolution
     triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
@@ -130,21 +130,21 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
         _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
         size, framed = layout.size, layout.is_framed
-        # A framed grid has at least two divisions each way.
+        # A framed grid has at least two divisions in each direction.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.is_triangle]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
         border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
-    # A patch of V samples, B of them on its border, is 2V - B - 2 triangles.
+    # A patch of V samples, B of them on its border, has 2V - B - 2 triangles.
     if options.faces == "quads":
         return size, (2 * size if framed else border + small), cells
     return size, (2 * size if framed else 2 * cells + small), 0
 
 
 def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:
-    """Which samples at one place share a vertex; None where all of them do, or nothing is welded.
+    """Which samples at one place share a vertex; None if all of them do, or without welding.
 
-    A place may have several colours or texture coordinates, as it may have several normals. Where
-    it has channels, the means are written into the normals.
+    A place may have several colours or texture coordinates, like several normals. If the mesh has
+    channels, the means are written into the normals.
     """
     if not (options.weld and layout.has_shared_samples):
         return None
@@ -163,7 +163,7 @@ def _build_parts(
 ) -> tuple[MeshPart, ...]:
     """The parts of a mesh: runs of its faces, each with the bound of its patches (P,).
 
-    `bound` is that of all.
+    `bound` is the bound of the mesh.
     """
     if len(model.parts) == 1:
         all_faces = (0, len(plan.triangles)), (0, len(plan.quads))

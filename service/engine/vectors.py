@@ -7,7 +7,7 @@ from service.bases.bernstein import multiply
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product a × b along the last axis; plainer and faster than numpy.cross."""
+    """Cross product a × b along the last axis, faster than numpy.cross."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     product = np.empty(a.shape)
@@ -24,9 +24,10 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
-    """Largest angle between the unit normals at two vertices that an edge joins, None without any.
+    """Largest angle of the unit normals at two vertices that an edge joins; None without edges.
 
-    By the tangent of its half: the cosine tells nothing of small angles.
+    It is computed from the tangent of half of the angle, because the cosine is imprecise for small
+    angles.
     """
     if not len(faces):
         return None

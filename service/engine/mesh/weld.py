@@ -77,7 +77,7 @@ def merge_samples(
 
 
 def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
-    """The vertices of samples of which some share those of others: of their `leader`s.
+    """The vertices of samples; each sample shares the vertex of its `leader`.
 
     Parameters are those of `weld`; `leader[leader]` equals `leader`.
     """
@@ -88,19 +88,20 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
         is_used[leader[used]] = True
         kept &= is_used
     samples = np.flatnonzero(kept)
-    # The first vertex at every place; written backwards, it is the one that stays.
+    # The first vertex at every place: in reverse order, the first one is written last.
     first = np.zeros(len(place), dtype=np.intp)
     first[place[samples[::-1]]] = identity[: len(samples)][::-1]
-    # A sample without a face is not a vertex. If a grid refers to it, it gets another one's vertex.
+    # A sample without a face is not a vertex. If a grid refers to it, it gets the vertex of its
+    # place.
     number = first[place]
     number[samples] = identity[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])
 
 
 def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
-    """The welding without vertices that none of these faces has.
+    """The welding without the vertices that these faces do not use.
 
-    A place that no face has keeps its vertices: a grid may show it.
+    Vertices at a place that no face uses stay, because a grid may refer to them.
     """
     used = np.zeros(len(welding.samples), dtype=bool)
     for rows in faces:
@@ -124,7 +125,7 @@ def find_shared_positions(welding: Welding | None) -> IndexArray | None:
 
 
 def count_positions(vertices: int, welds: IndexArray | None) -> int:
-    """How many different positions there are."""
+    """The number of distinct positions."""
     if welds is None:
         return vertices
     return int(np.count_nonzero(welds == np.arange(vertices)))

@@ -1,1 +1,1 @@
-"""Points, partials, normals and curvatures at parameters that were asked for."""
+"""Points, partials, normals and curvatures at given parameters."""

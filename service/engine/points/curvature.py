@@ -19,7 +19,7 @@ from service.engine.vectors import cross, dot
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Curvatures:
-    """At m parameters, shapes (m,); NaN where a limit is infinite or there is none.
+    """Curvatures at m parameters, shapes (m,); NaN where a limit is infinite or does not exist.
 
     gaussian : K = k_1 k_2
     mean : H = (k_1 + k_2)/2
@@ -39,7 +39,7 @@ def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
 
         K = a c − b²,  H = (a + c)/2,  k = H ± √(((a − c)/2)² + b²)
 
-    where, unlike in H² − K, nothing cancels at umbilics. Not finite where S_u × S_v vanishes.
+    At umbilics this loses no digits, unlike H² − K. Not finite where S_u × S_v vanishes.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
         along_u, along_v = du / length_u, dv / length_v
         cosine = dot(along_u, along_v)
         sine = np.linalg.norm(cross(along_u, along_v), axis=1)
-        # Dividing twice: the product of two lengths may underflow where neither does.
+        # Two divisions, because the product of two lengths may underflow.
         a = dot(duu / length_u / length_u, normals)
         f = dot(duv / length_u / length_v, normals)
         g = dot(dvv / length_v / length_v, normals)

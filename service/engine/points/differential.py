@@ -14,7 +14,7 @@ from service.surface.batches import TensorPatches
 from service.surface.sides import take_corners
 
 COUNTS = (1, 3, 6)
-"""How many of them there are up to each order."""
+"""Numbers of partials up to each order."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,9 +26,9 @@ class Jets:
     partials : ndarray of float64, shape (1, 3 or 6, m, 3)
         S; S_u, S_v; S_uu, S_uv, S_vv.
     normals : ndarray of float64, shape (m, 3), or None
-        Unit normals, their limits where S_u × S_v vanishes.
+        Unit normals; limits where S_u × S_v vanishes.
     degenerate : ndarray of bool, shape (m,), or None
-        Where it vanishes.
+        Whether S_u × S_v vanishes.
     curvatures : Curvatures or None
     """
 
@@ -92,7 +92,7 @@ def evaluate_jets(
 def _partials(
     nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, order: int
 ) -> FloatArray:
-    """Partials of the surface in the scale and about the middle of its net: (1, 3 or 6, m, 3)."""
+    """Partials of the surface, in the local coordinates of its net: (1, 3 or 6, m, 3)."""
     p, q = nets.degree
     along_u = [bernstein(p - k, u) if k <= p else None for k in range(order + 1)]
     along_v = [bernstein(q - k, v) if k <= q else None for k in range(order + 1)]
@@ -111,7 +111,7 @@ def project_partials(x: FloatArray) -> FloatArray:
 
         S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
 
-    About a point near the surface, which loses the least.
+    Coordinates are relative to a point near the surface, where rounding errors are smallest.
     """
     w = x[..., 3:]
     s = np.empty((*x.shape[:-1], 3))
@@ -129,7 +129,7 @@ def project_partials(x: FloatArray) -> FloatArray:
 def _write_ends(
     patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, points: FloatArray
 ) -> None:
-    """Corners, and sides that are one point, are their control points bit for bit."""
+    """Writes control points to corners and to sides that are one point, for equal bits."""
     corners = take_corners(patches.points)
     for side, (on_side, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
         rows = np.flatnonzero(on_side)

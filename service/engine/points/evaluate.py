@@ -28,7 +28,7 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
         ("principal_curvatures", 2),
     ),
 )
-"""Columns of each order of derivatives, with the numbers at a point; 0 stands for a truth value."""
+"""Columns of each order of derivatives, with their widths; width 0 is a column of truth values."""
 
 SERIES = 100_000
 """Least multiplications of the power series of curvatures at or near a pole."""
@@ -36,7 +36,7 @@ SERIES = 100_000
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> Columns:
-    """The columns up to an order of derivatives, one row a place, float64.
+    """The columns up to an order of derivatives, one row for each place, float64.
 
     Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
     Curvatures are NaN where their limit at a pole is infinite or does not exist. Values that
@@ -75,12 +75,12 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
         first += batch.count
     for column in columns.values():
         if column.dtype != np.bool_:
-            np.add(column, 0.0, out=column)  # people read these numbers: −0 becomes 0
+            np.add(column, 0.0, out=column)  # turns −0 into 0
     return columns
 
 
 def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> int:
-    """Multiplications that a query may take if S_u × S_v vanishes at every place of it.
+    """The number of multiplications of a query if S_u × S_v vanishes at all its places.
 
     It is the sum for the normal polynomial of each patch with a place, of degree (3p, 3q) if
     rational, else (2p, 2q), for its value at each place, and for the series of curvatures at poles.
@@ -104,7 +104,7 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
 
 
 def find_near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
-    """Which places are at or near a side that is one point, of the patches `index` of a batch."""
+    """Which places of patches `index` of a batch are at or near a side that is one point."""
     u, v = local.T
     collapsed = batch.collapsed[index]
     if isinstance(batch, TensorPatches):

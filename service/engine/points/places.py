@@ -1,4 +1,4 @@
-"""Where the parameters of a query lie: on which patch, and at which parameters of its own."""
+"""Converts the parameters of a query to patches and their local parameters."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
 SAME_SUM = 1e-9
-"""How far three barycentric coordinates may be from a sum of 1: people round them."""
+"""The largest difference of the sum of three barycentric coordinates from 1: clients round them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -20,11 +20,11 @@ class ParameterPoints:
     Attributes
     ----------
     patch : ndarray of int, shape (m,)
-        In the numbering across all batches.
+        Numbers of patches, counted over all batches.
     local : ndarray of float64, shape (m, 2)
         Parameters of the patch, in [0, 1]; (s, t) on a triangle.
     widths : ndarray of float64, shape (m, 2)
-        How far the patch reaches in the parameters of the surface.
+        The widths of the patch in the parameters of the surface.
     """
 
     patch: Ints
@@ -39,12 +39,12 @@ class PointsQuery:
     Attributes
     ----------
     places : ndarray of float64, shape (m, 2) or (m, 3)
-        Parameters (u, v) of the surface or, where it has no domain, of patches; or barycentric
+        Parameters (u, v) of the surface or, if it has no domain, of patches; or barycentric
         coordinates (r, s, t) on triangles.
     patch : ndarray of int, shape () or (m,), or None
-        Numbers of patches as the request has them; not needed where there is but one.
+        Numbers of patches in the request; not needed for a single patch.
     order : 0, 1 or 2
-        Of the derivatives.
+        The order of the derivatives.
     """
 
     places: FloatArray
@@ -60,14 +60,13 @@ class PointsQuery:
 def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
     """The places of a query.
 
-    At a knot the patch that begins there counts, at the end of the domain the last one.
-    Barycentric coordinates are made to add up to 1 exactly.
+    A knot belongs to the patch that begins there, and the end of the domain to the last patch.
+    Barycentric coordinates are divided by their sum.
 
     Raises
     ------
     InvalidRequest
-        `outside_domain` and whatever is wrong with the numbers of patches, pointing into the
-        request.
+        `outside_domain`, or an error of the patch numbers, with a pointer into the request.
     """
     if model.domain is not None and query.patch is not None:
         raise InvalidRequest(
@@ -101,7 +100,7 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
 
 
 def _first_patches(model: PatchModel) -> Ints:
-    """The first patch, in the numbering of the model, of each that the request lists."""
+    """For each patch of the request, the number of its first patch in the model."""
     if model.domains:
         return np.array([domain.first for domain in model.domains])
     if model.order is None:
@@ -112,7 +111,7 @@ def _first_patches(model: PatchModel) -> Ints:
 
 
 def _unit_sums(places: FloatArray) -> FloatArray:
-    """Barycentric coordinates (m, 3), which must be some."""
+    """Barycentric coordinates (m, 3) divided by their sum; refuses invalid coordinates."""
     total = places.sum(axis=1)
     inside = (places >= 0).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
     if not inside.all():
@@ -133,7 +132,7 @@ def _unit_sums(places: FloatArray) -> FloatArray:
 
 
 def _check_form(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
-    """Refuses places as patches of the other form have them."""
+    """Refuses barycentric coordinates on tensor patches, and (u, v) on triangles."""
     is_triangle = np.concatenate(
         [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
     )
@@ -160,7 +159,7 @@ def _span(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, FloatArra
 def _check_inside(
     uv: FloatArray, knots: tuple[FloatArray, FloatArray], rows: Ints | None = None
 ) -> None:
-    """Refuses parameters outside of the knots; they are those of some `rows` of the request."""
+    """Refuses parameters outside of the knots; `rows` are their rows in the request."""
     low, high = (np.array([line[end] for line in knots]) for end in (0, -1))
     places = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]
     if len(places):
@@ -179,7 +178,7 @@ def _check_inside(
 
 
 def _patch_numbers(most: int, query: PointsQuery) -> Ints:
-    """For each place the number of its patch among the `most` that the request lists."""
+    """For each place the number of its patch, below `most`, the number of patches."""
     count, patch = len(query.places), query.patch
     if patch is None:
         if most > 1:

@@ -1,8 +1,8 @@
 """Curvatures at and near poles, where S_u × S_v vanishes: quotients of power series.
 
-At a pole the formulas are 0/0, and beside it what is left of the digits of numerator and
-denominator grows fewer with the square of the distance. Along a line from the pole both are power
-series whose lowest terms are known to be zero and can be left out.
+At a pole the formulas are 0/0, and near a pole numerator and denominator lose digits with the
+square of the distance. Along a line from the pole both are power series whose lowest terms are zero
+and can be omitted.
 """
 
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from service.engine.evaluation.nets import PARTIALS, DerivativeNets
 from service.engine.points.series import Series, cross, dot, expand
 
 ORDERS = (1, 4)
-"""Orders of the zero of S_u × S_v up to which limits are looked for: a usual pole first, which is
-of order 1, then what is left. K being a quotient by |S_u × S_v|⁴, order k takes 4 k + 1 terms."""
+"""Orders of the zero of S_u × S_v up to which limits are computed: first order 1 for usual poles,
+then order 4 for the others. Since K is a quotient by |S_u × S_v|⁴, order k takes 4 k + 1 terms."""
 
 NEAR = 2.0**-8
-"""Part of the patch, over its degree, in which a pole is expanded about."""
+"""Distance from a pole, times the degree, up to which the power series is used."""
 
 NEAR_TERMS = 10
 """Terms of a series near a pole: the error of truncation is of the order of NEAR⁶."""
@@ -33,7 +33,7 @@ KNOWN = 2.0**-20
 def find_curvatures_near(
     nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
-    """K, H, k_1, k_2 next to sides that are one point, NaN elsewhere and on them: (4, m).
+    """K, H, k_1, k_2 near sides that are one point; NaN on the sides and far from them: (4, m).
 
     Parameters
     ----------
@@ -66,8 +66,8 @@ def find_limit_curvatures(
 ) -> FloatArray:
     """Limits of K, H, k_1, k_2 where S_u × S_v vanishes, in the scale of the nets: (4, m).
 
-    Taken along the first line inwards on which that vector does not vanish throughout; the lines
-    come in the order in which `service.engine.evaluation.degenerate` looks for normals.
+    They are limits along the first line inwards on which that vector does not vanish identically;
+    `service.engine.evaluation.degenerate` defines the order of the lines.
     """
     result = np.full((4, len(which)), np.nan)
     open_ = np.ones(len(which), dtype=bool)
@@ -104,7 +104,7 @@ class Line:
     direction: Direction
 
     def order(self) -> FloatArray:
-        """Order of the zero of S_u × S_v where the lines begin, if not above the highest."""
+        """Order of the zero of S_u × S_v at the beginning of each line, up to the highest order."""
         su, sv = self.series(ORDERS[-1] + 1, second=False)
         order: FloatArray = cross(su, sv).first().min(axis=1)
         return order
@@ -143,7 +143,7 @@ def _quotients(
 
         K = (L P − M²)/|N|⁴,  H = (L G − 2 M F + P E)/(2 |N|³)
 
-    so what counts are the terms of order 4k and 3k of the numerators and those above.
+    so the quotients begin with the terms of order 4k and 3k of the numerators.
     """
     su, sv, suu, suv, svv = series
     n = cross(su, sv)
@@ -169,7 +169,7 @@ def _quotients(
 def _quotient(
     numerator: Series, order: FloatArray, denominator: FloatArray, distance: FloatArray | float
 ) -> tuple[FloatArray, FloatArray]:
-    """Numerator / (denominator s^order), NaN if its limit is infinite or unknown; and its error."""
+    """Numerator / (denominator s^order), NaN if its limit is infinite or uncertain; the error."""
     term, error = numerator.tail(order, distance)
     value, error = term / denominator, error / denominator
     infinite = numerator.first() < order

@@ -1,7 +1,7 @@
-"""Truncated power series whose coefficients know how far they may be off.
+"""Truncated power series with bounds of the errors of their coefficients.
 
-Where a quotient takes the form 0/0 its limit is the quotient of the lowest coefficients that do not
-vanish, and only a bound of the rounding can tell a coefficient that vanishes from a small one.
+The limit of a quotient of the form 0/0 is the quotient of the lowest coefficients that do not
+vanish. Only a bound of the rounding distinguishes a coefficient that vanishes from a small one.
 """
 
 from dataclasses import dataclass
@@ -17,20 +17,20 @@ ROUNDING = 2.0**-50
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Series:
-    """a_0 + a_1 s + … + a_{T−1} s^{T−1}, many at a time.
+    """a_0 + a_1 s + … + a_{T−1} s^{T−1}, in arrays of series.
 
     Attributes
     ----------
     terms : ndarray of float64, shape (…, T)
     errors : ndarray of float64, shape (…, T)
-        Bounds of how far the terms are off.
+        Bounds of the errors of the terms.
     """
 
     terms: FloatArray
     errors: FloatArray
 
     def axes(self, chosen: slice | list[int]) -> "Series":
-        """Some of the coordinates of vectors (m, d, T)."""
+        """The chosen coordinates of vectors (m, d, T)."""
         return Series(self.terms[:, chosen], self.errors[:, chosen])
 
     def __add__(self, other: "Series") -> "Series":
@@ -55,7 +55,7 @@ class Series:
 
             q_k = (a_k − Σ_{i=1}^k b_i q_{k−i}) / b_0
 
-        Every error passes on through all later terms.
+        Every error affects all later terms.
         """
         terms, errors = np.array(self.terms), np.array(self.errors)
         begin = other.terms[..., 0]
@@ -78,7 +78,7 @@ class Series:
         return Series(self.terms * factor, self.errors * abs(factor))
 
     def first(self) -> FloatArray:
-        """Order of the first term that surely does not vanish, T if none does: shape (…)."""
+        """Order of the first term that certainly does not vanish, else T: shape (…)."""
         large = np.abs(self.terms) > self.errors
         order: FloatArray = np.where(
             large.any(axis=-1), large.argmax(axis=-1), large.shape[-1]
@@ -86,12 +86,12 @@ class Series:
         return order
 
     def tail(self, order: FloatArray, s: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-        """The rest of each series from its own order on, over s^order; and its error.
+        """The terms of each series from its `order` on, divided by s^order; and their error.
 
             Σ_{j ≥ order} a_j s^{j−order}
 
-        NaN beyond the last term. The error counts the last term once more, for those cut off,
-        unless it is the first.
+        NaN beyond the last term. The error includes the last term again, as an estimate of the
+        omitted terms, unless it is the first term.
         """
         place = np.arange(self.terms.shape[-1]) - order[..., np.newaxis]
         powers = np.where(place >= 0, np.asarray(s)[..., np.newaxis] ** np.maximum(place, 0), 0.0)

@@ -97,7 +97,7 @@ def _correct_near_poles(
     """Curvatures (4, m), replaced by limits where they are NaN, and near sides that are a point."""
     used, row = np.unique(which, return_inverse=True)
     nets = DerivativeNets(local.take(used).to_tensor(), np.arange(len(used)))
-    # The corner t = 1 is a pole of this form only.
+    # The corner t = 1 is a pole of the tensor-product form only.
     nets.collapsed[:, 3] = False
     u, v = tensor_u(local, which, places), places[:, 2]
     units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]

@@ -1,4 +1,4 @@
-"""Models of second order of cells of nets, with bounds of the rest.
+"""Models of second order of cells of nets, with bounds of the remainder.
 
 A cell is a rectangle of parameters of one net. In its own parameters a, b ∈ [−1, 1] the surface is
 
@@ -15,8 +15,8 @@ their Bézier nets, follow bounds over the whole cell:
     |S_a − A − Q_aa a − Q_ab b| ≤ ρ_a = ½ (τ_aa + τ_ab),  α = |Q_aa| + |Q_ab| + ρ_a,  β alike,
     |rest| ≤ (T_aaa + 3 T_aab + 3 T_abb + T_bbb) / 6,  that of S_a and S_b together 3 times as much
 
-With n the unit normal at the centre, n · S_ij is bounded in the same way: a partial along the
-surface, as they are where parameters turn about a pole, says nothing about points above it.
+With n the unit normal at the centre, n · S_ij is bounded in the same way. This bound is smaller
+near poles, where second partials are nearly tangent to the surface.
 
 **Products.** S_i · S_j + (S − c) · S_ij, of which second partials of squared distances consist, is
 A_i · A_j at the centre. Of its variation over the cell the linear part is
@@ -29,14 +29,14 @@ The rest of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a
 of (S − c) · S_ij at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r τ_ij.
 
 **Rounding.** Coordinates are about 1. One halving replaces a row by averages of neighbours, n
-times: an average of two is wrong by at most u times what it averages in absolute value, so a
-control point after L halvings of degrees p and q is wrong by at most L (p + q) u M, where M is the
-largest distance of a control point from the origin; homogeneous ones by that times their weight,
-since |X| ≤ w M, hence projected ones by twice as much. ε = 4 (L + 2) (p + q + 2) u M covers this
-and the sums at the centre. A partial of order i in a and j in b is a sum of control points whose
-factors add up to p^i q^j in absolute value, and of rational nets k = i + j quotients are taken one
-after the other: it is wrong by at most 8 p^i q^j W^k ε, where W is the ratio of weights within the
-cell. All bounds are enlarged by these.
+times: the error of an average of two numbers is at most u times the average of their absolute
+values, so a control point after L halvings of degrees p and q is wrong by at most L (p + q) u M,
+where M is the largest distance of a control point from the origin; homogeneous control points by
+that times their weight, since |X| ≤ w M, so projected ones by twice that. ε = 4 (L + 2) (p + q + 2)
+u M covers this and the sums at the centre. A partial of order i in a and j in b is a sum of control
+points whose factors add up to p^i q^j in absolute value, and for rational nets k = i + j quotients
+follow one another: it is wrong by at most 8 p^i q^j W^k ε, where W is the ratio of weights within
+the cell. All bounds are enlarged by these.
 """
 
 import numpy as np
@@ -54,19 +54,19 @@ from service.engine.queries.net_bounds import (
 
 UNIT = float(np.finfo(np.float64).eps) / 2
 
-# Columns of a cell's model; vectors take three.
+# Columns of the model of a cell; a vector has three columns.
 CENTER, RADIUS, ERROR = 0, 3, 4
 TANGENT_A, TANGENT_B = 5, 8
 SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
 FORM_AA, FORM_AB, FORM_BB = 20, 21, 22
 """A · A, A · B, B · B."""
 REST, REST_LIFT = 23, 24
-"""How far S and n · S are from the model of second order; S_a and S_b, both together, are at most 3
-REST from its partials."""
+"""Largest differences of S, and of n · S, from the model of second order. The differences of S_a
+and S_b from its partials add up to at most 3 REST."""
 ROUND = 25
-"""Rounding of products with the model's vectors, 16 u times the sum of their lengths."""
+"""Rounding of products with the vectors of the model, 16 u times the sum of their lengths."""
 SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
-"""How far S_i · S_j + (S − c) · S_ij is from A_i · A_j within the cell."""
+"""Largest difference of S_i · S_j + (S − c) · S_ij from A_i · A_j within the cell."""
 BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
 """τ."""
 SLOPE_A, SLOPE_B = 32, 33
@@ -80,7 +80,7 @@ LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
 SIZE_A, SIZE_B = 42, 43
 """The greatest length of a row of control points, along a and along b."""
 STRAIN = 44
-"""REST / min(|A|, |B|): large in cells that are far from flat; 0 of curves."""
+"""REST / min(|A|, |B|): large in cells that are far from flat; 0 for curves."""
 COLUMNS = 45
 VECTORS = TANGENT_A, TANGENT_B, SECOND_AA, SECOND_AB, SECOND_BB, NORMAL
 """First columns of A, B, Q_aa, Q_ab, Q_bb and n."""
@@ -95,13 +95,14 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
         Over the cells.
     depth : ndarray of int, shape (K,)
-        How often each was halved.
+        Number of halvings of each cell.
     largest : float
         M.
 
     Notes
     -----
-    Within, cells are the last axis: operations on many short rows would take three times as long.
+    Inside this function cells are the last axis: operations on many short rows would take three
+    times as long.
     """
     (p, q), is_rational = (nets.shape[1] - 1, nets.shape[2] - 1), nets.shape[3] == 4
     nets = np.ascontiguousarray(nets.transpose(1, 2, 3, 0))
@@ -159,7 +160,7 @@ def _spreads(
     bends: list[FloatArray],
     wrong: list[FloatArray],
 ) -> list[FloatArray]:
-    """The rows of SPREAD; `long` and `bends` are lengths of A, B and Q, which are `wrong`."""
+    """The rows of SPREAD; `long` and `bends` are lengths of A, B and Q with errors `wrong`."""
     a, b, aa, ab, bb = (table[first : first + 3] for first in VECTORS[:5])
     tau = table[BEND_AA : BEND_BB + 1]
     rests = [
@@ -196,5 +197,5 @@ def _unit_normals(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _remainder(third: list[FloatArray], least: FloatArray) -> FloatArray:
-    """The rest of a model of second order: `least`, and a bound by the third partials."""
+    """The remainder of a model of second order: `least` plus a bound by the third partials."""
     return np.asarray(least + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)

@@ -1,11 +1,11 @@
 """A tree of cells of nets, which are halved where a query needs it; all queries share the tree.
 
 Cell k has columns in several arrays: its model (`cell_models`), its rectangle of parameters, its
-net and its children. The first cells are the whole nets. A cell is halved along the direction in
-which it is longer, or along both if neither is twice as long as the other, so that cells become
-about square on the surface, also at poles. All cells that a step of a query needs are halved
-together. The columns of a cell depend on its net and its rectangle alone, so responses do not
-depend on earlier requests.
+net and its children. The first cells are the nets. A cell is halved along the direction in which it
+is longer, or along both if neither is twice as long as the other, so that cells become about square
+on the surface, also at poles. All cells that a step of a query needs are halved together. The
+columns of a cell depend on its net and its rectangle alone, so responses do not depend on earlier
+requests.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,8 @@ from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
 DEEPEST = 96
-"""The most halvings of a cell. It is then at least 2^−48 wide and high: parameters are exact."""
+"""The most halvings of a cell. Such a cell is at least 2^−48 wide and high: parameters are
+exact."""
 
 SURE = 6
 """Below this number of halvings a cell that is not nearly flat counts as coarse (`is_coarse`)."""
@@ -35,7 +36,7 @@ degree 32 takes a millisecond; with low degrees the limit of pairs is reached fi
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The columns of every cell: a function of nets, halvings and the largest coordinate."""
+    """The columns of every cell, and the function that computes them."""
 
     models: Callable[[FloatArray, Ints, float], FloatArray]
     columns: int
@@ -122,7 +123,7 @@ class CellTree:
         self._child[self.first] = -1
 
     def halve_first(self, most: int, column: int, limit: float) -> None:
-        """Halves those first cells whose value in a column is above a limit, up to `most` cells."""
+        """Halves the first cells whose value in a column is above a limit, up to `most` cells."""
         while True:
             coarse = self.models[column, self.first] > limit
             if not coarse.any() or len(self.first) + 3 * np.count_nonzero(coarse) > most:
@@ -133,16 +134,16 @@ class CellTree:
 
     @property
     def is_full(self) -> bool:
-        """Whether no cells can be made any more."""
+        """Whether the tree is full, so that no cell can be halved."""
         return self.nbytes > MOST_BYTES
 
     def is_coarse(self, cells: Ints, strain: float) -> Bools:
-        """Which cells were halved less than `SURE` times, and are not nearly flat."""
+        """Which cells were halved fewer than `SURE` times and are not nearly flat."""
         coarse = self.models[columns.STRAIN].take(cells) > strain
         return np.asarray(coarse & (self._depth.take(cells) < SURE))
 
     def can_halve(self, cells: Ints) -> Bools:
-        """Which cells have children or may get some."""
+        """Which cells have children or can be halved."""
         if self.is_full or self.additions > MOST_ADDITIONS:
             return np.asarray(self._child[cells] >= 0)
         return np.asarray(self._depth[cells] < DEEPEST)
@@ -159,7 +160,7 @@ class CellTree:
         return self._child[cells][parents] + offset, parents
 
     def _point_sides(self, nets: FloatArray) -> Bools:
-        """Which sides are one point up to the rounding of weights, (4, K); for curves none."""
+        """Which sides are one point up to the rounding of weights, (4, K); false for curves."""
         if nets.shape[2] == 1:
             return np.zeros((4, len(nets)), bool)
         points = _points(nets)
@@ -168,7 +169,7 @@ class CellTree:
         return np.stack([(np.abs(s - s[:, :1]) <= near).all(axis=(1, 2)) for s in sides])
 
     def _halve(self, cells: Ints) -> None:
-        """Makes the children of cells that have none; those of a group are made together."""
+        """Halves the cells that have no children; cells of one group are halved together."""
         a, b = (self.models[size, cells] for size in self._table.sizes)
         along_a, along_b = 2 * a >= b, (2 * b > a) & (b > 0)
         self._children[cells] = np.where(along_a & along_b, 4, 2)
@@ -185,7 +186,7 @@ class CellTree:
                 self._add_children(group, Cells.joined(parts))
 
     def _add_children(self, group: int, halves: Cells) -> None:
-        """Children of cells of one group, those of each side by side."""
+        """Adds the children of cells of one group; children of one cell are consecutive."""
         parent = halves.parent
         depth = self._depth[parent] + self._children[parent] // 2
         run = self._append(group, halves.nets, depth)

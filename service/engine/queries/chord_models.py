@@ -1,8 +1,7 @@
-"""Cells as quadrilaterals for winding numbers, and what their sides are beside chords.
+"""Cells as quadrilaterals for winding numbers, and the areas between their sides and chords.
 
-Each cell has a ball that holds its control points, its corners, and the sum over its sides of
-
-    A = ω³ n h Σ_i δ_i / (n + 1)
+Each cell has a ball that contains its control points, its corners, and the sum over its sides of A
+= ω³ n h Σ_i δ_i / (n + 1)
 
 by which the theorem of `winding` bounds the error of the solid angle of two triangles.
 """
@@ -14,8 +13,8 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import Table
 
 SIZE_A, SIZE_B, AREA, SPREAD, CORNERS, COLUMNS = 5, 6, 7, 8, 9, 21
-"""Columns of `chord_models` behind ball and error: lengths along a and b, Σ A without g, what g is
-multiplied by, and the corners in the order of the border."""
+"""Columns of `chord_models` after ball and error: lengths along a and b, Σ A without g, the factor
+of g, and the corners in the order of the border."""
 
 
 def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
@@ -23,7 +22,7 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     p, q = nets.shape[1] - 1, nets.shape[2] - 1
     points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
     table = np.empty((COLUMNS, len(nets)))
-    # As in `cell_models`, which has the proof; it may be wrong on both sides of an edge.
+    # As in `cell_models`, which has the proof; twice, for the two cells beside an edge.
     error = 4 * columns.UNIT * largest * (depth + 2) * (p + q + 2)
     corners = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
     center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
@@ -65,5 +64,5 @@ def _lens_areas(
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Over the last axis, of length 3, term by term."""
+    """Scalar products over the last axis, of length 3, term by term."""
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])

@@ -1,18 +1,18 @@
-"""Closest points of a surface to points, each with an interval that holds the distance.
+"""Closest points of a surface to points, each with an interval that contains the distance.
 
-The search treats all points and all patches together, level by level, and looks at each pair of a
-point and a cell of a patch (`cells`) once. A pair ends where the cell is farther than a point of
-the surface that was found already, where it has no minimum of its patch, or where its minimum is
-settled (`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds
-the minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
+The search treats all points and all patches together, level by level, and examines each pair of a
+point and a cell of a patch (`cells`) once. A pair ends if the cell is farther than a point of the
+surface that is already known, if it has no minimum of its patch, or if its minimum is settled
+(`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds the
+minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
 wider than the tolerance, and the cell is halved again. `closest_levels` does this.
 
 The interval of a point begins with the least lower bound of all its pairs that were not proved to
-be farther, and ends with the distance of the point that was found. The work of a point is limited:
-when the limit is reached, the bounds of the remaining pairs are included in the interval.
+be farther, and ends with the distance of the reported point. The work of a point is limited: when
+the limit is reached, the bounds of the remaining pairs are included in the interval.
 
-Most points need 20 to 70 pairs to be looked at closely; near the centre of a sphere one needs
-25,000. So the points of a request share a number of pairs (`MOST_CLOSE`, `shares`).
+Most points need the bounds of 20 to 70 pairs; a point near the centre of a sphere needs 25,000. So
+the points of a request share a number of pairs (`MOST_CLOSE`, `shares`).
 """
 
 from collections.abc import Iterator
@@ -30,12 +30,12 @@ from service.engine.queries.patch_tree import FREE, ROOM, PatchTree
 from service.engine.queries.shares import Share
 
 CHUNK, FEWEST = 8192, 16
-"""Points that are looked at together: what is computed of them stays in a processor's cache. Fewer
-where their cells take much memory."""
+"""The most and the fewest points that are searched together: 8192, so that their numbers stay in
+the processor's cache, and fewer if their cells take much memory."""
 
 MOST_CLOSE = 12_000_000
-"""Pairs that are looked at closely for all points of a request. One takes 1 to 2.5 µs, so that the
-response comes within half a minute."""
+"""The most pairs whose bounds are computed in a request. A pair takes 1 to 2.5 µs, so the response
+comes within half a minute."""
 
 
 class ClosestSearch:
@@ -45,7 +45,7 @@ class ClosestSearch:
     ----------
     nets : QueryNets
     tolerance : float
-        How wide intervals may be, in the coordinates of the nets.
+        The largest width of intervals, in the coordinates of the nets.
     """
 
     def __init__(self, nets: QueryNets, tolerance: float) -> None:
@@ -62,7 +62,7 @@ class ClosestSearch:
         )
 
     def _chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
-        """Closest points by chunks, which share `pairs` pairs to be looked at closely."""
+        """Closest points by chunks, which share `pairs` pairs."""
         first, size, in_tree = 0, CHUNK, ROOM
         while first < len(points):
             checkpoint()
@@ -76,7 +76,7 @@ class ClosestSearch:
             result = chunk.search()
             pairs -= int(shared.spent.sum())
             if result is None or (size > FEWEST and (chunk.is_crowded or self.cells.is_full)):
-                # The pairs and cells of fewer points take less memory.
+                # Fewer points have fewer pairs and cells, which take less memory.
                 size = max(1, min(size, len(chunk_points)) // 4)
             else:
                 yield result

@@ -1,8 +1,8 @@
-"""The search for the closest points to some points, level by level; `closest` says what it proves.
+"""The search for the closest points to some points, level by level; `closest` states its result.
 
-A pair of a point and a cell is open until the cell is farther than a point of the surface that was
-found, has no minimum of its patch, or is settled; the minima of settled cells are looked for by
-Newton's method, the nearest first, which shows that most of the others are farther.
+A pair of a point and a cell is open until the cell is farther than a known point of the surface,
+has no minimum of its patch, or is settled. Newton's method computes the minima of settled cells,
+the nearest first, which shows that most of the others are farther.
 """
 
 from collections.abc import Sequence
@@ -21,26 +21,27 @@ from service.engine.queries.patch_tree import PatchTree, sphere_bounds
 from service.engine.queries.shares import Share
 
 PAIRS = 1 << 13
-"""Pairs of a point and a cell that are looked at at a time."""
+"""Pairs of a point and a cell in one chunk."""
 
 MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
-"""Cells of one point that are open at a time: its budget; and of all points together."""
+"""The most cells that are open at a time: for one point, and for all points together."""
 
 ROUNDED, LEAST = 48 * 2.0**-53, 2.0**-36
-"""The least widths of intervals: in units of the distance, of which rounding leaves 14 to 40 units
-of 2⁻⁵³; and in the coordinates of the nets, where narrower minima are never settled."""
+"""The least widths of intervals. The first is relative to the distance: rounding alone makes
+intervals 14 to 40 units of 2⁻⁵³ wide. The second is in the coordinates of the nets: narrower minima
+are never settled."""
 
 COARSE = 0.2
-"""Strain of cells about which a close look says almost nothing, which are halved at once."""
+"""Strain above which a cell is halved at once, because its bounds would be too wide."""
 
 STEPS = 8
 """The most steps of Newton's method; then the cell is halved."""
 
 ENOUGH = 1 / 2
-"""Width of an interval at which a cell is not halved any more, in units of the tolerance."""
+"""Width of an interval, in units of the tolerance, at which a cell is no longer halved."""
 
 EXACT = 2.0**-40
-"""How far from the minimum, in the coordinates of the nets, Newton's method ends."""
+"""Distance from the minimum, in the coordinates of the nets, at which Newton's method ends."""
 
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
@@ -54,19 +55,17 @@ class ClosestLevels:
     patches : PatchTree
     points : ndarray of float64, shape (m, 3)
     share : Share
-        The pairs that may be looked at closely.
-    tolerance : float
-        How wide intervals may be.
+        The pairs whose bounds may be computed. tolerance : float How wide intervals may be.
     each : int
         The most pairs of one point in the tree of patches.
     can_split : bool
-        Whether to end as soon as too many pairs are open, for fewer points to be looked at. The
-        tree of patches ends for this even if not.
+        Whether to end as soon as too many pairs are open, so that the caller can split the points.
+        The tree of patches ends in this case even if false.
 
     Attributes
     ----------
     is_crowded : bool
-        Whether the search ended as too many pairs were open.
+        Whether the search ended because too many pairs were open.
     most_open : int
         The most pairs that were open at a time.
     in_tree : ndarray of int, shape (m,)
@@ -108,7 +107,7 @@ class ClosestLevels:
             checkpoint()
             next_pairs = [self.step(point, cell)]
             if sum(len(pairs[0]) for pairs in self.settled) >= len(next_pairs[0][0]):
-                # Minima are worth finding now: most open cells are farther.
+                # Minima are computed first, because they show that most open cells are farther.
                 next_pairs.append(self.polish())
             next_pairs.append(self.waiting)
             self.waiting = NO_PAIRS
@@ -116,7 +115,7 @@ class ClosestLevels:
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
-        """The pairs of the next level; those that are settled in this one are put aside."""
+        """The pairs of the next level; pairs that are settled on this level are stored."""
         low = np.empty(len(point))
         for part in row_slices(len(point), 1, PAIRS):
             model = self.cells.models[:5].take(cell[part], axis=1)
@@ -133,7 +132,7 @@ class ClosestLevels:
         return self.halve(point[rows], cell[rows], low[rows])
 
     def affordable(self, near: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
-        """The rows of `near` whose points go on; the other points wait, or end."""
+        """The rows of `near` whose points continue; the other points wait or end."""
         goes, ends = self.share.allot(np.bincount(point[near], minlength=self.x.shape[1]))
         if goes.all():
             return near
@@ -144,7 +143,7 @@ class ClosestLevels:
         return near[goes[point[near]]]
 
     def look(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
-        """Looks closely at pairs: which stay open, and squares of their lower bounds."""
+        """Computes bounds of pairs: which pairs stay open, and squares of their lower bounds."""
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
             self.cells.place.take(cell, axis=1),
@@ -178,11 +177,11 @@ class ClosestLevels:
         return point[parents], children
 
     def enough_at(self, distance: FloatArray) -> FloatArray:
-        """Widths of intervals that are enough at these distances."""
+        """Widths of intervals that are narrow enough at these distances."""
         return np.maximum(self.enough, ROUNDED * distance)
 
     def polish(self) -> tuple[Ints, Ints]:
-        """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
+        """Newton's method in settled cells, the nearest first; returns the pairs that stay open."""
         if not self.settled:
             return NO_PAIRS
         point = np.concatenate([point for point, _, _ in self.settled])
@@ -201,38 +200,40 @@ class ClosestLevels:
         return self.halve(point[rows], cell[rows], bounds.low[rows])
 
     def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
-        """Looks for the minima of settled pairs; which of them ended, with a good bound or none."""
+        """Computes the minima of settled pairs; returns which pairs ended."""
         ended = np.zeros(len(point), bool)
         rows, net, at = np.arange(len(point)), self.cells.net[cell], minima.start
         place = self.cells.place.take(cell, axis=1)
         errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
         x = self.x.take(point, axis=1)
-        for left in range(STEPS, 0, -1):
+        for remaining in range(STEPS, 0, -1):
             reached = measure_places(self.cells, net, place, at, x)
             wrong = errors[:2] * reached.distance + errors[2:] + 4 * UNIT * np.abs(reached.gradient)
             change = 2 * least_change(reached.gradient, minima.convexity, at)
             low = reached.low * reached.low + change - 4 * wrong.sum(axis=0) - minima.loss
             is_far = low > self.nearest.limit(point)
-            good = reached.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(reached.high)
-            if left > 1:  # one step more makes the place exact, to which distances are blind
-                good &= change >= -EXACT * EXACT
-            good &= ~is_far
-            done = np.flatnonzero(good | (left == 1))
-            self.nearest.add_places(point[done], net[done], reached.take(done))
-            self.nearest.end_cells(point[good], low[good])
-            good |= is_far
-            ended[rows[good]] = True
-            left_rows = np.flatnonzero(~good)
-            if left == 1 or not len(left_rows):
+            is_narrow = reached.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(reached.high)
+            if (
+                remaining > 1
+            ):  # one more step makes the place exact; the distance changes too little to show this
+                is_narrow &= change >= -EXACT * EXACT
+            is_narrow &= ~is_far
+            is_done = np.flatnonzero(is_narrow | (remaining == 1))
+            self.nearest.add_places(point[is_done], net[is_done], reached.take(is_done))
+            self.nearest.end_cells(point[is_narrow], low[is_narrow])
+            is_narrow |= is_far
+            ended[rows[is_narrow]] = True
+            remaining_rows = np.flatnonzero(~is_narrow)
+            if remaining == 1 or not len(remaining_rows):
                 break
-            at = reached.next(at, minima.sides).take(left_rows, axis=1)
+            at = reached.next(at, minima.sides).take(remaining_rows, axis=1)
             rows, net, point, minima = (
-                rows[left_rows],
-                net[left_rows],
-                point[left_rows],
-                minima.take(left_rows),
+                rows[remaining_rows],
+                net[remaining_rows],
+                point[remaining_rows],
+                minima.take(remaining_rows),
             )
-            place, errors, x = (each.take(left_rows, axis=1) for each in (place, errors, x))
+            place, errors, x = (each.take(remaining_rows, axis=1) for each in (place, errors, x))
         return ended
 
 

@@ -1,4 +1,4 @@
-"""Products of vectors that are columns, (3, N): numbers of many vectors side by side."""
+"""Products of vectors that are the columns of arrays (3, N)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-r"""What the model of a cell proves about its distance to a point.
+r"""Bounds of the distance of a cell to a point, proved from the model of the cell.
 
 For a point x let y = x − c, d = |y| and f = ½ |x − S|² on a cell, in its own parameters s = (a, b)
 in [−1, 1]². With the bounds of `cell_models`
@@ -11,25 +11,26 @@ in [−1, 1]². With the bounds of `cell_models`
 so that f_aa ≥ l_a, f_bb ≥ l_b and |f_ab| ≤ k over the cell.
 
 **Theorem 1 (no minimum).** If f_a > 0 over the closed cell and its side a = −1 is no side of the
-patch, no minimum of f over the patch lies in the cell. *Proof.* From any of its points the distance
-falls along −a, and one can go there within the patch. The same with −f_a and a = 1, and with b. The
-derivative is of one sign where |f_a| at the centre exceeds |f_aa| + |f_ab| ≤ |A · A − y · Q_aa| +
-E_aa + k. ∎
+patch, no minimum of f over the patch lies in the cell. *Proof.* At every point of the cell the
+distance falls along −a, and −a leads into the patch. The same with −f_a and a = 1, and with b. The
+derivative has one sign if |f_a| at the centre exceeds |f_aa| + |f_ab| ≤ |A · A − y · Q_aa| + E_aa +
+k. ∎
 
-**Theorem 2 (lower bound).** Let l_a, l_b > 0 and ω = 1 − k / √(l_a l_b); then
-f ≥ f(s₀) + Σ (g_i δ_i + ½ μ_i δ_i²) for s₀ and s₀ + δ in the cell, with the gradient g at s₀ and
-μ_i = ω l_i; otherwise with μ_i = l_i − k. Each term is a parabola in one variable, whose minimum
-over an interval is a closed form. *Proof.* By Taylor with the Hessian at a point between, and
-2 k |δ_a δ_b| ≤ k (t δ_a² + δ_b² / t) for every t > 0: for t = √(l_a / l_b), and for t = 1. ∎
+**Theorem 2 (lower bound).** Let l_a, l_b > 0 and ω = 1 − k / √(l_a l_b); then f ≥ f(s₀) + Σ (g_i
+δ_i + ½ μ_i δ_i²) for s₀ and s₀ + δ in the cell, with the gradient g at s₀ and μ_i = ω l_i;
+otherwise with μ_i = l_i − k. Each term is a parabola in one variable, whose minimum over an
+interval is a closed form. *Proof.* By Taylor with the Hessian at a point between, and 2 k |δ_a δ_b|
+≤ k (t δ_a² + δ_b² / t) for every t > 0: with t = √(l_a / l_b), and with t = 1. ∎
 
-**Theorem 3 (a side).** If f_a > 0 over the cell, its minimum lies on the side a = −1, and there
-f ≥ f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on this side. If this side is one point, its distance is the
-minimum. If f_b is of one sign too, the corner's is. *Proof.* Theorem 1 within the cell; Taylor
-along the side. ∎
+**Theorem 3 (a side).** If f_a > 0 over the cell, its minimum lies on the side a = −1, and there f ≥
+f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on this side. If this side is one point, its distance is the
+minimum. If f_b has one sign, too, the distance of the corner is the minimum. *Proof.* Theorem 1
+within the cell; Taylor along the side. ∎
 
-A cell is *settled* where one of these tells its minimum: μ_a, μ_b ≥ 0, or so little below, as where
-a patch is a line, that with |δ_i| ≤ 2 the loss of 2 |μ_i| is far below the tolerance; or one sign
-of f_a with l_b > 0, with a side that is a point, or with one sign of f_b.
+A cell is *settled* if one of these theorems gives its minimum. Either μ_a, μ_b ≥ 0, or they are so
+little below 0, for example where a patch is a line, that the loss of 2 |μ_i| (since |δ_i| ≤ 2) is
+far below the tolerance. Or f_a has one sign, and l_b > 0, or the side is a point, or f_b has one
+sign, too.
 
 **Rounding.** y, d and the dot products are wrong by at most 8 u times the products of lengths, and
 by what the errors of c and the partials add: f_a at the centre by SLOPE_a d + LEAST_a, where
@@ -51,22 +52,22 @@ SAFE = 1 + 64 * UNIT
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Minima:
-    """For N pairs of a point and a settled cell.
+    """The minima of N pairs of a point and a settled cell.
 
     Attributes
     ----------
     low : ndarray of float64, shape (N,)
         No point of the cell is nearer, as a squared distance.
     estimate : ndarray of float64, shape (N,)
-        The squared distance at the start, about.
+        Approximate squared distance at the start.
     start : ndarray of float64, shape (2, N)
-        Where the model of the cell is least, about.
+        Approximate place of the minimum of the model of the cell.
     sides : ndarray of float64, shape (2, N)
-        −1 or 1 where the minimum lies on this side of a or b, or 0.
+        −1 or 1 if the minimum lies on this side of a or b, else 0.
     convexity : ndarray of float64, shape (2, N)
         μ_a and μ_b; 0 where the distance along a side does not change.
     loss : ndarray of float64, shape (N,)
-        What is to be taken from squares of lower bounds, as μ may be a little below 0.
+        To be subtracted from squares of lower bounds, because μ may be a little below 0.
     """
 
     low: FloatArray
@@ -93,20 +94,20 @@ class Minima:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CellBounds:
-    """For N pairs of a point and a cell.
+    """The bounds of N pairs of a point and a cell.
 
     Attributes
     ----------
     low : ndarray of float64, shape (N,)
         No point of the cell is nearer, as a squared distance.
     empty, settled : ndarray of bool, shape (N,)
-        The cell has no minimum of its patch; it is settled, and not empty.
+        Whether the cell has no minimum of its patch; and whether it has one that is settled.
     squared : ndarray of float64, shape (N,)
         |y|².
     gradient, forms : ndarray of float64, shapes (2, N) and (3, N)
         f_a and f_b, and f_aa, f_ab and f_bb, at the centre.
     side : ndarray of float64, shape (2, N)
-        −1 or 1 where f_a or f_b is of one sign: the side to which the distance falls; or 0.
+        −1 or 1 if f_a or f_b has one sign: the side toward which the distance falls; else 0.
     straight, convexity : ndarray of float64, shape (2, N)
         l_a and l_b; μ_a and μ_b.
     """
@@ -152,8 +153,7 @@ def cell_bounds(
     place : ndarray of float64, shape (4, N)
         The rectangle of the cell: a side at 0 or 1 is a side of the patch.
     point : ndarray of bool, shape (4, N)
-        Which sides are one point.
-    x : ndarray of float64, shape (3, N)
+        Which sides are one point. x : ndarray of float64, shape (3, N)
     flattest : float
         Negative convexity up to which a cell is settled, in distances of the point.
     """
@@ -196,14 +196,14 @@ def cell_bounds(
 
 
 def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:
-    """Where quadratic models are least in [−1, 1]², about, on the sides that are given."""
+    """Approximate places of the minima of quadratic models in [−1, 1]², on the given sides."""
     (fa, fb), (faa, fab, fbb) = gradient, forms
     determinant = faa * fbb - fab * fab
     start = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
     a, b = sides
     alone = np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb])
     start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, alone, start))
-    # Beyond a side, the least is on it.
+    # A minimum outside of the square is replaced by the least on the nearest side.
     a, b = np.clip(start, -1.0, 1.0)
     beyond = np.abs(start) > 1
     alone = np.clip(np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb]), -1.0, 1.0)
@@ -212,7 +212,7 @@ def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -
 
 
 def _least(slope: FloatArray, mu: FloatArray, reach: FloatArray | float) -> FloatArray:
-    """Lower bound of g t + ½ μ t² for |t| ≤ reach and |g| ≤ slope, or of t of one sign."""
+    """Lower bound of g t + ½ μ t² for |t| ≤ reach and |g| ≤ slope."""
     inside = slope < mu * reach
     at_end = (0.5 * reach * mu - slope) * reach
     return np.where(inside, -0.5 * slope * slope / np.where(inside, mu, 1.0), at_end)
@@ -229,8 +229,8 @@ def least_change(gradient: FloatArray, mu: FloatArray, place: FloatArray) -> Flo
     Returns
     -------
     ndarray of float64, shape (N,)
-        At most 0. Where g is wrong by e, it is lower by at most 2 Σ e_i; rounding is as if g were
-        wrong by 4 u |g|.
+        At most 0. An error e of g lowers the bound by at most 2 Σ e_i; rounding acts like an error
+        of 4 u |g|.
     """
     reach = np.where(gradient > 0, 1.0 + place, 1.0 - place)
     return np.asarray(_least(np.abs(gradient), mu, reach).sum(axis=0))

@@ -2,21 +2,21 @@ r"""Cells along which a ray grazes the surface, touches it, or lies within it.
 
 Where the direction d of a ray is nearly tangent to a cell, it may meet the cell twice, or all along
 it, and `ray_bounds` settles nothing. With the unit normal n at the centre let w = d × n / |d × n|
-and z = d × w: w is across the ray and tangent, z is across the ray and almost n. Then
-P = w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, at t = T = d · (S − o). The
-partials of P at the centre are P_a = w · A and P_b = w · B; let x be that of a and b in which it is
-larger, y the other.
+and z = d × w: w is across the ray and tangent, z is across the ray and almost n. Then P = w · (S −
+o) and H = z · (S − o) vanish where the cell meets the ray, at t = T = d · (S − o). The partials of
+P at the centre are P_a = w · A and P_b = w · B; let x be the one of a and b with the larger
+partial, y the other.
 
 **Theorem 1 (no hit).** Where P = 0, x = x₀ + x₁ y + e with x₀ = −P(0, 0) / P_x, x₁ = −P_y / P_x and
-|e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So there is none if |x₀| > 1 + |x₁| + ε;
-and put into the model of H this gives
+|e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cell has no hit if |x₀| > 1 + |x₁| +
+ε. With this x the model of H becomes
 
     H = h₀ + h₁ y + h₂ y² ± δ,   h₀ = H(0, 0) + H_x x₀ + ½ H_xx x₀²,
     h₁ = H_x x₁ + H_y + H_xx x₀ x₁ + H_xy x₀,   h₂ = ½ H_xx x₁² + H_xy x₁ + ½ H_yy,
     δ = ε (|H_x| + |H_xx| (|x₀| + |x₁| + ½ ε) + |H_xy|) + REST_z
 
-and there is none if |h₀| > |h₁| + |h₂| + δ. REST_z = REST_LIFT + |d · n| REST, as z is in the plane
-of d and n and across d. ∎
+and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. REST_z = REST_LIFT + |d · n| REST, as z is in the
+plane of d and n and across d. ∎
 
 **Theorem 2 (a strip).** Let (T, P) be preconditioned by its partials M at the centre, and its
 partials be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Two points of the cell with P = 0 and
@@ -26,12 +26,13 @@ lie between the points at y = −1 and y = 1 of the curve P = 0, if these are in
 so m_y is its larger component. ∎ A point of the cell with |P| ≤ τ instead of 0 moves this by at
 most 2 |m'| / |m_y| τ, with m' = M⁻¹ (0, 1); `spread` is 4 times this quotient.
 
-Where |x₁| = |m_x / m_y| ≥ ½, x goes in one direction along the curve as well, and it may end at a
-side x = ±1 instead.
+If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and the strip may end at a side x =
+±1 instead.
 
-A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2: all of the curve
-P = 0 in it is then so near to the ray; but not if |h₁| > |h₀| + |h₂| + δ, or |h₁| > 2 (|h₂| + δ):
-then H changes its sign, or may in the next cell; smaller cells will be settled, or have no hit.
+A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2: all of the curve P =
+0 in it is then so near to the ray; but not if |h₁| > |h₀| + |h₂| + δ, or |h₁| > 2 (|h₂| + δ): then
+H changes its sign, or may change it in the next cell; smaller cells will be settled, or have no
+hit.
 
 **Rounding** is covered as in `ray_bounds`.
 """
@@ -82,7 +83,7 @@ class Strips:
     spread: FloatArray
 
     def take(self, rows: Ints | Bools) -> "Strips":
-        """Some of them."""
+        """The strips with these rows."""
         return Strips(*(getattr(self, name)[..., rows] for name in Strips.__slots__))
 
 
@@ -90,7 +91,7 @@ class Strips:
 def grazed_strips(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray, thickness: FloatArray
 ) -> tuple[Bools, Bools, Strips]:
-    """Which pairs have no hit, which are thin, and the strips of the latter.
+    """Which pairs have no hit, which are thin, and the strips of the thin pairs.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Halves of Bézier nets and of cells, and room for the nets of many cells."""
+"""Halves of Bézier nets and of cells, and growing arrays of the nets of many cells."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ class Cells:
     nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
         Over the cells.
     place : ndarray of float64, shape (4, K)
-        u₀, u₁, v₀, v₁ in the parameters of the whole net.
+        u₀, u₁, v₀, v₁ in the parameters of the net.
     point_sides : ndarray of bool, shape (4, K)
         Which of these sides are one point.
     parent : ndarray of int, shape (K,)
-        Number of the cell of which each is a part.
+        Number of the parent of each cell.
     """
 
     nets: FloatArray
@@ -30,7 +30,7 @@ class Cells:
     parent: Ints
 
     def halved(self, axes: Sequence[int]) -> "Cells":
-        """Halves along axes, 0 or 1 or both; those of a cell stand side by side."""
+        """Halves along axes, 0 or 1 or both; the halves of one cell are consecutive."""
         cells = self
         for axis in axes:
             nets = np.stack(halved(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
@@ -45,7 +45,7 @@ class Cells:
 
     @staticmethod
     def joined(parts: "Sequence[Cells]") -> "Cells":
-        """All of them, one after another."""
+        """The cells of all parts, one after another."""
         return Cells(
             np.concatenate([part.nets for part in parts]),
             np.concatenate([part.place for part in parts], axis=1),
@@ -55,13 +55,13 @@ class Cells:
 
 
 class NetSpace:
-    """The nets of cells of one degree, with room for more."""
+    """The nets of cells of one degree, in an array with spare rows."""
 
     def __init__(self, nets: FloatArray) -> None:
         self.nets, self.count = nets, len(nets)
 
     def append(self, nets: FloatArray) -> Ints:
-        """Adds nets; their rows."""
+        """Adds nets; returns their rows."""
         last = self.count + len(nets)
         if last > len(self.nets):
             grown = np.empty((max(last, 2 * len(self.nets)), *nets.shape[1:]))
@@ -76,8 +76,8 @@ class NetSpace:
 def halved(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
     """Nets (K, p+1, q+1, D) over the lower and the upper half of one direction, axis 1 or 2.
 
-    Averages of two neighbours at a time: other than a product of matrices, that gives the same bits
-    for a net wherever it stands in a batch.
+    Each step averages two neighbours. Unlike a product of matrices, this gives the same bits for a
+    net at every position of a batch.
     """
     rows = np.moveaxis(nets, axis, 0)
     n = len(rows) - 1

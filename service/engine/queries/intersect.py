@@ -1,4 +1,4 @@
-"""Hits of rays as columns: a row for every hit, in the order of rays and along each of them."""
+"""Hits of rays as columns: a row for each hit, ordered by ray and by position on the ray."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,17 +22,17 @@ NAMES = np.array([kind.name.lower() for kind in Kind])
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RayQuery:
-    """Rays, and which of their hits are asked for.
+    """Rays, and which of their hits the service shall report.
 
     Attributes
     ----------
     origins, directions : ndarray of float64, shape (m, 3)
         In model units; directions of any length but 0.
     only_first : bool
-        Whether the first hit of each ray is asked for, or all of them.
+        Whether to report only the first hit of each ray, or all hits.
     relative_thickness : float
-        How near to a ray a point of the surface may be taken for a hit, in diagonals of the box of
-        control points.
+        The largest distance from a ray at which a point of the surface may count as a hit, in
+        diagonals of the box of control points.
     """
 
     origins: FloatArray
@@ -47,17 +47,17 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     Returns
     -------
     dict of ndarray, or list
-        Of m rays: reached (m,), whether all hits are answered; counts (m,) of hits. Of n hits: ray
-        (n,), its number; t (n,), in units of the direction as it was given; t_bounds (n, 2), which
-        hold all points of the surface on the ray for which this hit stands; positions (n, 3); patch
-        (n,) and uv (n, 2), as of closest points; normals (n, 3); kind, a list of "crossing",
-        "touching" or "along"; entering, a list of True where the ray goes against the normal,
-        False, or None unless it crosses.
+        For m rays: reached (m,), whether all hits are reported; counts (m,) of hits. For n hits:
+        ray (n,), its number; t (n,), in units of the given direction; t_bounds (n, 2), which
+        contain all points of the surface on the ray that this hit represents; positions (n, 3);
+        patch (n,) and uv (n, 2), as for closest points; normals (n, 3); kind, a list of "crossing",
+        "touching" or "along"; entering, a list of True if the ray goes against the normal, False if
+        with it, or None unless it crosses.
 
     Raises
     ------
     TooLarge
-        `too_many_hits`, of more than `most_hits`.
+        `too_many_hits` for more than `most_hits`.
     """
     nets = surface_nets(model.batches)
     search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale)

@@ -1,4 +1,4 @@
-"""The nearest places that a search has found so far, and proved bounds of nearer ones."""
+"""The nearest places that a search knows, and proved bounds of nearer ones."""
 
 from dataclasses import dataclass
 
@@ -10,19 +10,20 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.newton import Place, measure_places
 
 TIED = 1 / 16
-"""Difference of distances up to which two places are as near, in units of the tolerance."""
+"""Difference of distances, in units of the tolerance, up to which two places count as equally
+near."""
 
 APART = 1e-3
-"""How far two places that are as near must be from each other, in units of the nets, to be two:
-about a minimum the distance changes little."""
+"""Least distance, in units of the nets, of two equally near places that count as two: near a
+minimum the distance changes little."""
 
 STEPS = 8
-"""Steps of Newton's method where no minimum was proved."""
+"""Steps of Newton's method if no minimum was proved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ClosestPoints:
-    """For m points, in the coordinates of the nets.
+    """The closest points to m points, in the coordinates of the nets.
 
     Attributes
     ----------
@@ -31,9 +32,9 @@ class ClosestPoints:
         In the parameters of the net.
     position : ndarray of float64, shape (m, 3)
     distance, low, high : ndarray of float64, shape (m,)
-        Of the position; and what holds the least distance of the surface.
+        Distance of the position, and an interval that contains the least distance of the surface.
     tied : ndarray of bool, shape (m,)
-        Whether another place may be as near.
+        Whether another place may be equally near.
     """
 
     net: Ints
@@ -59,20 +60,20 @@ class Nearest:
         self._cells, self._x, self._tolerance = cells, x, tolerance
         self.best = np.full(m, np.inf)
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
-        """The square of the distance of the nearest centre of a cell, and the cell."""
+        """The squared distance of the nearest centre of a cell, and the cell."""
         self._low = np.full(m, np.inf)
         self._places: list[tuple[Ints, Ints, Place]] = []
         self._left: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints) -> FloatArray:
-        """Square of the distance beyond which cells are of no interest to these points."""
+        """Squared distance beyond which cells cannot contain a closest point to these points."""
         reach = np.sqrt(self.best.take(point))
         reach += TIED * self._tolerance
         reach *= reach
         return np.asarray(reach)
 
     def add_centers(self, point: Ints, cell: Ints, upper: FloatArray) -> None:
-        """Takes the nearest centre of the cells of each point.
+        """Updates the nearest centre of a cell for each point.
 
         Pairs are in the order of points, `upper` are squares of distances.
         """
@@ -90,16 +91,16 @@ class Nearest:
             self._center_cell[who] = cell[hit]
 
     def add_places(self, point: Ints, net: Ints, places: Place) -> None:
-        """Takes points of the surface."""
+        """Records points of the surface."""
         np.minimum.at(self.best, point, places.high * places.high)
         self._places.append((point, net, places))
 
     def end_cells(self, point: Ints, low: FloatArray) -> None:
-        """Cells end with bounds as squares, their minima being places."""
+        """Records squared lower bounds of cells whose minima are recorded as places."""
         np.minimum.at(self._low, point, low)
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
-        """Cells end as they are, with bounds as squares."""
+        """Records squared lower bounds of cells that are still open when the search ends."""
         self.end_cells(point, low)
         self._left.append((point, cell, low))
 
@@ -120,7 +121,7 @@ class Nearest:
         return ClosestPoints(net[chosen], place, position.T, distance, low, high, tied)
 
     def _descend(self) -> None:
-        """Newton's method from the nearest centre of a cell, where no place is as near."""
+        """Newton's method from the nearest centre of a cell, if no place is equally near."""
         reached = np.full(len(self.best), np.inf)
         for point, _, places in self._places:
             np.minimum.at(reached, point, places.high)
@@ -138,7 +139,7 @@ class Nearest:
         self.add_places(rows, net, nearest)
 
     def _choose(self, point: Ints, net: Ints, places: Place) -> Ints:
-        """Rows (m,) of the nearest places; of those as near up to rounding, the first."""
+        """Rows (m,) of the nearest places; the first one of several that are equally near."""
         least = np.full(len(self.best), np.inf)
         np.minimum.at(least, point, places.distance)
         most = least[point] + 4 * (places.high - places.distance)
@@ -150,7 +151,7 @@ class Nearest:
     def _ties(
         self, point: Ints, places: Place, position: FloatArray, distance: FloatArray
     ) -> Bools:
-        """Whether a place or an open cell away from the positions (3, m) is as near."""
+        """Whether a place or an open cell away from the positions (3, m) is equally near."""
         tied = np.zeros(len(distance), bool)
         away = places.position - position[:, point]
         near = places.distance <= distance[point] + TIED * self._tolerance

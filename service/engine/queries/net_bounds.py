@@ -1,15 +1,15 @@
-"""Partials at the centres of nets, and bounds of third partials over the whole of them.
+"""Partials at the centres of nets, and bounds of third partials over the nets.
 
-Nets are (p+1, q+1, 3 or 4, K), over cells a, b ∈ [−1, 1]²: an operation on many numbers side by
-side takes a third of the time of one on many short rows.
+Nets are (p+1, q+1, 3 or 4, K), over cells a, b ∈ [−1, 1]²: operations on long rows take a third of
+the time of operations on many short rows.
 
 Third partials of a polynomial net are Bézier nets, whose largest control vector bounds
 them. Of a rational net X / w with X taken about c, Leibniz' rule for X = w S gives
 
     |S_ij| ≤ (|X_ij| + Σ_{(k, l) ≠ 0} C(i, k) C(j, l) |w_kl| |S_{i−k, j−l}|) / min w
 
-one after the other, where every |·| on the right is a maximum over a net; |S| ≤ r is the greatest
-distance of a projected control point from c.
+in this order, where every |·| on the right is a maximum over a net; |S| ≤ r, the greatest distance
+of a projected control point from c.
 """
 
 from math import comb
@@ -77,7 +77,7 @@ def _factor(degree: int, order: int) -> float:
 
 
 def _differences(nets: FloatArray, order: int, axis: int) -> FloatArray:
-    """Differences along an axis; a single zero where the degree is too low."""
+    """Differences along an axis; a single zero if the degree is too low."""
     for _ in range(order):
         if nets.shape[axis] == 1:
             return np.zeros_like(nets)
@@ -86,7 +86,7 @@ def _differences(nets: FloatArray, order: int, axis: int) -> FloatArray:
 
 
 def _at_middle(rows: FloatArray) -> FloatArray:
-    """The value at ½ along the first axis, which goes away: a sum in one order."""
+    """The value at ½ along the first axis, which is removed; terms are added in a fixed order."""
     basis = bernstein(len(rows) - 1, [0.5])[0]
     value: FloatArray = basis[0] * rows[0]
     for share, row in zip(basis[1:].tolist(), rows[1:], strict=True):

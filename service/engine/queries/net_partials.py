@@ -1,4 +1,4 @@
-"""Points and partials of nets up to the second, or the first, at one place each."""
+"""Points and partials of nets up to the first or the second order, at one place each."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from service.bases.bernstein import bernstein
 from service.engine.queries.nets import QueryNets
 
 ROOM = 1 << 20
-"""Numbers of control nets that are gathered at a time."""
+"""Numbers of the control nets that are gathered at a time."""
 
 
 _CHOSEN = {
@@ -18,7 +18,7 @@ _CHOSEN = {
 
 
 def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) -> FloatArray:
-    """S, S_u, S_v, and S_uu, S_uv, S_vv, of nets at places of their own.
+    """S, S_u, S_v, and S_uu, S_uv, S_vv: row k is net `net[k]` at its place.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
 
     Notes
     -----
-    S is wrong by at most 4 (p + q + 2) u M: bases are sums of products that are not negative. A
-    partial of order i, j is wrong by p^i q^j times as much, of rational nets in each net's ratio of
-    weights.
+    S is wrong by at most 4 (p + q + 2) u M: bases are sums of products that are not negative. The
+    error of a partial of order i, j is p^i q^j times larger; for rational nets the ratio of weights
+    is another factor.
     """
     partials = np.empty((len(_CHOSEN[order][0]), 3, len(net)))
     for group in nets.groups:
@@ -56,7 +56,8 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
 def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
     m, rows, columns, width = nets.shape
     basis_u, basis_v = _bases(rows - 1, u, order), _bases(columns - 1, v, order)
-    # Two products for each net: many small ones cost more than what they multiply.
+    # Two products for each net, because the calls of many small products cost more than the
+    # arithmetic.
     lines = np.matmul(nets.reshape(m, rows, -1).transpose(0, 2, 1), basis_u.transpose(0, 2, 1))
     x = np.matmul(basis_v, lines.reshape(m, columns, -1)).reshape(m, order + 1, width, order + 1)
     # x[:, j, :, i] is the partial of order i in u and j in v.

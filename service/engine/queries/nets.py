@@ -1,14 +1,14 @@
-"""The patches of a model as tensor-product nets about a local origin, in a scale of their own.
+"""The patches of a model as tensor-product nets, relative to a local origin and scaled.
 
 Every query works on tensor-product Bézier nets over [0, 1]² whose coordinates are about 1:
 
     net = (P − origin) / scale,   scale a power of two, so that dividing is exact
 
 A rational net is homogeneous: (w x, w y, w z, w). A triangular patch becomes three nets without a
-singular point. The quadrilateral of a corner, the middles of its two sides and the centroid is
-s(a, b) = (1 − a)(1 − b) A + a (1 − b) B + b (1 − a) D + a b C, and S(s(a, b)) is a polynomial of
-degree (n, n): one argument of the blossom after the other is replaced by s(a, b), which multiplies
-by the Bernstein polynomials of degree (1, 1),
+singular point. The quadrilateral of a corner, the middles of its two sides and the centroid is s(a,
+b) = (1 − a)(1 − b) A + a (1 − b) B + b (1 − a) D + a b C, and S(s(a, b)) is a polynomial of degree
+(n, n): each argument of the blossom is replaced by s(a, b), one after another, which multiplies by
+the Bernstein polynomials of degree (1, 1),
 
     G_{m+1}[i, j] = Σ_{α, β ∈ {0, 1}} c_iα c_jβ G_m[i − α, j − β](corner αβ),
     c_i1 = i / (m + 1),  c_i0 = 1 − c_i1
@@ -54,7 +54,7 @@ class NetGroup:
     ----------
     nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
     first : int
-        Number of the first of them among all nets of a model.
+        Number of the first net of the group among all nets of a model.
     """
 
     nets: FloatArray
@@ -118,7 +118,7 @@ class QueryNets:
     corners : ndarray of float64, shape (N, 4, 2)
         Parameters (u, v) of the patch at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1).
     diagonal : float
-        Of the box of all control points, in model units.
+        Diagonal of the box of all control points, in model units.
     """
 
     groups: tuple[NetGroup, ...]
@@ -143,11 +143,11 @@ class QueryNets:
     def parameters(self, net: Ints, place: FloatArray) -> FloatArray:
         """Parameters (m, 2) of the patches at places (m, 2) of their nets.
 
-        Those of a tensor-product patch are the place itself, bit for bit.
+        On a tensor-product patch they equal the place bit for bit.
         """
         a, b = place.T[:, :, np.newaxis]
         lowest, right, left, far = self.corners[net].transpose(1, 0, 2)
-        # Both sums are exact where the corners are those of the unit square.
+        # Both sums are exact if the corners are those of the unit square.
         along = lowest + a * (right - lowest)
         parameters = along + b * (left - lowest) + a * b * (far - right - left + lowest)
         return np.asarray(np.clip(parameters, 0.0, 1.0))
@@ -156,8 +156,8 @@ class QueryNets:
 UNIT_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
 COLLAPSED_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 HIGHEST = 16
-"""Degree up to which triangles become quadrilaterals, which takes time as its fifth power; above,
-a triangle is one net of which the side b = 1 is a point."""
+"""Degree up to which triangles become quadrilaterals, which takes time like the fifth power of the
+degree. Above, a triangle is one net whose side b = 1 is a point."""
 
 
 def surface_nets(batches: Sequence[Patches]) -> QueryNets:

@@ -12,13 +12,13 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.net_partials import net_partials
 
 RIDGE = 2.0**-33
-"""The part of second derivatives that is added to them: where a patch is a line, the distance
-does not change in one direction, and Newton's method shall not go far along it."""
+"""The share of second derivatives that is added to them. Where a patch is a line, the distance does
+not change in one direction, and this keeps the steps of Newton's method small."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """Places of n cells, seen from one point x each.
+    """Places of n cells, each with a point x.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Place:
     gradient, forms : ndarray of float64, shapes (2, n) and (3, n)
         First and second partials of ½ |x − S|² in the parameters of the cell.
     distance, low, high : ndarray of float64, shape (n,)
-        |x − S| as computed, and what holds it.
+        |x − S| as computed, and bounds of the exact value.
     """
 
     place: FloatArray
@@ -41,17 +41,17 @@ class Place:
     high: FloatArray
 
     def take(self, rows: Ints) -> "Place":
-        """Some of them."""
+        """The places with these rows."""
         return Place(*(getattr(self, name).take(rows, axis=-1) for name in Place.__slots__))
 
     def replaced(self, by: "Place", where: Bools) -> "Place":
-        """These, but others (n,) where told."""
+        """These places, replaced by those of `by` where `where` (n,) is true."""
         names = Place.__slots__
         return Place(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
 
     @staticmethod
     def joined(places: Sequence["Place"]) -> "Place":
-        """All of them, one after another."""
+        """All places, one after another."""
         return Place(
             *(
                 np.concatenate([getattr(place, name) for place in places], axis=-1)
@@ -62,8 +62,8 @@ class Place:
     def next(self, at: FloatArray, sides: FloatArray) -> FloatArray:
         """Newton's next place (2, n) in the cells, from `at`, in [−1, 1]².
 
-        It keeps to a side of the cell on which it is where the distance falls beyond it, and to
-        those where `sides` (2, n) is not 0.
+        A place stays on a side of the cell if the distance falls beyond that side, or if `sides`
+        (2, n) names the side.
         """
         (fa, fb), (faa, fab, fbb) = self.gradient, self.forms
         ridge = RIDGE * (np.abs(faa) + np.abs(fbb))
@@ -82,7 +82,7 @@ class Place:
 def measure_places(
     cells: CellTree, net: Ints, rectangle: FloatArray, at: FloatArray, x: FloatArray
 ) -> Place:
-    """Places `at` (2, n) in [−1, 1]² of rectangles (4, n) of nets, seen from x (3, n)."""
+    """Places `at` (2, n) in [−1, 1]² of rectangles (4, n) of nets, with points x (3, n)."""
     low = rectangle[::2]
     half = (rectangle[1::2] - low) / 2
     place = low + half * (at + 1)

@@ -1,8 +1,8 @@
-"""A tree of spheres over the patches, so that a query need not look at all of 10,000 patches.
+"""A tree of spheres over the patches, so that a query need not examine all of 10,000 patches.
 
 Patches are put in the order of a space-filling curve through their centres (Morton), and every
-eight neighbours get one sphere, every eight of these another. The centre of a sphere is the centre
-of a patch in it, a point of the surface, so that one distance gives both bounds:
+eight neighbours get one sphere, every eight of these spheres another. The centre of a sphere is the
+centre of a patch in it, a point of the surface, so that one distance gives both bounds:
 
     d(x, c) − R ≤ d(x, S) ≤ d(x, c)
 
@@ -25,17 +25,18 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.ray_bounds import SAFE, Rays, sphere_misses
 
 FANOUT, FEW = 8, 24
-"""Members of a sphere; cells of the first level, at most."""
+"""The number of members of a sphere, and the most spheres on the first level."""
 
 PAIRS = 1 << 13
-"""Pairs of a ray and a sphere that are looked at at a time."""
+"""Pairs of a ray and a sphere in one chunk."""
 
 MOST_SPHERES = 1 << 18
-"""Pairs with spheres that are open at a time, of several points or rays."""
+"""The most pairs with spheres that are open at a time for several points or rays."""
 
 ROOM, FREE = 4_000_000, 128
-"""Pairs that the tree leaves for all points or rays of a request; of each of them these do not
-count. One takes some 2 µs. Points and rays for which it leaves too many end in the tree."""
+"""The most pairs that the tree leaves for all points or rays of a request, and the pairs of each
+point or ray that do not count. A pair takes some 2 µs. Points and rays for which the tree leaves
+too many pairs end in the tree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,10 +47,10 @@ class Candidates:
     ----------
     point, cell : ndarray of int, shape (N,)
     ended : list of (point, cell, low, upper)
-        For points with too many pairs: spheres, as the cells in their middles, with squared bounds
-        of the distances to all in a sphere and to its centre.
+        For points with too many pairs: spheres, given by the cells in their middles, with squared
+        bounds of the distances to all members of a sphere and to its centre.
     widest : int
-        The most pairs at a level above the last one.
+        The most pairs on a level above the last one.
     """
 
     point: Ints
@@ -59,16 +60,16 @@ class Candidates:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Met:
+class RayCandidates:
     """Pairs of a ray and a cell that it may meet, in the order of rays.
 
     Attributes
     ----------
     ray, cell : ndarray of int, shape (N,)
     ends : ndarray of bool, shape (m,)
-        Rays with too many pairs, which have none here.
+        Rays with too many pairs, whose pairs are omitted.
     widest : int
-        As of `Candidates`.
+        The most pairs on a level above the last one.
     """
 
     ray: Ints
@@ -86,10 +87,10 @@ class PatchTree:
     order : ndarray of int, shape (N,)
         The first cells along the curve.
     levels : list of ndarray of float64, shape (5, n)
-        Centre, radius and error of the spheres, the coarsest first. Sphere k of a level holds
-        spheres 8 k … 8 k + 7 of the next, those of the last level cells of the `order`.
+        Centre, radius and error of the spheres, the coarsest first. Sphere k of a level contains
+        spheres 8 k … 8 k + 7 of the next level, or cells of the `order` on the last level.
     middles : list of ndarray of int, shape (n,)
-        Level by level the cells whose centres are those of the spheres.
+        For each level the cells whose centres are the centres of the spheres.
     """
 
     def __init__(self, cells: CellTree, few: int = FEW) -> None:
@@ -100,7 +101,7 @@ class PatchTree:
         self.order, self.levels = cells.first[order], [level]
         self.middles = [self.order]
         while level.shape[1] > few:
-            level, middle = _over(level)
+            level, middle = _enclose(level)
             self.levels.insert(0, level)
             self.middles.insert(0, self.middles[0][middle])
 
@@ -135,14 +136,14 @@ class PatchTree:
             point, sphere = _members(point, sphere, self.levels[which + 1].shape[1])
         return Candidates(point, self.order[sphere], ended, widest)
 
-    def candidates_on(self, rays: Rays, each: int) -> Met | None:
+    def candidates_on(self, rays: Rays, each: int) -> RayCandidates | None:
         """Pairs of a ray and a cell that it may meet, in the order of rays.
 
         None if several rays have more than `MOST_SPHERES` pairs together at a level. Rays that have
         more than `each` pairs at a level end there.
         """
         m = len(rays.near)
-        ray, sphere = _met_spheres(self.levels[0], rays)
+        ray, sphere = _find_met_spheres(self.levels[0], rays)
         ends: Bools = np.zeros(m, bool)
         widest = 0
         for level in self.levels[1:]:
@@ -160,7 +161,7 @@ class PatchTree:
                 spheres, farthest = level.take(sphere[rows], axis=1), np.array(np.inf)
                 meets[rows] = ~sphere_misses(spheres, rays, ray[rows], farthest)[0]
             ray, sphere = ray[meets], sphere[meets]
-        return Met(ray, self.order[sphere], ends, widest)
+        return RayCandidates(ray, self.order[sphere], ends, widest)
 
 
 def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -188,11 +189,11 @@ def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, Float
     return low, distance
 
 
-def _met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
+def _find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
     """Pairs of a ray and one of n spheres that it may meet, in the order of rays.
 
-    All n m pairs are looked at without gathering: |g|² − (g · d)² is the square of the distance, up
-    to 16 u |g|².
+    All n m pairs are tested without gathering: |g|² − (g · d)² is the square of the distance, up to
+    16 u |g|².
     """
     pairs = []
     center, radius = spheres[:3, np.newaxis], spheres[3]
@@ -216,14 +217,14 @@ def _met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
 
 
 def _members(who: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
-    """Pairs with each of the members of a sphere, which are `count` in all."""
+    """Pairs with each of the members of a sphere; the level of the members has `count` spheres."""
     sphere = (FANOUT * sphere[:, np.newaxis] + np.arange(FANOUT)).ravel()
     inside = sphere < count
     return np.repeat(who, FANOUT)[inside], sphere[inside]
 
 
-def _over(level: FloatArray) -> tuple[FloatArray, Ints]:
-    """The spheres over eight spheres each, and the sphere in the middle whose centre each has."""
+def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
+    """The spheres over eight spheres each, and the sphere in the middle, whose centre each has."""
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)
     which = np.minimum(starts + FANOUT // 2, count - 1)

@@ -1,4 +1,4 @@
-"""Closest points of surfaces and curves as columns: a row for every point that was asked about."""
+"""Closest points of surfaces and curves as columns: a row for each point of the query."""
 
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -30,21 +30,22 @@ RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, as a share of the diagonal."""
 
 ON_SIDE = 1e-12
-"""How far a parameter may be from the end of its patch for a place on the side of it."""
+"""The largest distance of a parameter from the end of its patch at which a place is on that
+side."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ProjectQuery:
-    """Points, and how narrow the intervals of their distances shall be.
+    """Points, and the largest width of the intervals of their distances.
 
     Attributes
     ----------
     points : ndarray of float64, shape (m, 3), or (m, 2) beside a curve in the plane
         Model units.
     relative_tolerance : float
-        How wide the intervals of distances may be, in diagonals of the box of control points.
+        The largest width of the intervals of distances, in diagonals of the box of control points.
     sign : bool
-        Whether to tell the inside of a surface from the outside.
+        Whether to compute which points are inside a closed surface.
     """
 
     points: FloatArray
@@ -58,11 +59,12 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     Returns
     -------
     dict of ndarray
-        positions (m, 3); distances (m,); distance_bounds (m, 2), which hold the least distance;
-        reached (m,), whether they are as narrow as asked; tied (m,), whether another place may be
-        as near; patch (m,), in the numbering of the request, unless the parameters tell it; uv
-        (m, 2), of the surface where it has a domain, else of the patch, (s, t) on triangles;
-        normals (m, 3); on_boundary (m,); signs (m,) if asked, NaN where they are not known.
+        positions (m, 3); distances (m,); distance_bounds (m, 2), which contain the least distance;
+        reached (m,), whether the bounds are as narrow as requested; tied (m,), whether another
+        place may be equally near; patch (m,), in the numbering of the request, unless the
+        parameters determine it; uv (m, 2), parameters of the surface if it has a domain, else of
+        the patch, (s, t) on triangles; normals (m, 3); on_boundary (m,); signs (m,) if requested,
+        NaN where they are uncertain.
     """
     nets = surface_nets(model.batches)
     near = nets.near_points(query.points)
@@ -84,7 +86,8 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
     Returns
     -------
     dict of ndarray
-        As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
+        The columns of a surface, with parameters (m,) in the domain of the curve in place of uv,
+        and unit tangents (m, d) in place of normals.
     """
     nets = curve_nets(pieces)
     near = nets.near_points(to_space(query.points))
@@ -97,13 +100,13 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
 
 
 def net_normals(nets: QueryNets, net: Ints, place: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) at places (m, 2) of nets, and where these are to be trusted (m,)."""
+    """Unit normals (m, 3) at places (m, 2) of nets, and whether they are precise (m,)."""
     _, du, dv = net_partials(nets, net, place.T, 1)
     return regular_normals(du.T, dv.T)
 
 
 def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) of partials (m, 3), and where these are to be trusted (m,)."""
+    """Unit normals (m, 3) of partials (m, 3), and whether they are precise (m,)."""
     normals = cross(du, dv)
     with np.errstate(all="ignore"):
         length = np.sqrt(dot(normals, normals))
@@ -114,9 +117,9 @@ def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
 def surface_columns(
     model: PatchModel, patch: Ints, local: FloatArray, regular: tuple[FloatArray, Bools]
 ) -> Columns:
-    """Number of the patch as the request has it, parameters of the surface, and unit normals.
+    """Patch numbers of the request, parameters of the surface, and unit normals.
 
-    `regular` are the normals where S_u × S_v is large enough, and where it is.
+    `regular` has the normals where S_u × S_v is large enough, and a mask of these places.
     """
     normals, is_regular = regular
     columns: Columns = {}
@@ -137,7 +140,7 @@ def surface_columns(
 
 
 def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
-    """Parameters of the surfaces of a model at places of its patches, and numbers of these."""
+    """Parameters and numbers of the surfaces of a model at places of its patches."""
     firsts = np.array([domain.first for domain in model.domains])
     order = np.argsort(firsts)
     number = order[np.searchsorted(firsts[order], patch, side="right") - 1]
@@ -172,7 +175,7 @@ def _closest(
 
 
 def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
-    """Whether places lie on a side of their patch that is no other side's edge."""
+    """Whether places lie on an open side of their patch."""
     is_open = (seams.users[seams.edge] == 1) & ~seams.collapsed
     u, v = local.T
     gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)

@@ -1,4 +1,4 @@
-r"""What the model of a cell proves about its points on a ray.
+r"""Bounds of the points of a cell on a ray, proved from the model of the cell.
 
 A ray is o + t d, |d| = 1, t ≥ near. A cell has the model (`cell_models`), in its own parameters
 s = (a, b) in [−1, 1]²,
@@ -9,8 +9,8 @@ With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functio
 
     G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
 
-vanish where S is on the line of the ray: X and Y are across d. κ are bounds of all that is behind
-the +, as k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb| + |X| REST, divided by |D|.
+vanish where S is on the line of the ray: X and Y are across d. The bounds k cover the terms in
+parentheses, as k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb| + |X| REST, divided by |D|.
 
 **Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, the cell does not meet the
 line of the ray; nor does it, if |g × d| > RADIUS; and it is behind the origin if g · d + RADIUS <
@@ -27,14 +27,14 @@ row at a time, G(s*) − G(s₀) = (I + N') (s* − s₀) with |N'| ≤ n, so I 
 within the cell, or |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, the cell meets the line.
 *Proof.* s − G(s) maps the square, or the cell, continuously into itself (Brouwer). ∎
 
-A cell is *settled* where ν ≤ `SETTLED`.
+A cell is *settled* if ν ≤ `SETTLED`.
 
 **Rounding.** X, Y and D stand for the exact products of the numbers A, B and d, so that X and Y are
 exactly across d. Each computed product is wrong by at most 8 u times the lengths of its factors:
-|B| ROUND covers all with Q_ij and A; and those with g, which is as wrong as o and d are, are
-covered by |B| `slack`. Of a ray that comes from far away, o is moved along it to the point nearest
-to the middle of the surface; the new ray is at most 4 u (|o| + |t|) from the old one, which slack
-contains.
+|B| ROUND covers the products with Q_ij and A; |B| `slack` covers the products with g, including the
+errors of o and d. If a ray begins far away, o is moved along the ray to the point nearest to the
+middle of the surface; the new ray is at most 4 u (|o| + |t|) from the old one, which the slack
+includes.
 """
 
 from collections.abc import Sequence
@@ -49,12 +49,12 @@ from service.engine.queries.column_vectors import cross, dot, length
 from service.engine.queries.nets import QueryNets
 
 SETTLED = 0.5
-"""ν of settled cells, at most: Newton's method finds their roots in few steps."""
+"""The largest ν of settled cells: Newton's method then finds their roots in few steps."""
 
 SAFE = 1 + 64 * UNIT
 
 WIDEST = 2.0**6
-"""How many times the slack of a ray its thickness is, at least."""
+"""The least quotient of the thickness and the slack of a ray."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,13 +64,13 @@ class Rays:
     Attributes
     ----------
     origin, direction : ndarray of float64, shape (3, m)
-        o, moved near to the nets, and d, of length 1.
+        o, moved near the nets, and d, of length 1.
     near : ndarray of float64, shape (m,)
-        t where the ray begins.
+        t at the beginning of the ray.
     slack : ndarray of float64, shape (m,)
-        How wrong points c − o are.
+        A bound of the errors of points c − o.
     thickness : ndarray of float64, shape (m,)
-        A point that is nearer than this may be taken for a hit.
+        A point that is nearer than this to the ray may count as a hit.
     """
 
     origin: FloatArray
@@ -88,7 +88,7 @@ class Rays:
 def local_rays(
     nets: QueryNets, origins: FloatArray, directions: FloatArray, thickness: float
 ) -> Rays:
-    """Rays (m, 3) of the model in the coordinates of its nets; the thickness is in these."""
+    """Rays (m, 3) of the model in the coordinates of its nets, like the thickness."""
     d = directions.T / np.abs(directions).max(axis=1)
     d = np.ascontiguousarray(d / np.sqrt(dot(d, d)))
     far = np.ascontiguousarray(nets.local(origins).T)
@@ -110,7 +110,7 @@ def sphere_misses(
         Centres and radii.
     ray : ndarray of int, shape (N,)
     farthest : ndarray of float64, shape (N,)
-        t beyond which nothing is looked for.
+        The largest t of interest.
     """
     g = spheres[:3] - rays.origin.take(ray, axis=1)
     d = rays.direction.take(ray, axis=1)
@@ -139,7 +139,7 @@ class RootBounds:
     contraction : ndarray of float64, shape (N,)
         ν.
     start : ndarray of float64, shape (2, N)
-        Where the model meets the line, about.
+        Approximate place where the model meets the line.
     exists : ndarray of bool, shape (N,)
         Whether there is a root (Theorem 3).
     """
@@ -158,7 +158,7 @@ class RootBounds:
 
     @staticmethod
     def joined(bounds: Sequence["RootBounds"]) -> "RootBounds":
-        """All of them, one after another."""
+        """The bounds of all parts, one after another."""
         names = RootBounds.__slots__
         return RootBounds(
             *(np.concatenate([getattr(part, name) for part in bounds], axis=-1) for name in names)
@@ -169,7 +169,7 @@ class RootBounds:
 def root_bounds(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray
 ) -> tuple[Bools, Bools, RootBounds]:
-    """Which pairs have no hit, which are settled, and the bounds of the latter.
+    """Which pairs have no hit, which are settled, and the bounds of the settled pairs.
 
     Parameters
     ----------

@@ -1,18 +1,18 @@
-"""Hits of rays, and what becomes of those that several cells report of one place.
+"""Hits of rays, and merging of hits that several cells report at one place.
 
-Every hit has an interval of t that holds all points of the surface on the ray for which it stands.
-Hits of one ray whose intervals overlap form a cluster: at one place of the ray, so at one place of
-space. In a cluster
+Every hit has an interval of t that contains all points of the surface on the ray that it
+represents. Hits of one ray whose intervals overlap form a cluster: at one place of the ray, so at
+one place of space. In a cluster
 
-- each hit that is proved is a crossing of its own (two of them are two sheets, or a surface that
-  meets itself there);
-- a place near the border of its cell that was not proved goes where one that is proved crosses in
-  the same direction; the others become one hit, a crossing if all are crossed in one direction, as
-  on a seam, else touching, as on a ridge;
-- strips and points become one hit: along where their interval is long and as near to the ray
-  everywhere, else touching; a crossing where all are points, as at a pole, of which the normals are
-  on one side. It takes near places at its ends; but right beside a proved crossing that is almost
-  tangent, a strip only makes its interval longer.
+- each proved hit is a separate crossing (two of them are two sheets, or a surface that meets itself
+  there);
+- a place near the border of its cell without a proof is dropped if a proved hit crosses in the same
+  direction; the other places become one hit, a crossing if the ray crosses at all of them in one
+  direction, as on a seam, else touching, as on a ridge;
+- strips and points become one hit: along if their interval is long and the distance from the ray is
+  nearly constant, else touching; or a crossing if all are points, as at a pole, and their normals
+  are on one side. This hit includes near places at its ends. But a strip beside a proved crossing
+  that is almost tangent only makes the interval of the crossing longer.
 """
 
 from collections.abc import Sequence
@@ -26,10 +26,10 @@ from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.ray_bounds import Rays
 
 LONG = 32
-"""Length from which a touching interval is called along, in units of √(thickness · diagonal)."""
+"""Least length of an interval that counts as along, in units of √(thickness · diagonal)."""
 
 EVEN = 1 / 64
-"""How much the distance of surface and ray may vary where these go along, in thicknesses."""
+"""The largest variation of the distance of surface and ray in a hit along, in thicknesses."""
 
 PAD = 1 / 8
 """Gap between strips of one place, in units of that length."""
@@ -39,7 +39,7 @@ TANGENT = 1e-3
 
 
 class Origin(IntEnum):
-    """How a hit was found: a root that was proved; a place near to the ray; a strip; a point."""
+    """The origin of a hit: a proved root, a place near the ray, a strip, or a point."""
 
     PROVED = 0
     NEAR = 1
@@ -48,7 +48,7 @@ class Origin(IntEnum):
 
 
 class Kind(IntEnum):
-    """How a ray meets the surface at a hit."""
+    """The kind of a hit."""
 
     CROSSING = 0
     TOUCHING = 1
@@ -69,7 +69,7 @@ class Hits:
     residual : ndarray of float64, shape (n,)
         Distance from the ray.
     origin : ndarray of int, shape (n,)
-        At first an `Origin`; of clusters a `Kind`.
+        An `Origin` before merging, a `Kind` after it.
     """
 
     ray: Ints
@@ -85,12 +85,12 @@ class Hits:
     origin: Ints
 
     def take(self, rows: Ints | Bools) -> "Hits":
-        """Some of them."""
+        """The hits with these rows."""
         return Hits(*(getattr(self, field.name)[..., rows] for field in fields(Hits)))
 
     @staticmethod
     def joined(parts: "Sequence[Hits]") -> "Hits":
-        """All of them, one after another."""
+        """The hits of all parts, one after another."""
         if not parts:
             three, none, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)
             places = np.zeros((2, 0)), three, three, three
@@ -100,9 +100,9 @@ class Hits:
         )
 
     def sines(self, direction: FloatArray) -> FloatArray:
-        """Sines of the angles of directions (3, n) with the surface; negative where it is entered.
+        """Sines of the angles of directions (3, n) with the surface.
 
-        0 where du × dv vanishes.
+        They are negative where the ray enters, and 0 where du × dv vanishes.
         """
         normal = cross(self.du, self.dv)
         length = np.sqrt(dot(normal, normal))
@@ -112,11 +112,11 @@ class Hits:
 def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     """One hit for each place, in the order of rays and of t; `origin` becomes the `Kind`.
 
-    `long` is the length of an interval from which on a hit is along. The place of an interval
-    that begins behind the origin of its ray is the first end of a strip that does not.
+    `long` is the least length of an interval of a hit along. If an interval begins behind the
+    origin of its ray, the hit is at the first end of a strip that is not behind it.
     """
     sines = hits.sines(rays.direction[:, hits.ray])
-    # Where a ray is almost tangent, the surface is near it before and after it is very near.
+    # If a ray is almost tangent, the surface is near the ray before and after the hit.
     pad = np.where(hits.origin == Origin.STRIP, PAD * long, 0.0)
     order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
@@ -138,10 +138,10 @@ def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
 
 
 def _clusters(hits: Hits, pad: FloatArray) -> Ints:
-    """Numbers (n,) of the clusters, of hits in the order of rays and of `low` − `pad`."""
+    """Numbers (n,) of the clusters of hits, which are ordered by ray and by `low` − `pad`."""
     low, high = hits.low - pad, hits.high + pad
     starts = np.diff(hits.ray, prepend=-1) != 0
-    # The running maximum of each ray: a number of the ray in front keeps rays apart.
+    # The running maximum for each ray: the ranks of different rays do not overlap.
     rank = np.lexsort((high, hits.ray))
     place = np.empty(len(rank), np.intp)
     place[rank] = np.arange(len(rank))
@@ -153,7 +153,7 @@ def _clusters(hits: Hits, pad: FloatArray) -> Ints:
 def _merge(
     hits: Hits, sines: FloatArray, limits: tuple[float, FloatArray, Bools], rows: Ints
 ) -> list[tuple[int, Kind]]:
-    """The hits that remain of a cluster, and what they are; intervals become those of all."""
+    """The remaining hits of a cluster, and their kinds; updates their intervals."""
     origin, t = hits.origin[rows], hits.t[rows]
     proved, near = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
     strips = rows[origin >= Origin.STRIP]
@@ -175,7 +175,7 @@ def _merge(
             chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
             crossings.append((_stand_for(hits, chosen, strips), Kind.ALONG))
         else:
-            # Strips right beside a crossing that is almost tangent belong to its interval.
+            # Strips beside a crossing that is almost tangent belong to its interval.
             strips = np.array([row for row in strips if not _joins(hits, row, flat)], np.intp)
             if len(strips):
                 ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
@@ -199,14 +199,14 @@ def _merge(
 
 
 def _stand_for(hits: Hits, chosen: np.intp, rows: Ints) -> int:
-    """The chosen hit, which now stands for all of some rows: its interval becomes theirs."""
+    """The chosen hit, whose interval now includes those of all `rows`."""
     low, high = hits.low[rows].min(), hits.high[rows].max()
     hits.low[chosen], hits.high[chosen] = low, high
     return int(chosen)
 
 
 def _joins(hits: Hits, strip: np.intp, flat: Ints) -> bool:
-    """Joins a strip to a crossing of `flat` that is no farther from it than it is long, if any."""
+    """Joins a strip to a crossing of `flat` whose distance is at most the length of the strip."""
     low, high = hits.low[strip], hits.high[strip]
     near = flat[np.maximum(low - hits.high[flat], hits.low[flat] - high) <= high - low]
     if len(near):
@@ -216,7 +216,10 @@ def _joins(hits: Hits, strip: np.intp, flat: Ints) -> bool:
 
 
 def _is_even(residuals: FloatArray, most: float) -> bool:
-    """Whether most ends of strips are as near to the ray: those at borders may be farther."""
+    """Whether most ends of strips have nearly the same distance from the ray.
+
+    At borders the distance may be larger.
+    """
     if not len(residuals):
         return False
     return bool(np.quantile(residuals, 0.75) - residuals.min() <= most)

@@ -1,7 +1,8 @@
 """The search for hits of some rays, level by level; `rays` states the theorem.
 
 A pair of a ray and a cell is open until its cell does not meet the ray, is settled, thin or small.
-Of first hits, the nearer cells of every ray come first: most others will be behind a hit.
+If only first hits are requested, the nearer cells of every ray come first: most other cells are
+behind a hit.
 """
 
 import numpy as np
@@ -29,27 +30,27 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 PAIRS = 1 << 13
-"""Pairs of a ray and a cell that are looked at at a time."""
+"""Pairs of a ray and a cell in one chunk."""
 
 MOST_PAIRS, MOST_OPEN = 4096, 1 << 18
-"""Cells of one ray that are open at a time: its budget; and of all rays together."""
+"""The most cells that are open at a time: for one ray, and for all rays together."""
 
 COARSE = SETTLED / 3
-"""Strain of cells in which no ray is settled, which are halved at once.
+"""Strain above which a cell is halved at once, because no ray in it is settled.
 
 By |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n|, ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|; and
 with Y, ν ≥ 3 REST / |B|.
 """
 
 SMALL = 1 / 8
-"""Radius of a cell that is a point, in units of the thickness."""
+"""The largest radius of a cell that counts as a point, in units of the thickness."""
 
 BEHIND = 4
-"""How far behind a crossing cells are still looked at, in units of the thickness."""
+"""Distance behind a crossing up to which cells are still examined, in units of the thickness."""
 
 TAIL = 1 / 4
-"""The second half of the first pairs of rays joins the search when the first half has left this
-part of its number open."""
+"""The farther half of the first pairs joins the search when only this share of the nearer half is
+open."""
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
@@ -70,9 +71,9 @@ class RayLevels:
     Attributes
     ----------
     reached : ndarray of bool, shape (m,)
-        Whether all hits of each ray are in what `search` returns.
+        Whether `search` returns all hits of each ray.
     is_crowded : bool
-        Whether the search ended as too many pairs were open.
+        Whether the search ended because too many pairs were open.
     most_open : int
         The most pairs that were open at a time.
     in_tree : ndarray of int, shape (m,)
@@ -124,7 +125,7 @@ class RayLevels:
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
     def halves(self, ray: Ints, cell: Ints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
-        """The first pairs: the nearer cells of each ray; the others, most of them behind a hit."""
+        """The first pairs in two halves: the nearer cells of each ray, and the farther cells."""
         if not self.only_first or not len(ray):
             return (ray, cell), NO_PAIRS
         center, radius = self.cells.models[:3, cell], self.cells.models[columns.RADIUS, cell]
@@ -135,7 +136,7 @@ class RayLevels:
         return (ray[is_near], cell[is_near]), (ray[~is_near], cell[~is_near])
 
     def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
-        """The pairs of the next level; those that are settled in this one are put aside."""
+        """The pairs of the next level; pairs that are settled on this level are stored."""
         self.waiting = NO_PAIRS
         keep, low = np.zeros(len(ray), bool), np.empty(len(ray))
         models, limit = self.cells.models, self.farthest[ray]
@@ -159,7 +160,7 @@ class RayLevels:
         return self.halve(*(np.concatenate(column) for column in zip(*left, strict=True)))
 
     def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
-        """The rows of `near` whose rays go on; the other rays wait, or end."""
+        """The rows of `near` whose rays continue; the other rays wait or end."""
         counts = np.bincount(ray[near], minlength=len(self.reached))
         goes, ends = self.share.allot(counts, self.is_later)
         self.reached &= ~ends
@@ -168,7 +169,7 @@ class RayLevels:
         return near[goes[ray[near]]]
 
     def look(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
-        """Looks closely at pairs; those that stay open."""
+        """Computes the bounds of pairs; returns those that stay open."""
         models, rays = self.cells.models, self.rays
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
         model = models[: columns.ROUND + 1].take(cell, axis=1)
@@ -190,7 +191,7 @@ class RayLevels:
         return ray[rows], cell[rows]
 
     def graze(self, ray: Ints, cell: Ints) -> Bools:
-        """Looks at pairs whose ray is almost tangent to the cell; which of them stay open."""
+        """Examines pairs whose ray is almost tangent to the cell; returns which stay open."""
         rays = self.rays
         model = self.cells.models.take(cell, axis=1)
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
@@ -204,7 +205,7 @@ class RayLevels:
         return left
 
     def shorten(self, ray: Ints, t: FloatArray) -> None:
-        """Nothing is looked for behind t, but for what meets at this place."""
+        """Ends the search behind t, except for other hits at the same place."""
         np.minimum.at(self.farthest, ray, t + BEHIND * self.rays.thickness[ray])
 
     def halve(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
@@ -226,7 +227,7 @@ class RayLevels:
         return ray[order][parents], children
 
     def polish(self) -> tuple[Ints, Ints]:
-        """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
+        """Newton's method in settled cells, the nearest first; returns the pairs that stay open."""
         if not self.settled:
             return NO_PAIRS
         ray, cell, low = (np.concatenate([pairs[k] for pairs in self.settled]) for k in range(3))

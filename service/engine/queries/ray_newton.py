@@ -59,7 +59,7 @@ class _RayPlaces:
     rounding: FloatArray
 
     def move(self, at: FloatArray, d: FloatArray) -> "_RayPlaces":
-        """Other places in these cells, so near that the tangent planes replace the surface."""
+        """Other places in these cells, so near that tangent planes replace the surface."""
         step = self.half * (at - self.at)
         way = step[0] * self.du + step[1] * self.dv
         place = np.clip(self.place + step, 0.0, 1.0)
@@ -98,7 +98,7 @@ def _evaluate_places(
 def find_roots(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, bounds: RootBounds
 ) -> tuple[Hits, Bools]:
-    """The hits of settled pairs, and which pairs are done; the others must be halved.
+    """The hits of settled pairs, and which pairs are done; the cells of others must be halved.
 
     A place counts as a hit if it is as near to the ray as rounding allows, or if it is within the
     thickness and Newton's method cannot come nearer inside the cell. A cell has no root if Theorem
@@ -127,7 +127,7 @@ def find_roots(
         near = exact | stuck & (seen.residual <= rays.thickness[ray[rows]])
         hit = np.flatnonzero(near & ~outside)
         if len(hit):
-            seen = seen.move(np.where(exact, new, seen.at), d)  # by steps as small as rounding
+            seen = seen.move(np.where(exact, new, seen.at), d)  # with steps of the size of rounding
             hit_rows = rows[hit]
             inside = (np.abs(seen.at[:, hit]) + reach[hit] <= 1).all(axis=0)
             model = cells.models[: columns.ROUND + 1, cell[hit_rows]]
@@ -198,10 +198,10 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
 
 @np.errstate(all="ignore")
 def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
-    """Merged hits; those along the surface, from before the origin of their ray, begin there.
+    """Merged hits; a hit along the surface that begins before the origin of its ray begins there.
 
-    The place is looked for from the next known one, by least squares. Where it is not found, the
-    hit keeps that one.
+    The search for that place begins at the nearest known place, by least squares. If it fails, the
+    hit keeps the known place.
     """
     rows = np.flatnonzero((hits.origin == Kind.ALONG) & (hits.low < rays.near[hits.ray]))
     if not len(rows):

@@ -1,22 +1,22 @@
-"""Where rays hit a surface, with a proof that no hit is missed.
+"""Hits of rays on a surface, with a proof that no hit is missed.
 
-All rays and all patches together, level by level: each pair of a ray and a cell of a patch
-(`cells`) is looked at once. A pair ends where the cell does not meet the ray, where it meets it at
-most once and Newton's method decides (`ray_bounds`), where the ray grazes it within the thickness
-(`grazing`), or where the cell is smaller than the thickness; otherwise its cell is halved. Where
-first hits are asked for, cells behind a proved hit end as well. `ray_levels` does this.
+The search treats all rays and all patches together, level by level, and examines each pair of a ray
+and a cell of a patch (`cells`) once. A pair ends if the cell does not meet the ray, if they meet at
+most once and Newton's method decides (`ray_bounds`), if the ray grazes the cell within the
+thickness (`grazing`), or if the cell is smaller than the thickness; otherwise its cell is halved.
+If only first hits are requested, cells behind a proved hit end, too. `ray_levels` does this.
 
-**Theorem.** Let τ be the thickness. Of a ray that is `reached`, every point of the surface on the
-ray has its t in the interval of a reported hit (of first hits: every point before the first
-crossing); and every reported position is a point of the surface nearer than τ to the ray. *Proof.*
-A pair is dropped only if its cell does not meet the ray (Theorems 1), or its place is behind the
-ray's origin by more than τ. A settled pair reports the one place where the cell meets the ray, in
-an interval that Theorem 2 of `ray_bounds` gives, or is outside by that theorem. A thin pair reports
-an interval that holds all of its hits by Theorem 2 of `grazing`, a small cell one that holds the
-whole cell. Merging only joins intervals. ∎
+**Theorem.** Let τ be the thickness. If a ray is `reached`, every point of the surface on the ray
+has its t in the interval of a reported hit (of first hits: every point before the first crossing);
+and every reported position is a point of the surface nearer than τ to the ray. *Proof.* A pair is
+dropped only if its cell does not meet the ray (Theorems 1), or its place is behind the ray's origin
+by more than τ. A settled pair reports the one place where the cell meets the ray, in an interval
+that Theorem 2 of `ray_bounds` gives, or is outside by that theorem. A thin pair reports an interval
+that contains all of its hits by Theorem 2 of `grazing`, a small cell an interval that contains the
+cell. Merging only joins intervals. ∎
 
-A hit that is proved is a crossing: there is such a point. A ray that comes nearer than τ to a
-border, an edge or a pole of the surface, or touches it so nearly, may count as a hit.
+A proved hit is a crossing: the point exists. If a ray comes nearer than τ to a border, an edge or a
+pole of the surface, or to touching the surface, a hit may be reported there.
 
 The work on a ray has a budget: if more cells are open, it ends, and `reached` is false.
 """
@@ -45,15 +45,16 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 FEWEST, CHUNK, MOST_RAYS = 16, 1 << 14, 1 << 16
-"""Rays that are searched together: `CHUNK` at first, fewer where their cells take much memory, and
-more where they do not."""
+"""Rays that are searched together: `CHUNK` at first, fewer if their cells take much memory, and
+more if they take little."""
 
 MOST_CLOSE = 8_000_000
-"""Pairs that are looked at closely for all rays of a request. Most rays need 10 to 40; a pair takes
-0.5 to 5 µs with the cells that are made for it, so that the answer comes within half a minute."""
+"""The most pairs whose bounds are computed in a request. Most rays need 10 to 40; a pair takes 0.5
+to 5 µs, including its new cells, so that the response comes within half a minute."""
 
 FEW, ROOM = 128, 1 << 16
-"""Cells at which every ray looks at once, but for models of more patches; numbers of their nets."""
+"""The most cells that are tested with every ray without a tree of patches, and the most numbers of
+their nets."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,9 +64,9 @@ class RayHits:
     Attributes
     ----------
     hits : Hits
-        In the order of rays and of t, which is measured from the origin that was asked for.
+        Ordered by ray and by t, which is measured from the origin in the request.
     sines : ndarray of float64, shape (n,)
-        Of the angles of rays and surface; negative where the surface is entered.
+        Sines of the angles of rays and surface; negative where the ray enters the surface.
     reached : ndarray of bool, shape (m,)
     """
 
@@ -75,7 +76,7 @@ class RayHits:
 
 
 class RaySearch:
-    """Finds where rays hit one surface.
+    """Finds the hits of rays on one surface.
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ class RaySearch:
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
     ) -> Iterator[RayHits]:
-        """Hits of rays (m, 3), some rays at a time; numbers of rays count all of them."""
+        """Hits of rays (m, 3), some rays at a time; ray numbers are those of the query."""
         rays = local_rays(self.cells.nets, origins, directions, self.thickness)
         first, size, pairs, self.in_tree = 0, CHUNK, MOST_CLOSE, 0
         while first < len(origins):
@@ -109,7 +110,7 @@ class RaySearch:
             result = self._search(chunk_rays, share, only_first=only_first, can_split=size > FEWEST)
             pairs -= int(share.spent.sum())
             if result is None:
-                # The pairs and cells of fewer rays find room.
+                # The pairs and cells of fewer rays take less memory.
                 size = max(1, min(size, len(chunk_rays.near)) // 4)
             else:
                 result.hits.ray[:] += first
@@ -122,14 +123,14 @@ class RaySearch:
     def _search(
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> RayHits | None:
-        """Hits of a few rays; None if their cells do not find room."""
+        """Hits of some rays; None if their cells take too much memory."""
         merged = self._merged(rays, share, only_first=only_first, can_split=can_split)
         if merged is None:
             return None
         hits, reached = merged
         if only_first:
             hits = _firsts(hits)
-            # An interval is answered whole, though a crossing may be within it.
+            # An interval is reported in full, although a crossing may be within it.
             rows = np.flatnonzero(hits.origin != Kind.CROSSING)
             which = hits.ray[rows]
             again = Share(share.pairs - int(share.spent.sum()), len(rows))
@@ -153,7 +154,7 @@ class RaySearch:
     def _merged(
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> tuple[Hits, Bools] | None:
-        """Hits of a few rays, one for each place, and which rays are reached."""
+        """Hits of some rays, one for each place, and which rays are reached."""
         levels = RayLevels(
             self.patches, rays, share, self.each, only_first=only_first, can_split=can_split
         )

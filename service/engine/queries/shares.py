@@ -1,11 +1,10 @@
-"""How much work each point of a query gets: its points share a number of pairs.
+"""The work for each point of a query: the points share a number of pairs.
 
-Some points need a thousand times as much work as others: seen from the centre of a sphere all of it
-is as near. Points that would take more than their part wait until those that need less have ended,
-and what these leave is shared again. At last, when only such points are left, those that took least
-go on while it lasts; the others end as they are, with wider intervals.
-
-Pairs are counted, not seconds: the same request gets the same answer.
+Some points need a thousand times more work than others: at the centre of a sphere all its points
+are equally near. Points that need more than their share wait until the others have ended; the pairs
+that these did not use are then shared again. When only such points are left, those that used the
+fewest pairs continue while pairs are left. The others end with wider intervals. The budget counts
+pairs and not seconds, so that the same request gets the same response.
 """
 
 import numpy as np
@@ -14,19 +13,19 @@ from service.bases.arrays import Bools, Ints
 
 
 class Share:
-    """The pairs that m points together may spend.
+    """The budget of pairs of m points.
 
     Parameters
     ----------
     pairs : int
-        Pairs of a point and a cell that may be looked at.
+        Pairs of a point and a cell whose bounds may be computed.
     points : int
         m.
 
     Attributes
     ----------
     spent : ndarray of int, shape (m,)
-        Pairs of each point that were looked at.
+        Pairs that each point has used.
     """
 
     def __init__(self, pairs: int, points: int) -> None:
@@ -34,14 +33,14 @@ class Share:
         self.spent = np.zeros(points, np.intp)
 
     def allot(self, counts: Ints, is_later: Bools | None = None) -> tuple[Bools, Bools]:
-        """Which points go on, and which end; the others wait.
+        """Which points continue, and which end; the others wait.
 
         Parameters
         ----------
         counts : ndarray of int, shape (m,)
-            Pairs that each would look at next.
+            Pairs that each point needs next.
         is_later : ndarray of bool, shape (m,), optional
-            Points that will look at more pairs than these, later. The others end with `counts` 0.
+            Points that will need more pairs later. Other points with `counts` 0 end.
         """
         is_next = counts > 0
         is_open = is_next if is_later is None else is_next | is_later

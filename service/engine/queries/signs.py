@@ -1,8 +1,8 @@
-"""On which side of a closed surface points are.
+"""The side of a closed surface on which points are.
 
-A surface is closed if its patches pass along each edge as often in one direction as in the other
-(`service.engine.mesh.orientation`): then it winds around every point a whole number of times
-(`winding`), up to gaps as small as rounding.
+A surface is closed if its patches pass along each edge equally often in both directions
+(`service.engine.mesh.orientation`): then its winding number around every point is an integer
+(`winding`), up to gaps of the size of rounding.
 """
 
 import numpy as np
@@ -30,8 +30,8 @@ def compute_signs(
 ) -> FloatArray:
     """Signs (m,) of points: −1 inside, +1 outside, NaN if the side is unknown.
 
-    A point is inside if the winding number is not 0, whichever way the normals point. All sides are
-    unknown if the surface is open.
+    A point is inside if the winding number is not 0, for both directions of the normals. All sides
+    are unknown if the surface is open.
 
     Parameters
     ----------

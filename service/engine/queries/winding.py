@@ -1,11 +1,12 @@
-r"""How often a closed surface winds round points, with a proof: +1 inside, 0 outside.
+r"""Winding numbers of a closed surface about points, with a proof: +1 inside, 0 outside.
 
-The winding number of a closed surface that winds outwards (du × dv points out) is
+The winding number of a closed surface whose normals du × dv point outwards is
 
-    w(x) = (1 / 4π) Σ Ω(cell, x),  a whole number for every x that is not on the surface,
+    w(x) = (1 / 4π) Σ Ω(cell, x),
 
-where Ω is the signed solid angle of a cell. For a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be
-that of the triangles (c₀₀, c₁₀, c₁₁) and (c₀₀, c₁₁, c₀₁).
+an integer for every x that is not on the surface, where Ω is the signed solid angle of a cell. For
+a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be the solid angle of the triangles (c₀₀, c₁₀, c₁₁)
+and (c₀₀, c₁₁, c₀₁).
 
 **Theorem.** Let x lie outside a ball that holds the control points of the cell, at a distance r
 from it. Of each side with control points P_0 … P_n let δ_i be the distance of P_i from the chord, ω
@@ -16,21 +17,22 @@ the ratio of the greatest weight to the least, and h the longest step from a P_i
 *Proof.* Cell and triangles lie in the ball, so that any two surfaces within it with the same border
 have the same solid angle: no path from one to the other passes x. Their borders differ by four
 lenses between a side and its chord, and |Ω(lens)| ≤ area / r². Let each P_i move along a straight
-line to its nearest point of the chord, of which the steps are no longer: the curve sweeps the lens.
-Its points move by at most Σ R_i δ_i with the rational basis R_i ≤ ω B_i, and along the curve the
-derivative is at most ω² n h (Floater 1992), so that the area is at most the integral over t of
-ω³ n h Σ B_i δ_i, of which each ∫ B_i is 1 / (n + 1). ∎
+line to its nearest point of the chord, so that no step from P_i to the next becomes longer: the
+curve sweeps the lens. Its points move by at most Σ R_i δ_i with the rational basis R_i ≤ ω B_i, and
+along the curve the derivative is at most ω² n h (Floater 1992), so that the area is at most the
+integral over t of ω³ n h Σ B_i δ_i, of which each ∫ B_i is 1 / (n + 1). ∎
 
-Sides that are one edge of the model may differ by rounding, and by how far points were moved to
-join borders: with g for both, g is added to each δ_i for the strips that close the gap.
+Sides that are one edge of the model may differ by rounding, and by the movement of points that
+joined the borders. With a bound g of both, g is added to each δ_i for the strips that close the
+gap.
 
-Cells are halved until the sum of these bounds is less than 2π: the whole number nearest to the
-sum of angles is then w. Near the surface, at a distance d, the bounds of cells as large as d fall
-with d, so that each level adds only some cells.
+Cells are halved until the sum of these bounds is less than 2π: then w is the integer nearest to the
+sum of angles. At a distance d from the surface, the bounds of cells of size d decrease with d, so
+that each level adds only some cells.
 
-A point within the ball about x that holds no point of the surface has the same w. So x is replaced
-by the nearest point of a grid as fine as needed, and many points by one. Points outside the box of
-all control points have w = 0.
+If a ball about x contains no point of the surface, all its points have the same w. So x is replaced
+by the nearest point of a sufficiently fine grid, and one grid point replaces many points. Points
+outside the box of all control points have w = 0.
 
 References
 ----------
@@ -53,33 +55,36 @@ ROOM = 0.95 * 2 * pi
 """The largest sum of bounds of solid angles."""
 
 SMALL = (2.0**-4, 2.0**-7, 2.0**-10)
-"""Bounds at which cells are not halved: with one after the other, until all of them add up to less
-than `ROOM`."""
+"""Bounds below which cells are not halved: the search tries one after another, until the sum of all
+bounds is less than `ROOM`."""
 
 ROUNDING = 1e-6
-"""A bound of the error of sums of solid angles: each angle is wrong by at most some 1e-13."""
+"""A bound of the error of sums of solid angles: the error of an angle is at most some 1e-13."""
 
 CLEAR = 0.1
-"""How far outside the ball of a cell x must be, in radii, for the solid angle to be computed."""
+"""The least distance of x from the ball of a cell, in radii, at which the solid angle is
+computed."""
 
 PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 20_000_000, 1 << 14
-"""Pairs of a point and a cell: at a time; of a request, 20 to 35 s; of one point on one level."""
+"""The most pairs of a point and a cell: in one chunk; in a request, which take 20 to 35 s; and of
+one point on one level."""
 
 FEWEST = 1
-"""Points that are looked at together, at least."""
+"""The fewest points that are searched together."""
 
 
 def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float) -> FloatArray:
-    """Winding numbers (m,) of points x (m, 3); NaN where they are not known.
+    """Winding numbers (m,) of points x (m, 3); NaN where they are uncertain.
 
     Parameters
     ----------
     cells : CellTree
-        Of the nets of a closed surface, in whose coordinates x is, with the table `CHORDS`.
+        The cells of the nets of a closed surface, with the table `CHORDS`; x is in the coordinates
+        of these nets.
     low : ndarray of float64, shape (m,)
         Lower bounds of the distances to the surface.
     gap : float
-        How far sides that are one edge may be apart.
+        The largest distance between two sides that are one edge.
     """
     lowest, highest = cells.box
     is_inside = ((x >= lowest) & (x <= highest)).all(axis=1)
@@ -104,7 +109,7 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
                 break
         if cells.is_full and size > FEWEST:
             distinct_numbers[inner[first : first + size]] = np.nan
-            size = min(size, len(inner) - first) // 4  # the cells of fewer points find room
+            size = min(size, len(inner) - first) // 4  # the cells of fewer points take less memory
         else:
             first += size
         cells.drop_if_large()
@@ -113,8 +118,8 @@ def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float)
 
 
 def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
-    """For each point one of a cubic grid that is nearer to it than half of `low`."""
-    _, exponent = np.frexp(0.57 * low)  # half a diagonal of the grid's cells is √3 / 2 of a side
+    """For each point a point of a cubic grid that is nearer than half of `low`."""
+    _, exponent = np.frexp(0.57 * low)  # half of a diagonal of a grid cell is √3 / 2 of its side
     step = np.ldexp(1.0, exponent - 1)[:, np.newaxis]
     return np.asarray(np.rint(x / step) * step + 0.0)
 
@@ -147,10 +152,10 @@ class _Chunk:
         m = self.x.shape[1]
         angle, bound = self.angles(point, cell)
         ends = self.bound + np.bincount(point, bound, m) <= ROOM
-        good = (bound <= self.small) | ends[point]
-        self.angle += np.bincount(point[good], angle[good], m)
-        self.bound += np.bincount(point[good], bound[good], m)
-        point, cell = point[~good], cell[~good]
+        is_precise = (bound <= self.small) | ends[point]
+        self.angle += np.bincount(point[is_precise], angle[is_precise], m)
+        self.bound += np.bincount(point[is_precise], bound[is_precise], m)
+        point, cell = point[~is_precise], cell[~is_precise]
         stop = ~self.cells.can_halve(cell)
         stop |= np.bincount(point, minlength=m)[point] > MOST_EACH
         self.is_open[point[stop]] = True
@@ -162,7 +167,7 @@ class _Chunk:
         return point[parents], children
 
     def angles(self, point: Ints, cell: Ints) -> tuple[FloatArray, FloatArray]:
-        """Solid angles of the triangles of cells, and bounds of their errors; ∞ where x is near."""
+        """Solid angles of the triangles of cells, and bounds of their errors; ∞ if x is near."""
         distinct, number = np.unique(cell, return_inverse=True)
         model = self.cells.models[:, distinct]
         areas = model[AREA] + model[SPREAD] * self.gap

@@ -1,1 +1,1 @@
-"""Several models as one: placements, base colours, and meshes put together."""
+"""Several models as one: placements, base colours, and merging of meshes."""

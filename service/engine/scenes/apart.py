@@ -1,6 +1,6 @@
 """Separates the mesh of joined members again: a node for each member, with its name and colour.
 
-Positions on a common edge stay the same in all of them; the report is that of the whole mesh.
+Positions on a common edge stay equal in all members; the report is that of the mesh of all members.
 """
 
 from dataclasses import replace
@@ -15,9 +15,9 @@ from service.surface.lowered import PlacedModel
 
 
 def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> Scene:
-    """The scene of all members that were given, made of the scene of joined ones.
+    """The scene of the original members, from the scene of joined members.
 
-    `is_welded` tells whether patches share the vertices of their edges.
+    `is_welded` says whether patches share the vertices of their edges.
     """
     if not joined.clusters:
         return scene
@@ -79,7 +79,7 @@ def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
 
 
 def _welds(welds: IndexArray | None, rows: Ints) -> IndexArray | None:
-    """The first vertex at each position, among some."""
+    """The first of the vertices `rows` at each position, numbered within `rows`."""
     if welds is None:
         return None
     _, first, back = np.unique(welds[rows], return_index=True, return_inverse=True)

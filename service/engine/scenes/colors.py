@@ -1,4 +1,4 @@
-"""Converts colours between sRGB, in which people choose them, and linear light, which adds up.
+"""Converts colours between sRGB, the encoding in requests, and linear light, for arithmetic.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""Several meshes as one: their arrays one after another, their reports added up."""
+"""Merges meshes: concatenates their arrays, and combines their reports."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,8 +15,8 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
     """One mesh of all vertices, faces, parts and overlays, in the order of the meshes.
 
     Nothing is welded across meshes. They share a precision, an origin and a vertical axis, all or
-    none have normals, and all have the same attributes. Where some have colours or texture
-    coordinates, the others are white and have (0, 0).
+    none have normals, and all have the same attributes. If some meshes have colours or texture
+    coordinates, the vertices of the others are white and have (0, 0).
     """
     counts = [len(mesh.positions) for mesh in meshes]
     first = np.cumsum([0, *counts]).astype(np.uint32)
@@ -34,7 +34,7 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
         triangles=_shift_faces([mesh.triangles for mesh in meshes], first),
         quads=_shift_faces([mesh.quads for mesh in meshes], first),
         parts=_parts(meshes),
-        # One mesh that is not made of grids keeps all others from being drawn as grids.
+        # The merged mesh has grids only if all meshes have grids.
         grids=tuple(
             grid + start
             for mesh, start in zip(meshes, first[:-1], strict=True)
@@ -80,7 +80,7 @@ def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
 
 
 def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
-    """Rows of all meshes; None where a mesh has none."""
+    """Rows of all meshes; None if a mesh has none."""
     arrays = [array for array in rows if array is not None]
     return np.concatenate(arrays) if len(arrays) == len(rows) else None
 
@@ -88,9 +88,9 @@ def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
 def _fill_rows(
     rows: Sequence[RealArray | None], counts: Sequence[int], value: float
 ) -> RealArray | None:
-    """Rows of all meshes, as wide as the widest; None where no mesh has any.
+    """Rows of all meshes, as wide as the widest; None if all meshes lack them.
 
-    What a mesh lacks, rows or columns, has this value.
+    Missing rows and columns have this value.
     """
     arrays = [array for array in rows if array is not None]
     if not arrays:
@@ -106,12 +106,12 @@ def _fill_rows(
 
 
 def _shift_faces(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:
-    """Faces of all meshes, counted among all vertices."""
+    """Faces of all meshes, with the vertex numbers of the merged mesh."""
     return np.concatenate([rows + start for rows, start in zip(faces, first, strict=False)])
 
 
 def _parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
-    """Runs of faces of all meshes, counted among all faces."""
+    """Parts of all meshes, with the face numbers of the merged mesh."""
     parts: list[MeshPart] = []
     triangles = quads = 0
     for mesh in meshes:

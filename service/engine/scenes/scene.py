@@ -1,6 +1,6 @@
 """A group of models as a scene: the mesh of each distinct model, and the placements of its copies.
 
-Formats with nodes write the scene; for other formats it is flattened to one mesh.
+Formats with nodes encode the scene; for other formats it is flattened to one mesh.
 """
 
 from collections.abc import Sequence
@@ -34,11 +34,11 @@ class Scene:
     nodes : tuple of PlacedModel
         `model` is a number in `meshes`.
     meshes : tuple of Mesh
-        Each in its own coordinates, before it is placed.
+        Each in the coordinates of its model, before placing.
     report : MeshReport
         The sums over all copies; its bounds are those of the placed vertices.
     joined : tuple of tuples of int
-        Nodes whose meshes meet: vertices of these at equal positions count as one.
+        Groups of nodes whose meshes meet: vertices of one group at equal positions count as one.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Scene:
 
 
 def arrange(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
-    """The scene of a group whose models have these meshes."""
+    """The scene of a group, given the meshes of its models."""
     reports = [_place_report(meshes[node.model], node.matrix) for node in model.members]
     return Scene(model.name, model.up, model.members, meshes, add_reports(reports))
 
@@ -58,7 +58,7 @@ def arrange(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
 def flatten(scene: Scene) -> Mesh:
     """All copies as one mesh, float64, in the coordinates of the scene.
 
-    A part is named after its member; where a surface has several, by both names.
+    A part has the name of its member; if the surface has several parts, both names.
     """
     copies = [_copy(scene.meshes[node.model], node) for node in scene.nodes]
     mesh = merge_meshes(copies, scene.name)
@@ -70,7 +70,7 @@ def flatten(scene: Scene) -> Mesh:
 def _joined_welds(
     mesh: Mesh, copies: Sequence[Mesh], joined: tuple[tuple[int, ...], ...]
 ) -> IndexArray:
-    """For each vertex the first one at its position; nodes are welded only if they are joined."""
+    """For each vertex the first vertex at its position; only joined nodes share positions."""
     count = len(mesh.positions)
     welds = np.arange(count, dtype=np.uint32) if mesh.welds is None else mesh.welds.copy()
     first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
@@ -94,7 +94,7 @@ def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
 def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     """Converts a mesh from float64 in model coordinates to float32 about an origin.
 
-    Without `origin`, the mesh gets one near its middle.
+    Without `origin`, the mesh gets an origin near its middle.
     """
     if origin is None:
         bounds = mesh.report.bounds_min, mesh.report.bounds_max
@@ -121,12 +121,12 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
 
 
 def move_to_zero(mesh: Mesh) -> Mesh:
-    """Converts float32 positions about an origin to model coordinates, for formats without one."""
+    """Converts float32 positions about an origin to model coordinates, if a format has no origin."""
     return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
 
 
 def _copy(mesh: Mesh, node: PlacedModel) -> Mesh:
-    """One copy in its place, under its own names and in its own colour."""
+    """One placed copy, with the names and the colour of its member."""
     copy = place_mesh(mesh, node.matrix)
     overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
     colors = copy.colors
@@ -151,11 +151,10 @@ def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
 
 
 def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
-    """The mesh in another place, float64 in model coordinates.
+    """The mesh after a placement, float64 in model coordinates.
 
-    Points become L x + t and normals L⁻ᵀ n, made unit again. Where L mirrors, faces are turned
-    round, so that they still wind counter-clockwise about their normals, and grids change their
-    two directions.
+    Points become L x + t, and normals the unit vectors of L⁻ᵀ n. If L mirrors, faces are reversed,
+    so that they are still counter-clockwise about their normals, and grids are transposed.
     """
     positions = place_points(mesh.positions, matrix, mesh.origin)
     overlays = tuple(
@@ -183,7 +182,7 @@ def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
 
 
 def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
-    """The report of a mesh in another place."""
+    """The report of a mesh after a placement."""
     if matrix is None:
         return mesh.report
     report = replace_bounds(
@@ -244,7 +243,8 @@ def place_points(
 ) -> FloatArray:
     """Points (N, 3) about an origin, after a placement.
 
-    Coordinate by coordinate: a matrix product may give two equal points different bits.
+    Each coordinate is computed separately: a matrix product may give two equal points different
+    bits.
     """
     at = points.astype(np.float64)
     if origin.any():
@@ -271,12 +271,12 @@ def _place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
 
 
 def _multiply(rows: FloatArray, linear: FloatArray) -> FloatArray:
-    """L x of every row x, by operations that do not depend on where the row stands."""
+    """L x for every row x, by operations that do not depend on the position of the row."""
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     columns = [line[0] * x + line[1] * y + line[2] * z for line in linear]
     return np.stack(columns, axis=1)
 
 
 def _reverse_faces(faces: IndexArray) -> IndexArray:
-    """Faces that wind the other way, from the same first corner; quads keep their diagonal."""
+    """Faces in the opposite order, from the same first corner; quads keep their diagonal."""
     return np.concatenate([faces[:, :1], faces[:, :0:-1]], axis=1)

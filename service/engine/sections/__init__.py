@@ -1,1 +1,1 @@
-"""Sections of surfaces by planes: polylines within a tolerance, no loop of which is lost."""
+"""Sections of surfaces by planes: polylines within a tolerance; no loop is missing."""

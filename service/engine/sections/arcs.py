@@ -1,9 +1,8 @@
 """Arcs of a section: pairs of nodes on the border of a cell that are the ends of one piece.
 
-In a graph the nodes, in the order of its parameter, alternate: a beginning, an end, a beginning, ….
-If f ≤ 0 in the whole cell, the section meets at most its border. There f = 0 counts as positive:
-the nodes at both ends of a run of places with f = 0 are one piece, without length or along a side
-in the plane.
+In a graph, in the order of its parameter, beginnings and ends alternate. If f ≤ 0 in the whole
+cell, the section meets at most its border. There f = 0 counts as positive: the nodes at both ends
+of a run of places with f = 0 are one piece, without length or along a side in the plane.
 
 Singular cells that touch each other are one place, a *crossing*: an arc leads from it to each node
 on its border. Two such arcs are joined into one. A crossing without nodes is a point at which the
@@ -37,7 +36,7 @@ class Arcs:
     crossing : ndarray of int, shape (n,)
         The crossing to which each cell belongs; −1 for cells that are not singular.
     touching : ndarray of int, shape (k,)
-        Nodes where the surface touches the plane, places and crossings.
+        Nodes where the surface touches the plane; places and crossings.
     """
 
     ends: Ints
@@ -76,14 +75,14 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     spokes, touching = _spokes(crossing[cell[joined]] + nodes, node[joined], crossing, nodes)
     ends = np.concatenate([pairs[keep], flat, spokes])
     sense = np.concatenate([cells.sense[owner[keep]], flat_sense, np.zeros(len(spokes))])
-    # A patch that is folded to a curve passes through the plane at a node of both of its sides.
+    # A patch folded to a curve crosses the plane at a node that is on two of its sides.
     free = _free_nodes(segments, ends, cells, pairs[loops, 0])
     touching = np.concatenate([free, touching])
     return Arcs(ends, sense, crossing, touching)
 
 
 def _incidences(segments: Segments) -> tuple[Ints, Ints, Ints]:
-    """Every root on every side of a cell: cell, side, root."""
+    """All triples (cell, side, root) of a root on a side of a cell."""
     first = np.searchsorted(segments.root_segment, segments.first.ravel())
     last = np.searchsorted(segments.root_segment, segments.last.ravel())
     counts = last - first
@@ -99,7 +98,7 @@ def _around(
     sides: tuple[Ints, Ints],
     at: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
-    """Positions of nodes around the border of cells where f has one sign, to pair neighbours.
+    """Positions of nodes around the borders of cells with one sign of f, to pair neighbours.
 
     They increase from corner (u₀, v₀) along v₀, u₁, v₁ and back. If this corner lies between two
     nodes of one piece, the first node is moved to the end.
@@ -121,9 +120,9 @@ def _around(
 
 
 def _pairs(cell: Ints) -> tuple[Ints, Ints]:
-    """Pair the first and second, third and fourth … entry of each cell in a sorted list.
+    """Pair the first and second, then the third and fourth entry of each cell, and so on.
 
-    Returns the places of the firsts and of the seconds in the list.
+    Returns the positions of the first and of the second entries in the sorted list.
     """
     begins = np.ones(len(cell), bool)
     begins[1:] = cell[1:] != cell[:-1]
@@ -146,7 +145,7 @@ def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
 
 
 def _cover(segments: Segments, chosen: Bools) -> Ints:
-    """The number of sides of some cells to which each segment belongs, (G,)."""
+    """For each segment the number of sides of the chosen cells that contain it, (G,)."""
     change = np.zeros(len(segments.ends) + 1, np.intp)
     np.add.at(change, segments.first[chosen].ravel(), 1)
     np.add.at(change, segments.last[chosen].ravel(), -1)
@@ -159,7 +158,7 @@ def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatAr
     inside = (_cover(segments, is_coplanar) > 1) & (_cover(segments, ~is_coplanar) == 0)
     arcs = np.flatnonzero(segments.in_plane & ~inside)
     side_of_plane = np.sign(cells.corner_values().sum(axis=1))
-    # With f > 0 above v₀ the arc runs towards larger u; right of u₀, towards smaller v.
+    # If f > 0 above v₀, the arc runs toward larger u; if f > 0 right of u₀, toward smaller v.
     sense = side_of_plane[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
     sense[segments.backward] *= -1
     total = np.zeros(len(segments.ends))
@@ -169,7 +168,7 @@ def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatAr
 
 
 def _crossings(cells: CellTable, segments: Segments) -> Ints:
-    """Numbers (n,) of the groups of singular cells that touch each other, −1 of other cells."""
+    """Numbers (n,) of the groups of singular cells that touch each other; −1 for other cells."""
     singular = np.flatnonzero(cells.kind == SINGULAR)
     crossing = np.full(len(cells.kind), -1)
     if not len(singular):

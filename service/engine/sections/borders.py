@@ -1,8 +1,8 @@
-"""Names for the lines on which borders of nets lie, and for places on these.
+"""Names for the lines on which borders of nets lie, and for places on the lines.
 
-Two patches that share an edge must find the same points of a section on it, to the last bit. So
-each line that two nets may share has a number, and a place on it has an integer coordinate; each
-root on a line and each sign at a place is computed once for all nets that meet there.
+Two patches that share an edge must compute the same points of a section on it, bit for bit. So each
+line that two nets may share has a number, and a place on it has an integer coordinate; each root on
+a line and each sign at a place is computed once for all nets that meet there.
 
 Lines are the distinct edges of the patches (`service.engine.mesh.connect`), then three medians of
 every triangle, from the middle of a side to the centroid: between these lie its three nets
@@ -29,7 +29,7 @@ LINE = 2 * ONE
 """Coordinate of the end of a line."""
 
 CENTROID = -2
-"""First number of a place that is the centroid of a triangle; that of a corner is −1."""
+"""First number of a place at the centroid of a triangle; for a corner the first number is −1."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +43,7 @@ class Borders:
     start, step : ndarray of int, shape (N, 4)
         Coordinate on the line of the parameter t of the side: start + step · t.
     is_point : ndarray of bool, shape (L,)
-        Lines that are one point.
+        Whether each line is one point.
     ends : ndarray of int, shape (L, 2, 2)
         Names of the places at coordinates 0 and `LINE`.
     """
@@ -102,9 +102,8 @@ class _Third:
     sides : ndarray of int, shape (4,)
         The side of the triangle on which each side of a net lies, or on whose median.
     inner : ndarray of bool, shape (4,)
-        Whether it lies on the median.
-    turned : ndarray of bool, shape (4,)
-        Whether it begins at the end of the side of the triangle.
+        Whether each side lies on a median. turned : ndarray of bool, shape (4,) Whether each side
+        begins at the end of the side of the triangle.
     """
 
     rows: Ints

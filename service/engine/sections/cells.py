@@ -1,4 +1,4 @@
-"""Cells: rectangles of parameters of a patch, with f over them, halved as the search needs it.
+"""Cells: rectangles of parameters of a patch, with the coefficients of f, halved by the search.
 
 A cell belongs to a pair of a plane and a net; f is the Bézier polynomial of `heights`.
 
@@ -28,8 +28,8 @@ from service.engine.queries.halving import halved
 from service.surface.sides import take_side
 
 OVER_U, OVER_V, BELOW, ABOVE, SINGULAR, COPLANAR = range(6)
-"""Kinds of cells: the graph of v over u, of u over v; f ≤ 0, f ≥ 0; not yet decided, or undecided
-at the end; in the plane."""
+"""Kinds of cells: the section is a graph over u, or over v; f ≤ 0; f ≥ 0; undecided; in the
+plane."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,10 +42,10 @@ class Cells:
     place : ndarray of int, shape (4, n)
         u₀, u₁, v₀, v₁ in units of 1 / `borders.ONE`.
     sense : ndarray of float64, shape (n,)
-        1 where a graph runs towards larger parameters when f > 0 lies to its left, −1 where to
-        smaller ones; 0 for other kinds.
+        1 if a graph with f > 0 on its left runs toward larger parameters, −1 if toward smaller
+        parameters; 0 for other kinds.
     floor : ndarray of float64, shape (n,)
-        Numbers f that count as zero, as of `roots`.
+        The largest |f| that counts as zero, as in `roots`.
     rows : tuple of ndarray of float64
         f along the four sides, (n, q+1) twice and (n, p+1) twice.
     """
@@ -69,12 +69,9 @@ class OpenCells:
         Number of the pair of a plane and a net.
     plane, net : ndarray of int, shape (n,)
     place : ndarray of int, shape (4, n)
-        As of `Cells`.
-    nets : ndarray of float64, shape (n, p+1, q+1)
-        Coefficients of f.
+        As in `Cells`. nets : ndarray of float64, shape (n, p+1, q+1) Coefficients of f.
     coplanar : ndarray of bool, shape (n,)
-        Whether the whole patch lies in the plane.
-    floor : ndarray of float64, shape (n,)
+        Whether the patch lies in the plane. floor : ndarray of float64, shape (n,)
     """
 
     pair: Ints
@@ -89,7 +86,7 @@ class OpenCells:
         return len(self.pair)
 
     def take(self, rows: Ints | Bools) -> "OpenCells":
-        """Some of the cells."""
+        """The cells with these rows."""
         return OpenCells(
             self.pair[rows],
             self.plane[rows],
@@ -106,7 +103,7 @@ class OpenCells:
         return Cells(self.plane, self.net, kind, self.place, sense, self.floor, (a, b, c, d))
 
     def halve(self, along_u: Bools, along_v: Bools) -> "OpenCells":
-        """The halves and quarters of the cells that are halved; the others are left out."""
+        """The halves and quarters of the cells that are halved, without the other cells."""
         parts = []
         for on_u, on_v in ((True, False), (False, True), (True, True)):
             chosen = self.take(np.flatnonzero((along_u == on_u) & (along_v == on_v)))

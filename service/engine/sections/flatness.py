@@ -16,11 +16,11 @@ length by which the second interval reaches beyond [0, |AB|]. λ and μ are free
 that the linear terms in the parameters cancel: both bounds are of the second order in the size of
 the rectangle.
 
-Rounding. Restriction takes 2 (p + q) steps of means and sums of p + q + 2 products: coordinates of
-the control points of the rectangle, and of A and B, are wrong by at most 8 (p + q) u, u = 2⁻⁵³.
-That is `SLACK` for p + q ≤ 64, and in proportion above. A and B are points at which the height is
-wrong by as much, and not exactly 0; and h enters the bounds with the factors λ and μ. So `SLACK` is
-taken 1 + |λ| + |μ| times.
+Rounding. Restriction takes 2 (p + q) steps of means and sums of p + q + 2 products: errors of
+coordinates of the control points of the rectangle, and of A and B, are at most 8 (p + q) u, u =
+2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; above, it grows in proportion. The heights of A and B
+have the same bound in place of 0, and h has the factors λ and μ in the bounds. So `SLACK` is
+multiplied by 1 + |λ| + |μ|.
 """
 
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ SLACK = 2.0**-44
 """Rounding of control points for p + q ≤ 64, in the coordinates of the nets."""
 
 ROOM = 1 << 19
-"""Coordinates of control points that are computed at a time."""
+"""Coordinates of control points in one chunk."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,9 +53,9 @@ class Pieces:
     begin, end : ndarray of float64, shape (m, 2)
         Parameters of the ends, in ascending order of the one over which the piece is a graph.
     low, high : ndarray of float64, shape (m, 2)
-        Corners of a rectangle that holds the piece.
+        Corners of a rectangle that contains the piece.
     axis : ndarray of int, shape (m,)
-        0 for a graph over u, 1 over v; 2 where the piece is monotone in both, so that its ends are
+        0 for a graph over u, 1 over v; 2 if the piece is monotone in both, so that its ends are
         corners of the rectangle.
     """
 
@@ -94,7 +94,7 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     length = np.sqrt(dot(chord, chord))
     along = chord / np.where(length > 0, length, 1.0)[:, np.newaxis]
     no_chord = np.flatnonzero(length == 0)
-    if len(no_chord):  # any direction in the plane serves
+    if len(no_chord):  # any direction in the plane is valid
         some = np.eye(3)[np.abs(normal[no_chord]).argmin(axis=1)]
         some = cross(normal[no_chord], some)
         along[no_chord] = some / np.sqrt(dot(some, some))[:, np.newaxis]

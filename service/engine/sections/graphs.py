@@ -40,12 +40,11 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     Returns
     -------
     kind : ndarray of int, shape (n,)
-        `ABOVE` or `BELOW` by part 1; `OVER_U` or `OVER_V` by part 2, the one in whose other
-        parameter f is steeper; else `SINGULAR`.
+        `ABOVE` or `BELOW` by part 1; `OVER_U` or `OVER_V` by part 2, whichever has the larger slope
+        of f in the other parameter; else `SINGULAR`.
     sense : ndarray of float64, shape (n,)
-        As of `Cells`.
-    is_monotone : ndarray of bool, shape (n,)
-        Whether the section is a graph over u, and over v as well.
+        As in `Cells`. is_monotone : ndarray of bool, shape (n,) Whether the section is a graph over
+        u, and over v as well.
     """
     count = len(nets)
     kind, sense = np.full(count, SINGULAR), np.zeros(count)
@@ -70,16 +69,14 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
 def crossings(
     nets: FloatArray, floor: FloatArray, place: FloatArray, axis: int
 ) -> tuple[Ints, FloatArray]:
-    """Find where graphs cross the borders of their cells.
+    """Find the places where graphs cross the borders of their cells.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (n, p+1, q+1)
         Coefficients of f.
     floor : ndarray of float64, shape (n,)
-        As of `roots`.
-    place : ndarray of float64, shape (4, n)
-        u₀, u₁, v₀, v₁ of the cells.
+        As in `roots`. place : ndarray of float64, shape (4, n) u₀, u₁, v₀, v₁ of the cells.
     axis : int
         0 for graphs over u, 1 over v.
 

@@ -9,9 +9,9 @@ positive: its zero set is the section, and its sign is the side of the plane.
 
 Rounding. Coordinates are those of `QueryNets`, at most 1 in absolute value about the middle of the
 model, and weights are divided by the largest of a net. Heights of at most `THICKNESS` count as
-zero: the section is that of a surface whose control points are moved by at most this distance
-along n. It is far more than the rounding of h, so a patch that lies in the plane by its exact
-numbers lies in it by those of the computation.
+zero: the section is that of a surface whose control points are moved by at most this distance along
+n. It is far more than the rounding of h, so a patch that lies exactly in the plane also lies in it
+after rounding.
 """
 
 from collections.abc import Iterator
@@ -46,7 +46,7 @@ class LocalPlanes:
             return LocalPlanes(planes.normals, (planes.offsets - middle) / nets.scale)
 
     def heights(self, plane: Ints, points: FloatArray) -> FloatArray:
-        """Heights (m, …) of points (m, …, 3), each row over a plane of its own."""
+        """Heights (m, …) of points (m, …, 3): row k over plane `plane[k]`."""
         normals = self.normals[plane].reshape(len(plane), *(1,) * (points.ndim - 2), 3)
         x, y, z = np.moveaxis(points * normals, -1, 0)
         offsets = self.offsets[plane].reshape(len(plane), *(1,) * (points.ndim - 2))
@@ -75,7 +75,7 @@ class Boxes:
 
 
 def points_of(nets: FloatArray) -> FloatArray:
-    """Control points of nets that may be homogeneous."""
+    """Control points of polynomial or homogeneous nets."""
     return nets if nets.shape[-1] == 3 else nets[..., :3] / nets[..., 3:]
 
 
@@ -88,9 +88,8 @@ def height_nets(
     -------
     nets : ndarray of float64, shape (m, p+1, q+1)
     floor : ndarray of float64, shape (m,)
-        The least |f| at which a point can be `THICKNESS` from the plane, whatever the weights.
-    coplanar : ndarray of bool, shape (m,)
-        Whether the whole patch lies in the plane.
+        The least |f| at which a point can be `THICKNESS` from the plane, for all weights. coplanar
+        : ndarray of bool, shape (m,) Whether the patch lies in the plane.
     """
     nets = group.nets[net - group.first]
     heights = planes.heights(plane, points_of(nets))
@@ -107,7 +106,7 @@ def height_nets(
 def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Restrict nets (m, p+1, q+1, D) each to a rectangle; `low` and `high` (m, 2) are its corners.
 
-    De Casteljau's construction: sums of products with factors that are not negative.
+    De Casteljau's construction adds products with factors that are not negative.
     """
     m, rows, columns, width = nets.shape
     along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])

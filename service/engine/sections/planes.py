@@ -14,7 +14,7 @@ RELATIVE_TOLERANCE = 1e-3
 """The tolerance in diagonals of the box of control points, if the caller gives none."""
 
 LEAST_TOLERANCE = 1e-9
-"""The least tolerance in diagonals; rounding comes near to smaller ones."""
+"""The least tolerance in diagonals; smaller tolerances are of the size of rounding errors."""
 
 SINGLE = float(np.finfo(np.float32).eps)
 """The relative precision of float32."""

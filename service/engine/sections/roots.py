@@ -6,7 +6,7 @@ no root, with one change there is one. Other intervals are halved. Zero counts a
 coefficients and for values: a root at an end belongs to the interval in which the polynomial
 becomes negative. If all coefficients of an interval are at most `floor`, they count as zero, and
 the interval has one root if the signs at its ends differ, else a double root: the section touches
-the side there, or crosses itself. So has an interval after `DEEPEST` halvings.
+the side there, or crosses itself. The same holds for an interval after `DEEPEST` halvings.
 
 All operations are elementwise: the roots of a row do not depend on the other rows.
 
@@ -28,7 +28,7 @@ STEPS = 80
 
 
 def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
-    """Find the places at which polynomials change their sign.
+    """Find the parameters at which polynomials change their sign.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _single(nets: FloatArray, signs: Bools) -> FloatArray:
     """The only place in [0, 1] at which each polynomial changes its sign."""
     low, high = np.zeros(len(nets)), np.ones(len(nets))
-    # A secant is a better start than the middle.
+    # The secant gives a better start than the middle.
     first, last = nets[:, 0], nets[:, -1]
     span = first - last
     t = np.where(span != 0, first / np.where(span != 0, span, 1.0), 0.5)

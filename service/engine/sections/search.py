@@ -1,4 +1,4 @@
-"""The search for the cells of a section by halving, by which no loop is lost.
+"""The search for the cells of a section by halving, which misses no loop.
 
 A cell that is no graph (`graphs`) is halved in both directions. A graph is halved along itself
 until each of its pieces is within the tolerance of its chord (`flatness`), as are sides that lie in
@@ -35,17 +35,18 @@ FINEST = 2.0**-20
 """Size of singular cells, in the coordinates of the nets: heights in them are about `THICKNESS`."""
 
 CROWD = 128
-"""Open cells of one patch above which they lie along a curve. Around a point where a section
-crosses itself there are about 16."""
+"""If more cells of one patch are open, they lie along a curve. A point where a section crosses
+itself has about 16 open cells around it."""
 
 SHARE = 1 / 8
 """Size of singular cells along a curve, in units of the tolerance."""
 
 STEADY = 0.1
-"""Change of the expected number of pieces from one level to the next, in units of it."""
+"""Relative change of the expected number of pieces from one level to the next that counts as
+small."""
 
 ROOM = 1 << 18
-"""Numbers of one array of coefficients that is worked on at a time."""
+"""Numbers of one array of coefficients in one chunk."""
 
 
 @dataclass(eq=False, slots=True)
@@ -58,7 +59,7 @@ class CellSearch:
         In the coordinates of the nets.
     allow : callable
         Takes a lower bound of the number of cells, and a number that is expected to be exceeded;
-        raises if one of them is too large.
+        raises an error if one of them is too large.
     deviation : float
         Largest bound of the distance of a piece from its chord.
     """
@@ -70,9 +71,9 @@ class CellSearch:
     deviation: float = 0.0
     _ended: list[Cells] = field(default_factory=list)
     _pieces: float = 0.0
-    """Pieces that the cells of a level will become: √(bound / tolerance) of each, as bounds are of
-    the second order. From the third level on it was 0.6 to 1.7 times the final number, and 0.6 to 1
-    times where it changed by less than `STEADY`."""
+    """The expected number of pieces: the sum of √(bound / tolerance) over the cells of a level, as
+    bounds are of the second order. In tests this was 0.6 to 1.7 times the final number from the
+    third level on, and 0.6 to 1 times if it changed by less than `STEADY`."""
 
     def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
         """The cells of pairs that the section meets, and which pairs (m,) are coplanar."""
@@ -118,7 +119,7 @@ class CellSearch:
             checkpoint()
             axis = 1 - side // 2
             is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
-            # Within a patch that lies in the plane nothing is drawn.
+            # The section has no polylines inside a patch that lies in the plane.
             is_flat &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
             rows = np.flatnonzero(is_flat & ~along[axis])
             if len(rows):
@@ -141,7 +142,8 @@ class CellSearch:
     def _are_flat(self, cells: OpenCells, axis: int, is_monotone: Bools) -> tuple[Bools, Bools]:
         """Which graphs over one parameter have all of their pieces near enough to their chords.
 
-        And in which the other parameter of a piece may be any in the cell.
+        The second result says in which graphs a piece may reach every value of the other parameter
+        in the cell.
         """
         cell, place = crossings(cells.nets, cells.floor, cells.place / ONE, axis)
         checkpoint()
@@ -162,7 +164,8 @@ class CellSearch:
         pieces = Pieces(cells.plane[first], cells.net[first], begin, end, low, high, kinds)
         bound, slack = piece_bounds(self.group, self.planes, pieces)
         worst = np.zeros(len(cells))
-        # Halving does not reduce rounding: at least half of the tolerance is left for the rest.
+        # Halving does not reduce rounding: at least half of the tolerance is left for the other
+        # errors.
         np.maximum.at(worst, first, np.minimum(slack, self.tolerance / 2) + bound)
         is_wide = np.zeros(len(worst), bool)
         is_wide[first] = (high - low)[:, across] * ONE >= cells.place[2 * across + 1, first] - (
@@ -188,7 +191,7 @@ class CellSearch:
         return np.asarray((bounds <= self.tolerance) | (long <= 1))
 
     def _note(self, bounds: FloatArray) -> None:
-        """Keep the largest bound."""
+        """Update the largest bound."""
         self.deviation = max(self.deviation, float(bounds.max(initial=0.0)))
 
 
@@ -200,7 +203,7 @@ def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
 
 
 def _near(cells: OpenCells) -> OpenCells:
-    """The cells that the section may meet, rounding included."""
+    """The cells that the section may meet, with a margin for rounding."""
     checkpoint()
     low, high = cells.nets.min(axis=(1, 2)), cells.nets.max(axis=(1, 2))
     checkpoint()

@@ -29,7 +29,7 @@ from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
 PAIRS = 1 << 16
-"""Coefficients of f over patches, before any halving, that are examined at a time."""
+"""Coefficients of f, before halving, of the patches that are cut at a time."""
 
 LEAST = 2.0**-38
 """The least tolerance in the coordinates of the nets, for a surface that is one point."""
@@ -39,10 +39,10 @@ NEAR = 2.0**-14
 cells around it may touch the plane."""
 
 NODES = 1 << 14
-"""Points that are computed at a time."""
+"""Points in one chunk."""
 
 ALL = 1 << 20
-"""Pairs of a plane and a net whose boxes are compared at a time."""
+"""Pairs of a plane and a net whose boxes are compared in one step."""
 
 BELOW = 0.999
 """Sections are refined to this multiple of the tolerance: formats round the bound up to four
@@ -63,8 +63,9 @@ def cut_surface(
     tolerance : float
         Model units.
     allow : callable
-        Takes a lower bound of the number of pieces; raises if that is too large. It also takes a
-        number that is expected to be exceeded, so that a refusal comes before the work.
+        Takes a lower bound of the number of pieces; raises an error if that is too large. It also
+        takes an estimate that the number will probably exceed, so that a refusal comes before the
+        work.
     """
     nets = surface_nets(model.batches)
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
@@ -100,9 +101,10 @@ class _Search:
     deviation: float = 0.0
     count: int = 0
     _before: int = 0
-    """Pieces that were found before the last call of `begin`."""
+    """Pieces of the cuts before the last call of `begin`."""
     _pairs: tuple[int, int] = 0, 0
-    """Pairs of a plane and a net that `begin` announced, and how many of them `cut` has begun."""
+    """The number of pairs of a plane and a net that `begin` announced, and the number that `cut`
+    has begun."""
 
     def begin(self, pairs: int) -> None:
         """Prepare to cut a number of pairs of a plane and a net, in several calls."""
@@ -140,11 +142,11 @@ class _Search:
         ]
 
     def _allow(self, count: int, expected: float) -> None:
-        """Calls `allow` with a lower bound of the pieces, and with an expectation for all pairs."""
+        """Calls `allow` with a lower bound of the pieces, and with an estimate for all pairs."""
         self.allow(self.count + count)
         pairs, begun = self._pairs
         pieces = self.count - self._before + expected
-        # Other planes may have shorter sections.
+        # The sections by other planes may have fewer pieces.
         self.allow(int(self._before + pieces * max(1.0, pairs / begun / 2)))
 
     def _draw(
@@ -217,7 +219,7 @@ class _Search:
 
 
 def _apart(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
-    """Those of `nodes` that are not near a crossing, and not near an earlier one of them."""
+    """The `nodes` that are not near a crossing, and not near an earlier node."""
     kept: list[int] = []
     others = points[crossings]
     for k in nodes.tolist():

@@ -1,12 +1,12 @@
 """Sides of cells cut into segments that all cells on them share, and the roots of f on these.
 
 Cells of different sizes meet along a line. All of their sides on it are dyadic intervals, so two of
-them are nested or apart: the smallest are the *segments*, and each side is a row of segments, but
-for gaps in which f has no root. A root is computed once, on its segment, whichever cells have sides
-there, and is a *node*; so neighbours share their nodes, and polylines close. Likewise the sign of f
-at a place that is a corner of several cells is decided once, and the polynomial of each segment
-gets the signs of its ends: the numbers of two patches may differ there by rounding. Zero counts as
-positive.
+them are nested or disjoint: the smallest are the *segments*, and each side is a row of segments,
+except for gaps in which f has no root. A root is computed once, on its segment, for all cells with
+sides there, and is a *node*; so neighbours share their nodes, and polylines close. Likewise the
+sign of f at a place that is a corner of several cells is decided once, and the polynomial of each
+segment gets the signs of its ends: the values of two patches may differ there by rounding. Zero
+counts as positive.
 """
 
 from dataclasses import dataclass
@@ -42,16 +42,15 @@ class Segments:
     in_plane : ndarray of bool, shape (G,)
         Segments that lie in the plane.
     side_in_plane : ndarray of bool, shape (n, 4)
-        Sides of cells that do.
-    backward : ndarray of bool, shape (n, 4)
-        Sides that run against their line.
+        Sides of cells that lie in the plane. backward : ndarray of bool, shape (n, 4) Whether each
+        side runs against its line.
     root_segment, root_node : ndarray of int, shape (R,)
         Roots, ascending by segment: the segment, the node.
     root_at : ndarray of float64, shape (R,)
         Coordinate on the line.
     node_net, node_plane : ndarray of int, shape (N,)
     node_place : ndarray of float64, shape (2, N)
-        Where nodes are: a net, and its parameters.
+        The place of each node: a net and its parameters.
     """
 
     corner: Ints
@@ -87,7 +86,7 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     at = np.asarray(low + t * (high - low), np.float64)
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
     inner = np.flatnonzero((t > 0) & (t < 1))
-    again = np.zeros(len(inner), bool)  # the second of a double root is the node of the first
+    again = np.zeros(len(inner), bool)  # a double root is one node
     again[1:] = (np.diff(segment[inner]) == 0) & (np.diff(t[inner]) == 0)
     node[inner] = len(value) - 1 + np.cumsum(~again)
     inner = inner[~again]
@@ -121,14 +120,14 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
 
 
 def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
-    """The smallest of all sides with a length, each the first side on its interval.
+    """The smallest of all sides with a length; for equal intervals the first side.
 
     Returns
     -------
     side : ndarray of int, shape (G,)
         The sides that are segments, along each line.
     first, last : ndarray of int, shape (4 n,)
-        The segments of every side: first … last − 1; of sides without length none.
+        The segments of every side: first … last − 1; none for sides without length.
     """
     order = np.lexsort((-sides.high, sides.low, sides.across, sides.line, sides.plane))
     order = order[sides.has_length[order]]
@@ -136,7 +135,7 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
     line = np.cumsum(is_first).astype(np.int64)
     low, high = sides.low[order], sides.high[order]
     distinct = np.flatnonzero(is_change(line, low, high))
-    # Of nested sides the next is inside.
+    # If sides are nested, the next side is inside.
     following = np.append(distinct[1:], distinct[-1:])
     is_smallest = (line[following] != line[distinct]) | (low[following] >= high[distinct])
     is_smallest[-1:] = True
@@ -151,9 +150,9 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
 def _segment_roots(
     cells: CellTable, side: Ints, turned: Bools, ends: FloatArray
 ) -> tuple[Ints, FloatArray, Bools]:
-    """Roots on segments, each a side (G,) of a cell: segment, t on it; and which are in the plane.
+    """Roots on segments, each a side (G,) of a cell: segment, t on it; and segments in the plane.
 
-    `ends` (G, 2) are the values of f whose signs count.
+    `ends` (G, 2) are the values of f that determine the signs at the ends.
     """
     cell, number = np.divmod(side, 4)
     in_plane = np.zeros(len(side), bool)

@@ -16,9 +16,9 @@ from service.engine.sections.cells import Cells
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CellTable:
-    """Cells of all groups, n in number, one after another; columns as of `Cells`.
+    """Cells of all groups, n in number, one after another; columns as in `Cells`.
 
-    `parts` are the cells of each group, `first` the number of the first of each.
+    `parts` are the cells of each group, `first` the number of the first cell of each group.
     """
 
     plane: Ints
@@ -66,7 +66,7 @@ class CellSides:
     line : ndarray of int, shape (4 n,)
         Lines of `Borders`, then the direction u and the direction v of every net.
     across : ndarray of int, shape (4 n,)
-        Which of the parallel lines of a net it is, by its parameter; 0 on lines of `Borders`.
+        The parameter that distinguishes parallel lines of a net; 0 on lines of `Borders`.
     low, high : ndarray of int, shape (4 n,)
         The interval of coordinates on the line.
     backward : ndarray of bool, shape (4 n,)
@@ -131,9 +131,9 @@ def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
     Returns
     -------
     number : ndarray of int, shape (n, 4)
-        Of the place at each corner.
+        Number of the place at each corner.
     corner : ndarray of int, shape (V,)
-        For each place the first of the 4 n corners that is there.
+        For each place the first of the 4 n corners at this place.
     """
     n = len(cells.net)
     names = np.zeros((2, n, 4), np.int64)
@@ -161,7 +161,7 @@ def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
 
 
 def is_change(*columns: Ints) -> Bools:
-    """Which rows of sorted columns (m,) differ from the row before, shape (m,); the first does."""
+    """Whether each row of sorted columns (m,) differs from the row before; true for the first."""
     changes = np.ones(len(columns[0]), bool)
     changes[1:] = False
     for column in columns:

@@ -1,8 +1,8 @@
 """Joins arcs to polylines that are as long as possible.
 
-At a node with two arcs these are joined. At a node with 4, 6, … arcs lines go straight on: the arcs
-are ordered by their directions in the plane, and opposite ones are joined. So a figure of eight is
-one closed line, and two circles that cross are two. At other nodes lines end.
+At a node with two arcs these are joined. At a node with 4, 6 or more arcs lines go straight on: the
+arcs are ordered by their directions in the plane, and opposite ones are joined. So a figure of
+eight is one closed line, and two circles that cross are two. At other nodes lines end.
 
 An arc a is walked as two halves, 2 a and 2 a + 1: the first begins at its node 0, the second at its
 node 1. So `half ^ 1` is the other half of an arc, and `half >> 1` is the arc.
@@ -20,12 +20,12 @@ FAR = 64
 """The most nodes that determine the direction in which an arc leaves a crossing."""
 
 CHECKED = 4096
-"""Nodes of a polyline after which work can be cancelled."""
+"""Nodes of a polyline after which the cancellation is checked."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """Nodes of a polyline (k,); if it is closed the last is the first."""
+    """Nodes of a polyline (k,); if it is closed, the last node repeats the first."""
 
     nodes: Ints
     closed: bool
@@ -72,7 +72,7 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
 
 
 def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
-    """For each half of an arc, (2 A,), the half whose node it is joined to, or −1 at line ends."""
+    """For each half of an arc, (2 A,), the half that follows at its node, or −1 at line ends."""
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
     begins = np.flatnonzero(np.diff(node[order], prepend=-1))

@@ -22,10 +22,10 @@ class Section:
     Attributes
     ----------
     polylines : tuple of Polyline
-        Seen from the tip of the plane's normal, the side to which the normals of the surface point
-        is to the right: around a body they run counter-clockwise.
+        Seen from the tip of the plane's normal, the normals of the surface point to the right of
+        the polyline: around a body polylines run counter-clockwise.
     touching : ndarray of float64, shape (k, 3)
-        Where the surface touches the plane, or comes so near that rounding hides which.
+        Points where the surface touches the plane, up to rounding.
     coplanar : ndarray of int, shape (c,)
         Patches that lie in the plane; polylines run along their border.
     """

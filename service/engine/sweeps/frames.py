@@ -40,7 +40,7 @@ def compute_frames(
     first = find_perpendicular(tangents[:, 0])
     if not closed:
         return _transport(points, tangents, first)
-    # The first sample again at the end, so that the last step counts like any other.
+    # The first sample is repeated at the end, so that the last step has its rotation, too.
     points = np.concatenate([points, points[:, :1]], axis=1)
     tangents = np.concatenate([tangents, tangents[:, :1]], axis=1)
     normals = _transport(points, tangents, first)

@@ -1,11 +1,10 @@
 """Paths of sweeps: the stations of curves, their directions, and mitred or rounded corners.
 
-A station is a place at which a ring of a tube, or a crossbar of a ribbon, stands. A smooth curve
-has one at every sample. At a corner, where the tangent turns by more than the crease angle, there
-are two at one place, one for each direction. Up to a turn of 90° they are *mitred*: both stand in
-the plane that halves the corner, at the very same points, and there are no faces between them. A
-sharper corner, or a cusp, is *rounded*: stations between them turn from one direction to the other
-in steps of at most 22.5°.
+A station is a place of a ring of a tube, or of a crossbar of a ribbon. A smooth curve has a station
+at every sample. A corner, where the tangent turns by more than the crease angle, has two stations,
+one for each direction. Up to a turn of 90° they are *mitred*: both are in the plane that halves the
+corner, with equal points, and without faces between them. A sharper corner, or a cusp, is
+*rounded*: stations between them turn from one direction to the other in steps of at most 22.5°.
 """
 
 from dataclasses import dataclass
@@ -32,18 +31,18 @@ class Paths:
     Attributes
     ----------
     points, tangents : ndarray of float64, shape (K, m, 3)
-        Of a closed curve the last station is at the very place of the first.
+        The last station of a closed curve is at the place of the first.
     fractions : ndarray of float64, shape (K, m)
-        Length of the curve up to the station, as a part of the whole: 0 to 1.
+        Length of the curve up to the station, as a share of its length: 0 to 1.
     closed : bool
     parameters : ndarray of float64, shape (m,)
-        Where radii and widths are read, 0 to 1.
+        The parameters of radii and widths, 0 to 1.
     mitres : ndarray of float64, shape (K, m, 3), or None
-        Unit normals of the planes in which the stations stand, where not all are the tangents.
+        Unit normals of the planes of the stations; None if all are the tangents.
     mitred : ndarray of bool, shape (m,)
-        Stations at the very place of the one before, with no faces between them.
+        Stations at the place of the station before, without faces between them.
     speeds : ndarray of float64, shape (K, m), or None
-        Change of the length with these parameters.
+        Derivative of the length by the parameters.
     """
 
     points: FloatArray
@@ -61,7 +60,8 @@ class Paths:
     ) -> "Paths":
         """Smooth curves from their samples and unit tangents, (K, m, 3) each.
 
-        Lengths are those of the polylines. Points may repeat; not all of a curve may be one.
+        Lengths are those of the polylines. Points may repeat, but each curve needs two different
+        points.
         """
         steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
         lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
@@ -76,10 +76,9 @@ class Paths:
 def build_path(
     pieces: CurvePieces, divisions: int, crease_angle: float, *, closed: bool | None = None
 ) -> Paths:
-    """The stations of one curve at R divisions of every piece, its corners mitred or rounded.
+    """The stations of one curve at R divisions of every piece, with mitred or rounded corners.
 
-    `closed` tells whether a curve that ends where it begins shall be taken for closed; as a rule
-    it is.
+    By default, a curve that ends at its first point is closed; `closed` overrides this.
     """
     closed = pieces.closed if closed is None else closed
     at = CurveSamples.uniform(pieces.count, divisions)
@@ -91,7 +90,7 @@ def build_path(
     mitred, smooth = counts == 2, counts == 1
     before[smooth] = after[smooth] = mean[smooth]
     if closed:
-        # Its beginning stands where its end does: what is between them is at the end.
+        # The first station is at the place of the last: stations between them are at the end.
         counts[0] = 1
         counts[-1] -= mitred[-1]
     lengths = arc_lengths(pieces, at)
@@ -101,7 +100,7 @@ def build_path(
     number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = number / np.maximum(counts - 1, 1)[sample]
     if closed:
-        share[0] = 1.0  # its first direction is that in which it goes on
+        share[0] = 1.0  # its first direction is that after the corner
     directions = _interpolate(before[sample], after[sample], turn[sample], share)
     planes = np.where(mitred[sample, None], mean[sample], directions)
     arrives = (counts[sample] > 1) & (share == 0)
@@ -119,7 +118,7 @@ def build_path(
 
 
 def count_most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
-    """How many stations there can be, at most: exact but for cusps within pieces."""
+    """An upper bound of the number of stations, exact except for cusps within pieces."""
     joints = CurveSamples.uniform(pieces.count, 1)
     turn = _angles(*_directions(pieces, joints, _arrive(joints), pieces.closed))
     corners = int((_stations(turn, crease_angle) - 1).sum())
@@ -128,9 +127,10 @@ def count_most_stations(pieces: CurvePieces, divisions: int, crease_angle: float
 
 
 def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_angle: float) -> Ints:
-    """Stations at every sample; within a piece only as many corners as it can have cusps.
+    """The number of stations at every sample.
 
-    Where there are more, rounding turns the tangents, and there are none.
+    If a piece seems to have more corners than it can have cusps, the turns come from rounding, and
+    none of them counts.
     """
     counts = _stations(turn, crease_angle)
     turned = (counts > 1) & (at.t > 0) & (at.t < 1)
@@ -141,9 +141,9 @@ def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_ang
 
 
 def _most_cusps(pieces: CurvePieces) -> Ints:
-    """How many cusps each piece may have: none where all steps of its polygon go forwards.
+    """The most cusps of each piece: 0 if all steps of its polygon have one general direction.
 
-    Weights change nothing: C′ is a sum of P_j − P_i with i < j, times positive functions.
+    The same holds with weights: C′ is a sum of P_j − P_i with i < j, times positive functions.
     """
     steps = np.diff(pieces.points, axis=1)
     chord = pieces.points[:, -1] - pieces.points[:, 0]
@@ -155,7 +155,7 @@ def _most_cusps(pieces: CurvePieces) -> Ints:
 
 
 def _arrive(at: CurveSamples) -> CurveSamples:
-    """The samples with joints at t = 1 of the piece before, where the curve arrives."""
+    """The samples, with joints at t = 1 of the piece before."""
     joint = (at.t == 0.0) & (at.piece > 0)
     return CurveSamples(at.piece - joint, np.where(joint, 1.0, at.t))
 
@@ -163,7 +163,7 @@ def _arrive(at: CurveSamples) -> CurveSamples:
 def _directions(
     pieces: CurvePieces, at: CurveSamples, arriving: CurveSamples, closed: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Unit tangents with which the curve arrives at each sample, and with which it goes on."""
+    """Unit tangents of the curve before and after each sample."""
     after = to_space(evaluate_tangents(pieces, at))
     before = to_space(evaluate_tangents(pieces, arriving, before=True))
     if closed:
@@ -175,7 +175,7 @@ def _directions(
 
 
 def _speeds(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
-    """Change of the length with the parameter, that from 0 to 1 along the whole curve."""
+    """Derivative of the length by the parameter, which runs from 0 to 1 along the curve."""
     widths = np.diff(pieces.breaks) / (pieces.breaks[-1] - pieces.breaks[0])
     speeds: FloatArray = Speeds(pieces).at(at.piece, at.t[:, None])[:, 0] / widths[at.piece]
     return speeds
@@ -190,7 +190,7 @@ def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Unit vectors half way between others, (N, 3); b itself where they are opposite."""
+    """Unit vectors half way between a and b, (N, 3); b where they are opposite."""
     mean = a + b
     length = np.sqrt(np.square(mean).sum(axis=1))
     opposite = length < 1e-6
@@ -200,12 +200,12 @@ def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _least_turn(crease_angle: float) -> float:
-    """Turns up to this are none: small enough for one ring, and not left to rounding."""
+    """The least turn that counts as a corner: smaller turns need one ring, or are rounding."""
     return min(max(crease_angle, 1e-6), ROUND_STEP)
 
 
 def _stations(turn: FloatArray, crease_angle: float) -> Ints:
-    """Stations at every sample: 1 on a smooth curve, 2 of a mitred corner, more of a round one."""
+    """Numbers of stations at every sample: 1 on a smooth curve, 2 at a mitred corner, else more."""
     steps = np.ceil(turn / ROUND_STEP).astype(np.intp)
     corner = np.where(turn <= SHARPEST_MITRE, 2, steps + 1)
     stations: Ints = np.where(turn <= _least_turn(crease_angle), 1, corner)
@@ -213,7 +213,7 @@ def _stations(turn: FloatArray, crease_angle: float) -> Ints:
 
 
 def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
-    """Unit vectors on the way from a to b, (N, 3); from a to −a the way is some half circle."""
+    """Unit vectors on the arc from a to b, (N, 3); from a to −a it is any half circle."""
     across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
     length = np.sqrt(np.square(across).sum(axis=1))
     back = (length <= 1e-6) & (turn > 1)

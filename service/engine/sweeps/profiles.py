@@ -4,16 +4,16 @@ A tube of radius r about a curve C with a rotation-minimising frame n, b = n × 
 
     S(u, φ) = C(u) + r(u) e(φ),  e = cos φ n + sin φ b,  φ from 0 to 2π
 
-so that du × dφ points outwards, along e − r′/|C′| · C′/|C′|: the normal leans where the radius
-changes. Where r times the curvature of C exceeds 1 the tube runs through itself on the inner side
-of the bend; it remains closed there.
+so that du × dφ points outwards, along e − r′/|C′| · C′/|C′|: the normal is tilted where the radius
+changes. Where r times the curvature of C exceeds 1, the tube intersects itself on the inner side of
+the bend; it remains closed there.
 
 A ribbon of width w about C that faces a direction f:
 
     S(u, v) = C(u) + (v − ½) w(u) s(u),  s = f × C′ normalised,  v from 0 to 1
 
-its normal is what of f is at right angles to the curve. Where C′ has the direction of f it faces
-everywhere alike, and the crossbar of the last station before is kept.
+its normal is the part of f perpendicular to the curve. Where C′ has the direction of f, all
+crossbars are valid, and the crossbar of the station before is repeated.
 """
 
 from dataclasses import replace
@@ -29,7 +29,7 @@ from service.engine.sweeps.rows import Rows, SweptGrids, join_rows
 from service.engine.vectors import cross
 
 NO_SIDE = 1e-9
-"""Sine of the angle between curve and facing below which no crossbar is at right angles to both."""
+"""Sine of the angle between curve and facing below which they determine no crossbar."""
 
 
 def build_tubes(
@@ -46,7 +46,7 @@ def build_tubes(
     Parameters
     ----------
     radii : float, or ndarray of float64, shape (m,)
-        At every station, not negative; where it is 0 the tube is pointed.
+        The radius at every station, not negative; where it is 0, the tube is pointed.
     sides : int
         At least 3.
     slopes : ndarray of float64, shape (K, m), optional
@@ -61,7 +61,7 @@ def build_tubes(
     ring = _ring(normals, cross(normals, paths.tangents), sides)
     reach = ring
     if paths.mitres is not None:
-        # Along the curve as far as the plane in which the station stands.
+        # Along the curve up to the plane of the station.
         plane = paths.mitres[:, :, None]
         slide = -(ring * plane).sum(axis=-1) / (tangents * plane).sum(axis=-1)
         reach = ring + slide[..., None] * tangents
@@ -102,9 +102,9 @@ def build_ribbons(
     Parameters
     ----------
     widths : float, or ndarray of float64, shape (m,)
-        At every station, not negative; where it is 0 the ribbon is pointed.
+        The width at every station, not negative; where it is 0, the ribbon is pointed.
     facing, camera : ndarray of float64, shape (3,)
-        A direction to face, or a point to look at: one of them.
+        The direction that the ribbon faces, or the point; exactly one of them.
     """
     stations = paths.points.shape[1]
     width = np.broadcast_to(np.asarray(widths, dtype=np.float64), stations)
@@ -137,7 +137,7 @@ def build_ribbons(
 
 
 def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
-    """The vectors e at φ = 2π j / sides, j = 0 … sides: (K, m, sides+1, 3), the last the first."""
+    """The vectors e at φ = 2π j / sides, j = 0 … sides, the last like the first: (K, m, sides+1, 3)."""
     angle = 2 * np.pi * np.arange(sides) / sides
     along, across = np.cos(angle)[:, None], np.sin(angle)[:, None]
     ring = along * normals[:, :, None] + across * binormals[:, :, None]
@@ -145,19 +145,19 @@ def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
 
 
 def _crossbars(paths: Paths, towards: FloatArray) -> FloatArray:
-    """Unit vectors at right angles to the curve and to where it faces; never without direction."""
+    """Unit vectors perpendicular to the curve and to its facing direction."""
     size = np.abs(towards).max(axis=2, keepdims=True)
     side = cross(towards / np.where(size > 0, size, 1.0), paths.tangents)
     length = np.sqrt(np.square(side).sum(axis=2))
     clear = length > NO_SIDE
-    # The last station before that has one, else the first after.
+    # The crossbar of the last station before that has one, else of the first after it.
     number = np.where(clear, np.arange(side.shape[1]), -1)
     last = np.maximum.accumulate(number, axis=1)
     source = np.where(last >= 0, last, clear.argmax(axis=1)[:, None])
     chosen = np.take_along_axis(side, source[..., None], axis=1)
     lost = ~clear.any(axis=1)
     if lost.any():
-        # A straight line in that very direction: any crossbar faces it as well as another.
+        # A straight line in the facing direction: any crossbar is valid.
         closed, fractions = paths.closed, paths.fractions[lost]
         chosen[lost] = compute_frames(
             paths.points[lost], paths.tangents[lost], fractions, closed=closed
@@ -172,7 +172,7 @@ def _find_mitres(paths: Paths) -> Bools:
 
 
 def _find_same_rows(paths: Paths) -> Ints:
-    """For each station the first one whose row has the same positions."""
+    """For each station the first station whose row has the same positions."""
     same = np.arange(paths.points.shape[1]) - _find_mitres(paths)
     if paths.closed:
         same[-1] = 0
@@ -180,7 +180,7 @@ def _find_same_rows(paths: Paths) -> Ints:
 
 
 def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
-    """The rows with discs at the ends: their rims once more, with other normals, and centres."""
+    """The rows with discs at the ends: their rims again, with other normals, and their centres."""
     for at_end in (False, True):
         if not has_caps[at_end]:
             continue
@@ -216,7 +216,7 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
 
 
 def _add_rows(rows: Rows, added: Rows, same: Ints, at_end: bool) -> Rows:
-    """Rows and more rows behind or before them, with no faces between."""
+    """Rows with added rows before or after them, without faces between."""
     first, second = (rows, added) if at_end else (added, rows)
     return Rows(
         np.concatenate([first.positions, second.positions], axis=1),

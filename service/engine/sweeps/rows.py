@@ -19,13 +19,15 @@ class SweptGrids:
     ----------
     positions, normals : ndarray of float64, shape (N, 3)
     uvs : ndarray of float64, shape (N, 2)
-        Length along the curve and way across, as parts of the whole; on caps, of a disc.
+        Shares of the length along the curve and of the way across it; on caps, coordinates on a
+        disc.
     place : ndarray of int, shape (N,)
-        For each sample one that stands for its position, that one for itself.
+        For each sample, the number of one sample at its position, the same for all samples there.
     triangles, quads : ndarray of uint32, shapes (T, 3) and (Q, 4)
-        Samples, counter-clockwise seen from the normal's tip; curve by curve equally many.
+        Samples, counter-clockwise seen from the normal's tip; each curve has the same number of
+        faces.
     grids : tuple of ndarray of uint32, shapes (K, rows, columns)
-        The samples of every run of stations that is one surface.
+        The samples of every run of stations that one surface joins.
     """
 
     positions: FloatArray
@@ -39,11 +41,12 @@ class SweptGrids:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Rows of samples that stand one after another along each of K curves.
+    """Rows of samples, one after another along each of K curves.
 
     `positions`, `normals` (K, rows, columns, 3), `uvs` (K, rows, columns, 2). `drawn` (rows − 1,)
-    tells between which rows there are faces, `pointed` (rows,) which rows are one point, `same`
-    (rows,) the first row with the same positions. With `around` the last column is the first.
+    marks the gaps between rows that have faces, `pointed` (rows,) the rows that are one point,
+    `same` (rows,) the first row with the same positions. With `around` the last column is the
+    first.
     """
 
     positions: FloatArray
@@ -56,7 +59,7 @@ class Rows:
 
 
 def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
-    """Samples numbered curve by curve and row by row, one place each, and joined."""
+    """Grids of the samples, which are numbered curve by curve and row by row."""
     count, height, width = rows.positions.shape[:3]
     number = np.arange(height * width).reshape(height, width)
     place = number[_first(rows.same)]
@@ -84,7 +87,7 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
 
 
 def _first(same: Ints) -> Ints:
-    """Rows that stand for others, themselves stood for by none."""
+    """For each row the first row with the same positions, after following all references."""
     while (same[same] != same).any():
         same = same[same]
     return same
@@ -110,12 +113,12 @@ def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
 
 
 def _repeat(pattern: Ints, each: Ints) -> IndexArray:
-    """The pattern of one curve for all of them."""
+    """The pattern of one curve, repeated for all curves."""
     every: IndexArray = (each[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
     return every
 
 
 def _runs(drawn: Bools) -> Sequence[slice]:
-    """Rows that follow one another with faces between, at least two together."""
+    """Runs of two or more rows with faces between them."""
     ends = [0, *(np.flatnonzero(~drawn) + 1).tolist(), len(drawn) + 1]
     return [slice(a, b) for a, b in pairwise(ends) if b - a > 1]

@@ -13,8 +13,8 @@ from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.sweep_model import Ribbon, SweepModel, Tube
 
 STEEPEST = 1e6
-"""The largest derivative of the radius by the length. A steeper tube counts as a step, and its
-normal is almost that of a disc."""
+"""The largest derivative of the radius by the length. A steeper tube counts as a step, with a
+normal almost like that of a disc."""
 
 EFFORT = 40
 """Multiplications for the length of one station are at most this times (degree + 1)²: two rules of
@@ -58,7 +58,7 @@ def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, in
 
 
 def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
-    """Multiplications of the lengths, which take most of the time where the degree is high."""
+    """The number of multiplications for the lengths, the largest part at high degrees."""
     stations = model.pieces.count * options.resolution[0]
     return stations * EFFORT * (model.pieces.degree + 1) ** 2
 
@@ -67,12 +67,12 @@ def _evaluate(coefficients: FloatArray, t: FloatArray) -> FloatArray:
     """The values of a Bézier function at parameters t; its ends are exact."""
     basis = bernstein(len(coefficients) - 1, t)
     value: FloatArray = (basis * coefficients).sum(axis=1)
-    # Rounding must not change a constant, or leave the range of the coefficients.
+    # Rounding must not change a constant, nor exceed the range of the coefficients.
     return np.clip(value, coefficients.min(), coefficients.max())
 
 
 def _slopes(tube: Tube, paths: Paths) -> FloatArray | None:
-    """Change of the radius with the length at every station; None where it is constant."""
+    """Derivative of the radius by the length at every station; None if the radius is constant."""
     if len(tube.radii) == 1 or paths.speeds is None:
         return None
     degree = len(tube.radii) - 1

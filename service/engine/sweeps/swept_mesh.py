@@ -31,7 +31,7 @@ def build_swept_mesh(
         Only normals, uvs, weld, crease_angle and the overlay of the control net are used; `swept`
         already has the faces.
     single : bool
-        float32 positions about a local origin, for formats that store them so.
+        Whether positions are float32 about a local origin, else float64 in model coordinates.
     polygon : ndarray of float64, shape (K, 3), optional
         The control polygon of the curve.
     """
@@ -83,7 +83,7 @@ def build_swept_mesh(
 def _polygon_overlay(
     polygon: FloatArray | None, origin: FloatArray, dtype: type[np.float32] | type[np.float64]
 ) -> Overlay:
-    """The control polygon of a curve, (K, 3), as lines to draw."""
+    """The control polygon of a curve, (K, 3), as an overlay."""
     points = np.empty((0, 3)) if polygon is None else polygon - origin
     number = np.arange(max(len(points), 1), dtype=np.uint32)
     segments = np.stack([number[:-1], number[1:]], axis=1)
@@ -91,7 +91,7 @@ def _polygon_overlay(
 
 
 def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
-    """Vertices from samples: all of them, or one for all samples at one place with near normals."""
+    """Makes vertices from samples: one for each sample, or one for samples that are welded."""
     identity = np.arange(len(swept.place))
     if not options.weld:
         return Welding(identity, identity, identity)

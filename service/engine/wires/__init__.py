@@ -1,1 +1,1 @@
-"""Isoparametric curves of surfaces, and what they are drawn as."""
+"""Isoparametric curves of surfaces, drawn as lines, tubes or ribbons."""

@@ -53,7 +53,7 @@ def build_line_mesh(
     origin: FloatArray,
     dtype: Real,
 ) -> Mesh:
-    """A mesh without faces, from overlays whose positions are as the file will store them."""
+    """A mesh without faces, from overlays in the precision and with the origin of the file."""
     nothing = np.empty((0, 3), dtype)
     low, high = _find_bounds(overlays, origin, model.bounds)
     return Mesh(
@@ -175,7 +175,7 @@ def find_width(model: PatchModel, options: MeshOptions) -> float:
 
 def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
     """Most vertices, triangles and quads of `curves` curves with `samples` samples in all."""
-    # Where two curves are joined, both the last and the first station stay.
+    # If two curves are joined, both the last and the first station stay.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples
     around = options.wire_sides + 1
@@ -207,7 +207,7 @@ def _shift(faces: Sequence[IndexArray], first: Ints) -> IndexArray:
 
 
 def line_overlay(curves: Sequence[IsoCurves]) -> Overlay:
-    """Every curve as a line through its samples; float64, in model coordinates."""
+    """Every curve as a polyline through its samples; float64, in model coordinates."""
     positions = [np.empty((0, 3))]
     segments = [np.empty((0, 2), np.uint32)]
     first = 0

@@ -56,7 +56,7 @@ class IsoCurves:
     last: FloatArray
 
     def take(self, chosen: Bools) -> "IsoCurves":
-        """Some of the curves."""
+        """The chosen curves."""
         return IsoCurves(
             self.points[chosen], self.patch[chosen], self.first[chosen], self.last[chosen]
         )
@@ -126,7 +126,7 @@ def sample_divided_isocurves(
     seams : Seams
         The seams of the model.
     counts : (n_u, n_v)
-        Into how many pieces the curves of constant u, and of constant v, cut a patch; 0 draws
+        Numbers of pieces into which curves of constant u, and of constant v, cut a patch; 0 draws
         none. A triangle takes the larger for all three directions.
     """
     runs = list(_sample_borders(seams, divisions.edges, counts))
@@ -165,7 +165,7 @@ def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tupl
 
 
 def _take_patches(batch: AnyPatches, rows: Ints) -> AnyPatches:
-    """Some patches of a batch; the batch itself if they are all."""
+    """Patches `rows` of a batch; the batch itself if these are all patches."""
     return batch if len(rows) == batch.count else batch.take(rows)
 
 
@@ -179,7 +179,7 @@ def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
 
 
 class _EdgePoints:
-    """Points at i/n of every edge: where curves across patches begin and end."""
+    """Points at i/n of every edge, at which curves across patches begin and end."""
 
     def __init__(self, seams: Seams, count: int) -> None:
         self.count = count
@@ -245,7 +245,7 @@ def _sample_across_triangles(
     """Curves s, r and t = i/n between the borders of triangles, as parameters (s, t)."""
     n = ends.count
     for i in range(1, n):
-        # With this count, samples of the mesh that lie on the curve are samples of it too.
+        # With this count, samples of the mesh on the curve are also samples of the curve.
         count = -(-divisions * (n - i) // n)
         near, far = i / n, (n - i) / n
         for begin, end, sides in (

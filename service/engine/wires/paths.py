@@ -1,10 +1,10 @@
-"""Isoparametric curves one after another, as paths that tubes and ribbons are swept along.
+"""Joins isoparametric curves to the paths of tubes and ribbons.
 
-Where exactly two curves across patches end in the same point, bit for bit, and that is no corner
-of a patch, the one goes on where the other ends; and a curve that ends where it begins goes round.
-At a corner, where more of them meet, two go on as one that run straight through it. A bend of up to
-90° is mitred: one station for each direction, both in the plane that halves the bend. A sharper one
-ends both curves.
+If exactly two curves across patches end in the same point, bit for bit, and it is not a corner of a
+patch, they are joined. A curve that ends at its first point is closed. At a corner, where more
+curves meet, two curves are joined if they run straight through it. A bend of up to 90° is mitred:
+one station for each direction, both in the plane that halves the bend. At a sharper bend both
+curves end.
 """
 
 from collections.abc import Iterator, Sequence
@@ -37,7 +37,7 @@ class WirePaths:
     normals: FloatArray
 
     def lift(self, distance: float) -> Paths:
-        """The paths so far above the surface."""
+        """The paths at this distance above the surface."""
         return replace(self.paths, points=self.paths.points + distance * self.normals)
 
 
@@ -57,7 +57,7 @@ class _Curve:
 def build_wire_paths(
     model: PatchModel, runs: Sequence[IsoCurves], crease_angle: float
 ) -> Iterator[WirePaths]:
-    """All curves, joined where they go on; those of one pattern of stations together."""
+    """All curves as joined paths; paths with one pattern of stations come together."""
     curves = [curve for run in runs for curve in _build_curves(model, run)]
     groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
     for chain, closed in _find_chains(curves, _find_joints(model, curves, crease_angle)):
@@ -95,7 +95,7 @@ def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
 
 
 def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
-    """Unit tangents; from the chords where the derivative vanishes."""
+    """Unit tangents, with the directions of chords where the derivative vanishes."""
     chords = np.empty_like(points)
     chords[:, 1:-1] = points[:, 2:] - points[:, :-2]
     chords[:, 0], chords[:, -1] = points[:, 1] - points[:, 0], points[:, -1] - points[:, -2]
@@ -113,7 +113,7 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) -> Ints:
-    """For each end of each curve, 2 k and 2 k + 1, the end that it goes on at; −1 if it ends."""
+    """For each end of each curve, 2 k and 2 k + 1, the end with which it is joined, or −1."""
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
     _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)
@@ -129,7 +129,7 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     other = np.full(len(ends), -1, dtype=np.intp)
     for pairs in (off[_find_pairs(number[off])], met[straight]):
         other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-    # A curve that ends where it begins goes round, whatever else meets it there.
+    # A curve that ends at its first point is closed, even if other curves end there.
     ring = 2 * np.flatnonzero(number[::2] == number[1::2])
     partners = other[np.concatenate([ring, ring + 1])]
     other[partners[partners >= 0]] = -1
@@ -138,7 +138,7 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
 
 
 def _find_pairs(number: Ints) -> Ints:
-    """Rows (n, 2) that have a number to themselves, two and two."""
+    """Pairs (n, 2) of rows whose number no other row has."""
     _, back, uses = np.unique(number, return_inverse=True, return_counts=True)
     order = np.argsort(back, kind="stable")
     pairs: Ints = order[uses[back[order]] == 2].reshape(-1, 2)
@@ -148,8 +148,8 @@ def _find_pairs(number: Ints) -> Ints:
 def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Ints:
     """Pairs (n, 2) of ends that meet in one point, of this number, in opposite directions.
 
-    The line through a point along d is the matrix d dᵀ, whichever way d points; of two lines at a
-    small angle these are √2 times it apart.
+    The matrix d dᵀ represents the line along d in both directions; the distance of the matrices of
+    two lines at a small angle is √2 times the angle.
     """
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
     _, first, back = np.unique(number, return_index=True, return_inverse=True)
@@ -160,10 +160,10 @@ def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Int
 
 
 def _find_chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve], bool]]:
-    """Every curve once, in the chains that they form, and whether these are closed."""
+    """The chains of joined curves, with every curve once; and whether each chain is closed."""
     following = other.tolist()
     waiting = [True] * len(curves)
-    # Chains that end somewhere are begun there; what is left then goes round.
+    # Open chains begin at an end; the remaining chains are closed.
     ends = [end for end in range(len(following)) if following[end] < 0]
     for begin in (*ends, *range(0, len(following), 2)):
         if not waiting[begin // 2]:
@@ -178,7 +178,7 @@ def _find_chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_
 
 
 def _split_at_bends(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list[_Curve], bool]]:
-    """The chain in the pieces that sharp bends leave of it."""
+    """The pieces of the chain between sharp bends."""
     breaks = [
         k
         for k in range(0 if closed else 1, len(chain))
@@ -202,7 +202,7 @@ def _mean_length(a: FloatArray, b: FloatArray) -> float:
 def _join_chain(
     chain: list[_Curve], closed: bool, crease_angle: float
 ) -> tuple[_Curve, FloatArray, Bools]:
-    """One curve of a chain: going on from every sample, arriving at it, and which are bends."""
+    """One curve of a chain, its tangents before each sample, and which samples are bends."""
     after = np.concatenate([curve.tangents[bool(k) :] for k, curve in enumerate(chain)])
     before = after.copy()
     joints = np.cumsum([len(curve.tangents) - 1 for curve in chain])
@@ -221,7 +221,7 @@ def _join_chain(
 
 
 def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:
-    """Paths of one pattern: a station at every sample, two at every bend."""
+    """Paths with one pattern of stations: one at every sample, two at every bend."""
     points = np.stack([curve.points for curve, _, _ in members])
     after = np.stack([curve.tangents for curve, _, _ in members])
     normals = np.stack([curve.normals for curve, _, _ in members])
@@ -231,7 +231,7 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
     planes /= np.sqrt(np.square(planes).sum(axis=2, keepdims=True))
     twice = bends.copy()
     if closed:
-        # The first station stands where the last one does: together they are the two of a bend.
+        # The first and the last station are at one place: together they are the two of a bend.
         twice[[0, -1]] = False
     sample = np.repeat(np.arange(len(bends)), 1 + twice)
     second = np.zeros(len(sample), dtype=bool)
