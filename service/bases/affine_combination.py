@@ -17,25 +17,24 @@ def combine(
 
         v_j = Σ_k s_kj w_{i(k, j)},   Q_j = Σ_k (s_kj w_{i(k, j)} / v_j) P_{i(k, j)}
 
-    Shares are not negative and add up to one over k. A mean lies between the least and the
-    greatest of its terms, and is clipped to these when rounding leads beyond. Hence the mean of
-    equal points is that point, bit for bit, and points with one coordinate in common keep it. Two
-    terms in exchanged order give the same bits.
+    Shares are not negative and add up to one over k. A mean lies between the least and the greatest
+    of its terms; a mean that rounding moves outside is clipped to them. Hence the mean of equal
+    points is that point, bit for bit, and points with one coordinate in common keep it. Two terms
+    in exchanged order give the same bits.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n, …, d)
     weights : ndarray of float64, shape (n, …), or None
-        None if all are one.
-    index, shares : ndarray of int and of float64, shape (K, m)
-        Row i(k, j) contributes the share s_kj to mean j.
+        None if all are 1. index, shares : ndarray of int and of float64, shape (K, m) Row i(k, j)
+        contributes the share s_kj to mean j.
 
     Returns
     -------
     points : ndarray of float64, shape (m, …, d)
     weights : ndarray of float64, shape (m, …), or None
     """
-    # A row with share 0 must not widen the bounds either.
+    # A row with share 0 does not widen the bounds.
     heaviest = index[shares.argmax(axis=0), np.arange(index.shape[1])]
     index = np.where(shares == 0, heaviest, index)
     axes = (slice(None),) + (np.newaxis,) * (points.ndim - 2)
@@ -61,8 +60,9 @@ def combine_run(
 ) -> WeightedPoints:
     """Combinations of k control points from `first` on, shares (g, r, k): (g, r, …).
 
-    Points are combined relative to their middle one, M + Σ c_i w_i (P_i − M) / Σ c_i w_i. The terms
-    are added in pairs from the outside in, so that reversed points give the same sum bit for bit.
+    Points are combined relative to their middle point, M + Σ c_i w_i (P_i − M) / Σ c_i w_i. The
+    terms are added in pairs from the outside in, so that reversed points give the same sum bit for
+    bit.
     """
     count = shares.shape[-1]
     middle = points.take(first + (count - 1) // 2, axis=0)

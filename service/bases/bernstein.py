@@ -19,16 +19,16 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
 
         B_i^n(t) = (1 − t) B_i^{n−1}(t) + t B_{i−1}^{n−1}(t),  B_0^0 = 1
 
-    The recurrence only adds products of non-negative numbers, so each value is right to about n
-    units in its last place (3e-15 at degree 100). Binomials times powers would overflow and
-    underflow there.
+    The recurrence only adds products of non-negative numbers, so the error of each value is about n
+    units in its last place (3e-15 at degree 100). At that degree, binomials would overflow and
+    powers underflow.
 
     Parameters
     ----------
     degree : int
         n ≥ 0.
     t : array_like of float64, shape (m,)
-        Parameters in [0, 1]. At 0 and 1 the basis is exactly 0s and a 1.
+        Parameters in [0, 1]. At 0 and 1 one value is exactly 1 and the others are 0.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def elevation_matrix(low: int, high: int) -> FloatArray:
 
         E_lj = C(low, j) C(high − low, l − j) / C(high, l)
 
-    Every row has non-negative numbers of sum 1; the first and the last row are a 1 and zeros.
+    Every row has non-negative numbers of sum 1; the first and the last row have one 1 and zeros.
 
     References
     ----------
@@ -201,8 +201,8 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
 
         (f g)_kl = Σ_{i+a=k, j+b=l} C(p,i)C(r,a)/C(p+r,k) · C(q,j)C(s,b)/C(q+s,l) f_ij g_ab
 
-    The factors of every sum are non-negative and add up to one: no digits are lost beyond those
-    the coefficients themselves cancel.
+    The factors of every sum are non-negative and add up to one: digits are lost only if the
+    coefficients themselves cancel.
 
     Parameters
     ----------

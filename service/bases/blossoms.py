@@ -3,8 +3,8 @@
 On one span a B-spline of degree p is a polynomial, hence a Bézier curve. Its points are values of
 the blossom f, the symmetric function of p arguments that is affine in each and has f(t, …, t) =
 C(t): control point i is f(U_{i+1}, …, U_{i+p}), and Bézier point j of the span [a, b] is f(a, …, a,
-b, …, b) with b taken j times. Replacing arguments one by one leads from control points to Bézier
-points by convex combinations only.
+b, …, b) with b taken j times. If the arguments are replaced one by one, each step is a convex
+combination of control points.
 
 Borden, Scott, Evans and Hughes, Isogeometric finite element data structures based on Bézier
 extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989).

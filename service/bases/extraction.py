@@ -19,11 +19,11 @@ from service.bases.knots import spans
 from service.bases.row_batches import row_slices
 
 CHUNK_BYTES = 4 << 20
-"""Bytes of the operators, or gathered points, of the spans that are computed at a time."""
+"""Bytes of the operators, or gathered points, of the spans in one chunk."""
 
 SAME_SHARE = 2.0**-40
 """Largest difference of the shares of equal control points at the two ends of a closed curve. Knots
-like k/7 are rounded, yet the ends must be one point."""
+like k/7 are rounded, but the ends must be one point."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,7 +41,7 @@ class _Sums:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Extraction:
-    """The combinations of control points that are the Bézier points of every span.
+    """The Bézier points of every span, as combinations of control points.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Extraction:
         points : ndarray of float64, shape (n, …, d)
             Control points along axis 0.
         weights : ndarray of float64, shape (n, …), optional
-            Positive; without them the points are combined as they are.
+            Positive; by default all are equal.
         """
         combined = np.empty((self.count, *points.shape[1:]))
         weight = None if weights is None else np.empty((self.count, *weights.shape[1:]))
@@ -117,7 +117,7 @@ class Extraction:
 def plan_extraction(
     knots: FloatArray, degree: int, points: FloatArray, weights: FloatArray | None = None
 ) -> Extraction:
-    """The extraction for these knots, from the cache if another curve had the same knots.
+    """The cached extraction for these knots.
 
     The control points, of shape (n, …, d), only decide whether the curve closes.
     """
@@ -137,7 +137,7 @@ def plan_extraction(
 def extract_bezier_points(
     points: FloatArray, knots: FloatArray, degree: int, weights: FloatArray | None = None
 ) -> WeightedPoints:
-    """Bézier points and weights of every span of a B-spline, or of many side by side.
+    """Bézier points and weights of every span of a B-spline, or of many along further axes.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def extract_bezier_points(
 
 
 def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
-    """The extraction for some knots; `closed`: whether the curve ends where it begins."""
+    """The extraction for some knots; `closed` says whether the curve ends in its first point."""
     at = spans(knots, degree)
     shares = np.empty((len(at), degree + 1, degree + 1))
     for chunk in row_slices(len(at), 8 * (degree + 1) ** 2, CHUNK_BYTES):
@@ -171,7 +171,8 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
         repeated = len(head), int(at[0]) - degree, int(at[-1]) - degree + int(many[-1])
         if closed:
             _close(head, tail)
-    # At multiplicity p + 1 the curve is discontinuous: two points there, each a control point.
+    # At multiplicity p + 1 the curve is discontinuous: it has two points at this knot, both control
+    # points.
     parted = np.flatnonzero(many > degree)
     first = degree * np.arange(len(at)) + np.cumsum(many[:-1] > degree)
     places = first[:, np.newaxis] + np.arange(degree + 1)
@@ -196,7 +197,7 @@ def _combine_joints(
 ) -> Iterator[_Sums]:
     """Points between spans, by the multiplicity m of their knot: each combines p − m + 1 points.
 
-    Each is the mean of the results of the spans on both sides: `shares` of the first and of the
+    A point is the mean of the results of the spans on both sides: `shares` of the first and of the
     last point of every span, (spans, p+1).
     """
     begins, ends = shares

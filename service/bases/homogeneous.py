@@ -1,4 +1,4 @@
-"""Homogeneous coordinates: points with their weights in them."""
+"""Homogeneous coordinates: points multiplied by their weights."""
 
 import numpy as np
 

@@ -1,9 +1,9 @@
 """Knot vectors, and the B-spline basis over them.
 
 A knot vector U_0 ≤ … ≤ U_{n+p+1} and a degree p make n + 1 basis functions; their sum is one over
-the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain, a *span* s the interval
-[U_s, U_{s+1}] between two consecutive breaks: B-splines are polynomials there. Splines are
-right-continuous: a knot belongs to the span that begins at it, the last one to the last span.
+the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain, a *span* s the interval [U_s,
+U_{s+1}] between two consecutive breaks: B-splines are polynomials there. Splines are
+right-continuous: a knot belongs to the span that begins at it, and the last knot to the last span.
 
 Piegl and Tiller, The NURBS Book, 2nd ed., chapter 2.
 """
@@ -42,7 +42,7 @@ def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
 
 
 def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
-    """The knots; neighbours that differ by less than `least`, by rounding alone, become equal.
+    """The knots; neighbours that differ by less than `least` become equal.
 
     Multiplicities reach at most p inside the domain and p + 1 at its ends, which do not move;
     knots that would exceed these stay as they are.
@@ -63,7 +63,7 @@ def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
 
 
 def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:
-    """The distinct knots and how often each occurs."""
+    """The distinct knots and their multiplicities."""
     distinct, counts = np.unique(knots, return_counts=True)
     return distinct, counts
 
@@ -86,7 +86,7 @@ def breaks(knots: FloatArray, degree: int) -> FloatArray:
 
 
 def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
-    """Number s of the span that each parameter lies in: U_s ≤ t < U_{s+1}; the last at the end.
+    """Number s of the span of each parameter: U_s ≤ t < U_{s+1}; the last span at the end.
 
     Parameters
     ----------

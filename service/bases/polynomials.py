@@ -1,9 +1,9 @@
 """Bernstein nets of a higher degree or over a part of the domain.
 
-A net is its points and its weights (None where all are one). All functions work along axis 0 and
-leave the other axes alone. Each step computes weighted means of two neighbouring rows, so that no
-digit is lost to cancellation, the first and the last row keep their bits, and equal rows stay
-equal. Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
+A net is a pair of points and weights (None if all are 1). All functions work along axis 0 and leave
+the other axes alone. Each step computes weighted means of two neighbouring rows, so that no digit
+is lost to cancellation, the first and the last row keep their bits, and equal rows stay equal.
+Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
 """
 
 from typing import TypeAlias

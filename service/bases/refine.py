@@ -21,7 +21,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_slices
 
 CHUNK = 1024
-"""Control points computed at a time: their shares stay in the processor's cache."""
+"""Control points in one chunk: their shares stay in the processor's cache."""
 
 
 def find_refinement(
@@ -92,7 +92,7 @@ def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArra
     low, high = near[:r], near[r:]
     width = high - low
     carried = np.zeros((r + 1, shares.shape[1]))
-    # The quotient is exactly 1 where t is an end; a product with an inverse need not be.
+    # The quotient is exactly 1 if t is an end; a product with an inverse may differ from 1.
     carried[:-1] = shares * ((high - t) / width)
     carried[1:] += shares * ((t - low) / width)
     return carried
@@ -103,8 +103,8 @@ def raise_knots(
 ) -> FloatArray:
     """Knots of the spline over [first, last] in the degree `raised` ≥ `degree`.
 
-    The multiplicity of interior knots increases as much as the degree, which keeps the continuity
-    there; the ends have multiplicity `raised` + 1.
+    The multiplicity of interior knots increases by the same number as the degree, which keeps the
+    continuity there; the ends have multiplicity `raised` + 1.
     """
     within = knots[(knots > first) & (knots < last)]
     breaks, many = np.unique(within, return_counts=True)

@@ -91,7 +91,8 @@ def evaluate_rows(
     """Polynomials at some rows of samples; evaluates each row as a curve.
 
     For fixed t the surface is the curve Σ_k B_k^n(t) c_k. It is sampled at the divisions of the row
-    of samples: n + 1 multiplications a value instead of n²/2, and no basis to cache.
+    of samples: this takes n + 1 multiplications for each value instead of n²/2, and needs no cached
+    basis.
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ def evaluate_rows(
 def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
     """Bernstein basis at R equal divisions, shape (n+1, R+1), by powers: C(n, j) s^j (1 − s)^{n−j}.
 
-    At degrees up to 64 the powers that underflow do not change any sum. Each row needs a basis of
-    its own that is not used again; the recurrence would take n times as long.
+    At degrees up to 64 the powers that underflow do not change any sum. Each row needs a different
+    basis, which is used once; the recurrence would take n times as long.
     """
     powers = np.ones((degree + 1, divisions + 1))
     if degree and divisions:

@@ -48,8 +48,8 @@ def elevate(net: Net, degree: int) -> Net:
 def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
     """The three triangles into which a point (r, s, t) divides a triangle.
 
-    The point replaces one corner in each triangle: b_n00 in the first, b_00n in the last.
-    de Casteljau; edges that two of them share are computed once.
+    The point replaces one corner in each triangle: b_n00 in the first, b_00n in the last. de
+    Casteljau; an edge that two triangles share is computed once.
     """
     points, weights = net
     n = degree_of(len(points))

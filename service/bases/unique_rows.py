@@ -11,8 +11,8 @@ from service.bases.arrays import FloatArray, Ints
 def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
     """First position of every distinct value, in ascending order, and the number of each value.
 
-    Equal to `return_index` and `return_inverse` of `numpy.unique`, in half its time for a few
-    hundred values. Shapes (D,) and (len(values),).
+    The results are equal to `return_index` and `return_inverse` of `numpy.unique`, and take half
+    the time for a few hundred values. Shapes (D,) and (len(values),).
     """
     order = values.argsort(kind="stable")
     ordered = values[order]

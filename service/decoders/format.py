@@ -31,9 +31,9 @@ class Decoder:
     about : str
         Text for the OpenAPI document: the content of such a file, and how the service reads it.
     weight : float
-        Bytes of memory for each byte of a file, itself included, until the surface is built.
+        Bytes of memory for each byte of a file, including that byte, until the surface is built.
     example : tuple of str, optional
-        For a text: a title, and the text.
+        For text formats: a title and the text of an example.
     """
 
     name: str

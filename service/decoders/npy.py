@@ -26,7 +26,7 @@ from service.decoders.format import Tree, check_count, check_kind, malformed
 from service.errors import InvalidRequest, Issue
 
 KINDS = ("bezier", "bspline", "patches")
-"""Kinds of surface of an array; the first two have one net, the last has one net a patch."""
+"""Kinds of surface of an array; the first two have one net, the last has one net for each patch."""
 
 MAGIC = b"\x93NUMPY"
 
@@ -50,7 +50,7 @@ _NEEDED = "a file as numpy.save writes it"
 
 @dataclass(frozen=True, slots=True)
 class _Header:
-    """The fields of a header, and where the numbers begin."""
+    """The fields of a header, and the index of the first byte of the numbers."""
 
     dtype: np.dtype[Any]
     fortran: bool

@@ -1,4 +1,4 @@
-"""Reads numbers from a text, quickly and with little memory: one piece of the text at a time.
+"""Reads numbers from a text, one piece of the text at a time, which takes little memory.
 
 Python's `float` reads each word, correctly rounded; words that are not plain decimals are refused.
 If a word is not a number, the text is read a second time to find the line of the word.
@@ -16,10 +16,10 @@ from service.decoders.format import malformed
 from service.errors import InvalidRequest, Issue, SurfaceError
 
 PIECE = 1 << 16
-"""Bytes that are split into words at a time."""
+"""Bytes of one piece, which is split into words."""
 
 LONGEST = 100
-"""Characters of a number; all its digits need 24."""
+"""The most characters of a number; all digits of a float64 need 24."""
 
 _GAP = re.compile(rb"[\s,]")
 _WORD = re.compile(rb"[^\s,]+")
@@ -39,7 +39,8 @@ def read_numbers(
     most : int
         The most numbers that are allowed.
     refused : callable
-        Returns the error for more than `most` numbers; this is raised before they are all read.
+        Returns the error for more than `most` numbers; this error is raised before all numbers are
+        read.
 
     Raises
     ------

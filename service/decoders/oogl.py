@@ -1,9 +1,8 @@
 """Reads Bézier patches from OOGL files: BEZ and BBP objects, alone or in LISTs.
 
-It reads what Geomview reads of such objects: keywords with letters for texture coordinates and
-colours, `BEZ p q d` with blanks, braces, `=`, names, appearances, comments. It skips lines (SKEL,
-VECT), which files of `oogl=bez` contain for overlays. It refuses all other objects, and names the
-line.
+It reads such objects as Geomview does: keywords with letters for texture coordinates and colours,
+`BEZ p q d` with blanks, braces, `=`, names, appearances, comments. It skips lines (SKEL, VECT),
+which files of `oogl=bez` contain for overlays. It refuses all other objects, and names the line.
 
 References
 ----------
@@ -36,7 +35,7 @@ MAX_BRACES = 1000
 """Most braces inside an appearance."""
 
 STEP = 1 << 20
-"""Bytes that are searched at a time."""
+"""Bytes that are searched in one step."""
 
 HIGHEST_DEGREE = 12
 """Highest degree that Geomview reads."""
@@ -203,7 +202,7 @@ class _Reader:
         return match[1]
 
     def _peek(self) -> bytes:
-        """The next word, which stays."""
+        """The next word, without taking it."""
         match = _WORD.match(self._text, self._place)
         return match[1] if match else b""
 

@@ -16,7 +16,7 @@ from service.decoders.format import Tree
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """The degrees of an object's patches, and the numbers that they have."""
+    """The degrees of the patches of an object, and the numbers that each patch has."""
 
     degree: tuple[int, int]
     dimension: int
@@ -100,7 +100,8 @@ def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
 def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     """Bilinear interpolants of corner values, as values at the control points, u fastest.
 
-    A function of degree (1, 1) raised to degree (p, q) has its own values at (i/p, j/q).
+    The Bézier coefficients of a function of degree (1, 1) in degree (p, q) are its values at (i/p,
+    j/q).
 
     Parameters
     ----------
@@ -115,7 +116,7 @@ def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     count, _, width = corners.shape
     square = corners.reshape(count, 2, 2, width)
     blended = np.einsum("kbad,ai,bj->kjid", square, along_u, along_v)
-    # Means lie between their numbers, but rounded means not always.
+    # A rounded mean may lie outside of its numbers.
     low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
     values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
     return values

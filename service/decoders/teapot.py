@@ -1,4 +1,4 @@
-"""Reads Bézier patches from the text form in which the Utah teapot has been passed on since 1975.
+"""Reads Bézier patches from the text form of the Utah teapot of 1975.
 
     32                                            number of patches
     1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16        vertices of each, counted from 1

@@ -1,8 +1,8 @@
-"""The libraries and the processor, on which a file's bytes depend beside its mesh.
+"""The libraries and the processor, on which the bytes of a file depend.
 
 BLAS and NumPy add up products and sums in an order that suits the processor, and rounding depends
 on the order. So two machines may compute meshes of the same surface that differ in some last
-digits, each as good as the other.
+digits; both are valid.
 """
 
 import platform

@@ -7,7 +7,7 @@ from service.bases.arrays import RealArray
 
 
 def to_bytes(colors: RealArray) -> NDArray[np.uint8]:
-    """Colours, and opacity if there is one, from 0 to 255; halves are rounded to even."""
+    """Colours, and opacity if present, from 0 to 255; halves are rounded to even."""
     return np.rint(colors.astype(np.float64) * 255).astype(np.uint8)
 
 

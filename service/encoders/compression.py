@@ -5,10 +5,10 @@ from service.encoders.gltf import meshopt
 
 
 def compressions() -> tuple[Compression, ...]:
-    """All kinds but `none`."""
+    """All kinds of compression except `none`."""
     return ("meshopt",) if meshopt.available() else ()
 
 
 def made_by(compression: Compression) -> str:
-    """The library's version, on which the bytes of a kind depend beside the content."""
+    """The version of the library: another version may compress the same content to other bytes."""
     return f"meshopt {meshopt.library_version()}" if compression == "meshopt" else ""

@@ -30,7 +30,7 @@ def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
         Model coordinates, in the order of the vertices; vertices that differ only in their normal
         or (u, v) share a position.
     row : ndarray of uint32, shape (V,), or None
-        The row of `positions` of each vertex; None where it is the vertex's own row.
+        The row of `positions` of each vertex; None if it is the number of the vertex.
     """
     welds, positions = mesh.welds, mesh.positions
     if welds is None:
@@ -61,7 +61,7 @@ def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexAr
 def kept_with_faces(
     mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Result]
 ) -> Result:
-    """Returns `build()`, cached as long as the mesh's faces and `row`, its only inputs, live."""
+    """The result of `build()`, cached for the faces of the mesh and `row`, its only inputs."""
     sources = mesh.triangles, mesh.quads
     return derive_once(sources if row is None else (*sources, row), name, build)
 
@@ -80,7 +80,7 @@ def counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def renamed(faces: IndexArray, row: IndexArray | None) -> IndexArray:
-    """The row of each corner of each face; the vertex's own row if `row` is None."""
+    """The row of each corner of each face; the number of the vertex if `row` is None."""
     return faces if row is None else row.take(faces)
 
 
@@ -101,7 +101,7 @@ def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
 
 
 def find_nonempty(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
-    """The overlays with at least one segment: formats cannot store empty ones."""
+    """The overlays with at least one segment: formats cannot store empty overlays."""
     return tuple(overlay for overlay in overlays if len(overlay.segments))
 
 
@@ -164,7 +164,7 @@ def bound_comment(report: MeshReport) -> str:
 
 
 def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
-    """The certified bounds of the mesh; unknown ones are left out."""
+    """The certified bounds of the mesh, without those that are None."""
     known = _known(
         deviation_bound=report.deviation_bound,
         mesh_deviation_bound=report.mesh_deviation_bound,
@@ -178,7 +178,7 @@ def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object
 
 
 def _curvature(report: MeshReport) -> dict[str, object]:
-    """Least and greatest curvatures, if the request asked for them."""
+    """Least and greatest curvatures, if requested."""
     if report.curvature is None:
         return {}
     gaussian, mean = report.curvature

@@ -30,23 +30,23 @@ class EncodeOptions:
 
     @property
     def exact(self) -> bool:
-        """Whether the file shall hold the Bézier patches themselves."""
+        """Whether the file shall contain the Bézier patches themselves."""
         return self.oogl == "bez"
 
 
 COMPACT = frozenset({"quantize", "compression"})
-"""Options that a format refuses unless it has a use for them."""
+"""Options that a format refuses unless it supports them."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshSize:
-    """Counts known from shapes alone, enough to predict the bytes of a file.
+    """Counts from shapes alone, which determine an upper bound of the bytes of a file.
 
-    `vertices` counts the samples of every patch by itself: welding only makes them fewer. `named`
-    counts parts and overlays; `name_bytes` are the UTF-8 bytes of all names together, the mesh's
-    included. `control_points` counts those of all lowered patches. `colors` is the number of
-    components of a colour, or 0; `attributes` has the name and number of components of each
-    attribute.
+    `vertices` counts the samples of each patch separately: welding only reduces them. `named`
+    counts parts and overlays; `name_bytes` are the UTF-8 bytes of all names together, including
+    that of the mesh. `control_points` counts the control points of all lowered patches. `colors` is
+    the number of components of a colour, or 0; `attributes` has the name and number of components
+    of each attribute.
     """
 
     vertices: int
@@ -84,12 +84,13 @@ class Format(FileFormat):
     `quads`, `overlays`: whether the format can store them. `encode` gives the file's bytes;
     `byte_bound` an upper bound of their number, before anything is computed. A format that can
     store Bézier patches has `encode_exact`; one with nodes has `encode_scene`, and the others get
-    groups flattened to one mesh. `carries` are the kinds of channels that it can store; others are
-    left out. A `single` format without a local origin is not `local`: its positions are rounded in
-    model coordinates. `fixed` means that only faces take bytes, the same number each, so that the
-    bound is exact if the number of faces is. A format that writes fewer digits than positions have
-    has `coarseness`: how far it may move a vertex. `reads` names the fields of `EncodeOptions` that
-    the format uses; of the others it refuses the `COMPACT` ones and ignores the rest.
+    groups flattened to one mesh. `carries` are the kinds of channels that it can store; other
+    channels are omitted. A `single` format without a local origin is not `local`: its positions are
+    rounded in model coordinates. `fixed` means that only faces take bytes, the same number each, so
+    that the bound is exact if the number of faces is. A format that writes fewer digits than
+    positions have needs `coarseness`: a bound of the distance by which it moves a vertex. `reads`
+    names the fields of `EncodeOptions` that the format uses; it refuses the other `COMPACT`
+    options, and ignores all others.
     """
 
     quads: bool
@@ -112,7 +113,7 @@ class Format(FileFormat):
 
     @property
     def compact(self) -> bool:
-        """Whether it can store quantized positions, and compressed arrays."""
+        """Whether the format can store quantized positions and compressed arrays."""
         return self.reads >= COMPACT
 
     def write_scene(self, scene: Scene, options: EncodeOptions) -> Content:

@@ -1,15 +1,15 @@
 """The mesh as one JSON object, for scripts and for people.
 
-`vertices` are positions, float64 in the fewest digits that read back as the same number, and so are
-`uvs`, which lead back to the point, and the `attributes`, rows of numbers by name; `normals` and
-`colors` are float32. A key whose value the mesh does not have is left out. `faces` holds, part by
-part, the quads of that part and then its triangles.
+`vertices` are positions. They, the `uvs` and the `attributes`, which are named rows of numbers, are
+float64 in the fewest digits that read back as the same number; `normals` and `colors` are float32.
+A key whose value the mesh does not have is omitted. `faces` holds, part by part, the quads of that
+part and then its triangles.
 
 Welded positions are written once, so that a closed surface is closed by its indices. Row k of
 `normals` and of every other list belongs to row k of `vertices`, unless some position has several
-normals or the like (at creases, at the apex of a cone, along seams of uvs). Then those lists have
-rows of their own, and `attribute_faces`, of the same shape as `faces`, names the row for each
-corner of each face.
+normals or the like (at creases, at the apex of a cone, along seams of uvs). Then these lists have
+separate rows, and `attribute_faces`, of the same shape as `faces`, names the row for each corner of
+each face.
 """
 
 from collections.abc import Iterator
@@ -103,7 +103,7 @@ def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """JSON list of all faces, part by part; quads before triangles within a part.
+    """JSON list of all faces, part by part; quads come before triangles within a part.
 
     `row`, shape (V,), maps vertices of the mesh to rows of the list.
     """
@@ -119,7 +119,7 @@ def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def _parts(mesh: Mesh) -> Iterator[dict[str, object]]:
-    """Each part's name, its run of `faces`, [first, last), and its base colour, if any."""
+    """The name of each part, its run of `faces`, [first, last), and its base colour, if present."""
     first = 0
     for part in mesh.parts:
         last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]

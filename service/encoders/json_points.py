@@ -7,7 +7,7 @@ from service.engine.points.evaluate import COLUMNS, Columns
 def encode(columns: Columns) -> bytes:
     """The JSON document, UTF-8; numbers in the fewest digits that read back the same.
 
-    Infinite and undefined numbers become null: JSON has none.
+    Infinite and undefined numbers become null, because JSON cannot store them.
     """
     return json_document(columns)
 

@@ -1,4 +1,4 @@
-"""The type of a format of lines (curves, sections), and how it follows from a format of meshes."""
+"""The type of a format of lines (curves, sections), and its derivation from a format of meshes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,11 +1,11 @@
 """Wavefront OBJ: positions, normals and faces indexed separately, groups, lines.
 
-Written by us: trimesh writes triangles only, and would lose quads, lines and groups. OBJ indexes
-positions and normals separately, so vertices that differ in their normal alone share a position:
-the surface stays closed, and its creases sharp. Indices start at 1. Colours stand behind the
-position, `v x y z r g b`, sRGB from 0 to 1: not in the format's first description, but Blender,
-MeshLab and trimesh read them. OBJ cannot store opacity. A comment contains the certified
-deviation.
+The service does not use trimesh for this, which writes triangles only, without quads, lines and
+groups. OBJ indexes positions and normals separately, so vertices that differ in their normal alone
+share a position: the surface stays closed, and its creases sharp. Indices start at 1. Colours
+follow the position, `v x y z r g b`, sRGB from 0 to 1: the original description of the format lacks
+them, but Blender, MeshLab and trimesh read them. OBJ cannot store opacity. A comment contains the
+certified deviation.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
 """OFF: shared positions and faces, for geometry libraries.
 
-Written by us: trimesh writes triangles only and a fixed number of decimals, so that it would lose
-quads, and the digits of small or large models. Normals are not written (few readers know NOFF), so
-vertices that differ only in their normal are one: a closed surface stays closed. Colours make
-it a COFF: red, green, blue and opacity, from 0 to 1, behind every position. The faces are the
-quads, then the triangles.
+The service does not use trimesh for this: it writes triangles only, with a fixed number of
+decimals, which loses quads, and digits of small or large models. Normals are not written (few
+readers support NOFF), so vertices that differ only in their normal become one: a closed surface
+stays closed. With colours the file is a COFF: red, green, blue and opacity, from 0 to 1, follow
+every position. The faces are the quads, then the triangles.
 """
 
 from service.encoders.colors import add_opacity
@@ -15,7 +15,7 @@ from service.engine.mesh.mesh_value import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """The OFF file, ASCII: header, counts (that of edges is always 0), vertices, faces."""
+    """The OFF file, ASCII: header, counts (the number of edges is always 0), vertices, faces."""
     positions, colors, row = colored_positions(mesh)
     counts = f"{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n".encode()
     return b"".join(
@@ -29,7 +29,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Most bytes, every number at its longest."""
+    """Most bytes, if every number has its most characters."""
     index = digits(size.vertices) + 1
     color = 4 * (FLOAT32_CHARS + 1) if size.colors else 0
     header = 16 + 2 * digits(size.vertices + size.triangles + size.quads)

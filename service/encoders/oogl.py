@@ -3,16 +3,15 @@
 Three of its four forms are written from a mesh; the exact one, `bez`, from patches
 (`service.encoders.oogl_patches`).
 
-- `cquad`: every quad of every patch's grid with its four corners in full, as the programs of the
-  nineteen-nineties wrote it: white, six significant digits, corners in the order (i, j) (i, j+1)
+- `cquad`: every quad of the grid of each patch with its four corners in full, as programs of the
+  1990s wrote it: white, six significant digits, corners in the order (i, j) (i, j+1)
   (i+1, j+1) (i+1, j).
-- `mesh`: one grid of vertices a patch, with normals and all digits, in fewer bytes.
+- `mesh`: one grid of vertices for each patch, with normals and all digits, in fewer bytes.
 - `off`: shared vertices, with normals and all digits, and faces: for meshes that are not grids.
 
-Colours are those of the vertices, red, green, blue and opacity, always four; texture coordinates
-have a place in `mesh` and `off`. In OOGL's order a vertex is its position, its normal, its colour,
-its texture coordinates, though the letter U of a MESH stands before C and N, and so does the ST of
-an OFF.
+Colours are those of the vertices: always red, green, blue and opacity. `mesh` and `off` can store
+texture coordinates. In OOGL's order a vertex is its position, its normal, its colour, its texture
+coordinates, although the letter U of a MESH, and the ST of an OFF, come before C and N.
 
 Overlays follow in the same list: one SKEL for each cell of a control net in `cquad`, and one SKEL
 of segments otherwise.
@@ -51,7 +50,7 @@ SEED_CHARS = 13
 SEED_CELL = b"{ = SKEL 4 1\n%b\n%b\n%b\n%b\n5 0 1 2 3 0\n}\n"
 
 BLOCK = 1 << 14
-"""Samples or cells that become text at a time, to bound the memory."""
+"""Samples or cells in one piece of text, to bound the memory."""
 
 
 def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
@@ -84,7 +83,7 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
 def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     """Most bytes of the form, with normals and parameters.
 
-    Without a form in the options, of the larger of the two defaults.
+    Without a form in the options, it is the larger bound of the two default forms.
     """
     index = digits(size.vertices + size.triangles + size.quads) + 1
     vertex = 3 * (FLOAT64_CHARS + 1) + 5 * (FLOAT32_CHARS + 1) + len(" 0.0")
@@ -108,9 +107,9 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
 
 
 def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
-    """How far from its place the file may put a vertex: six digits, rounded in the last one.
+    """A bound of the distance by which rounding to six digits moves a vertex.
 
-    In a coordinate that begins with the digit of 10^e that is 10^(e−5) / 2.
+    A coordinate of at least 10^e and less than 10^(e+1) is rounded by at most 10^(e−5) / 2.
     """
     if _form(mesh, options) != "cquad":
         return 0.0
@@ -127,8 +126,7 @@ def _form(mesh: Mesh, options: EncodeOptions) -> OoglForm:
 def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
     """SKEL of an overlay's segments with all digits, in model coordinates.
 
-    `mesh` has the origin of the overlay, if that has one. Each line of indices ends with a line
-    feed.
+    The overlay is relative to the origin of `mesh`. Each line of indices ends with a line feed.
     """
     positions = overlay.positions if mesh is None else absolute(overlay.positions, mesh)
     head = f"{{ = SKEL {len(positions)} {len(overlay.segments)}\n".encode()
@@ -165,7 +163,7 @@ def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
-    """One NMESH (MESH without normals) a patch, in which u runs fastest."""
+    """One NMESH (MESH without normals) for each patch, in which u runs fastest."""
     for grids in mesh.grids:
         _, rows_, columns = grids.shape
         each = rows_ * columns

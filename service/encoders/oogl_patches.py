@@ -1,10 +1,10 @@
-"""The exact OOGL form: the Bézier patches themselves, which the drawing program divides.
+"""The exact OOGL form: the Bézier patches themselves, which Geomview divides.
 
 Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational. A B-spline
-is written as its Bézier patches. A triangle of degree n is written as the equal patch of degree
-(n, n), of which one side is a point. Control points run u fastest; rational ones are homogeneous,
-(wx, wy, wz, w). BEZ stores texture coordinates and colours only at the four corners of a patch, and
-the program that draws it interpolates between them. This is exact for channels of degree (1, 1).
+is written as its Bézier patches. A triangle of degree n is written as the equal patch of degree (n,
+n) with a side that is one point. Control points run u fastest; rational ones are homogeneous, (wx,
+wy, wz, w). BEZ stores texture coordinates and colours only at the four corners of a patch, and the
+program that draws it interpolates between them. This is exact for channels of degree (1, 1).
 
 References
 ----------

@@ -1,11 +1,11 @@
 """Binary PLY (Greg Turk, 1994): vertices with their normals and parameters, and faces.
 
-Written by us: trimesh writes float32 positions and triangles only, so that it would lose half the
-digits, and quads. The faces are the quads, then the triangles. Coordinates are `double`, the rest
-`float`; parameters are called `s` and `t`, as Blender and MeshLab do. Colours are bytes of sRGB,
-`red`, `green`, `blue` and, if they have an opacity, `alpha`: what every reader knows. The attribute
-`heat` is the property `_heat`, one of several numbers `_heat_0`, `_heat_1` and so on. A comment
-contains the certified deviation.
+The service does not use trimesh for this: it writes float32 positions and triangles only, which
+loses half of the digits, and quads. The faces are the quads, then the triangles. Coordinates are
+`double`, all other numbers `float`; parameters have the names `s` and `t`, as in Blender and
+MeshLab. Colours are bytes of sRGB, `red`, `green`, `blue` and, if they have an opacity, `alpha`:
+every reader supports these. The attribute `heat` is the property `_heat`, or `_heat_0`, `_heat_1`
+and so on if it has several numbers. A comment contains the certified deviation.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh_value import Mesh
 
 HEADER_BYTES = 512 + COMMENT_CHARS
-"""More than the longest header without attributes: 19 lines, and two counts."""
+"""An upper bound of the header without attributes: 19 lines and two counts."""
 
 COLORS = ("red", "green", "blue", "alpha")
 
@@ -76,7 +76,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 
 def _properties(name: str, dimension: int) -> tuple[str, ...]:
-    """Names of the columns of an attribute; no property of PLY's own begins like them."""
+    """Names of the columns of an attribute; the underscore makes them differ from PLY's own."""
     if dimension == 1:
         return (f"_{name}",)
     return tuple(f"_{name}_{k}" for k in range(dimension))
@@ -85,7 +85,7 @@ def _properties(name: str, dimension: int) -> tuple[str, ...]:
 def _columns(
     names: tuple[str, ...], array: NDArray[np.floating]
 ) -> list[tuple[str, str, NDArray[np.generic]]]:
-    """Fields of float32, one a column."""
+    """Fields of float32, one for each column."""
     return [(name, "<f4", column) for name, column in zip(names, array.T, strict=True)]
 
 

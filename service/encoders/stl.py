@@ -4,7 +4,7 @@ Eighty bytes of header (zeros), the number of triangles, then for each triangle 
 three corners as little-endian float32, and two zero bytes. The normal is that of the corners in the
 right-hand order, or zero if they span no area.
 
-Written by us, some triangles at a time: through trimesh it took seven times the memory of the file.
+Triangles are encoded in chunks: trimesh took seven times the memory of the file.
 """
 
 import struct
@@ -24,7 +24,7 @@ TRIANGLE = np.dtype([("numbers", "V48"), ("rest", "<u2")])
 """A normal and three corners, 12 float32, copied as one value."""
 
 CHUNK = 1 << 14
-"""Triangles whose normals are computed at a time."""
+"""Triangles in one chunk."""
 
 NO_AREA = 1e-13
 """A product of two sides shorter than this has no reliable direction."""
@@ -53,12 +53,12 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """The exact number of bytes; a quad would be two triangles."""
+    """The exact number of bytes; a quad counts as two triangles."""
     return HEADER_BYTES + TRIANGLE_BYTES * (size.triangles + 2 * size.quads)
 
 
 def _normals(corners: FloatArray) -> FloatArray:
-    """Unit normals (3, T) of triangles, coordinate by coordinate and corner by corner (3, 3, T)."""
+    """Unit normals (3, T) of triangles with corners (3, 3, T)."""
     ax, ay, az = corners[:, 1] - corners[:, 0]
     bx, by, bz = corners[:, 2] - corners[:, 1]
     x, y, z = normals = np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))

@@ -1,8 +1,8 @@
-"""Numbers as text, quickly: the shortest digits that round-trip, and C's `%g`.
+"""Numbers as text: the shortest digits that round-trip, and C's `%g`.
 
 orjson writes the shortest digits of a whole array in C. For formats with lines, the array is one
-flat list, and NumPy replaces its commas by separators: short rows would cost orjson time, and
-`bytes.replace` is slow at finding more than one character.
+flat list, and NumPy replaces its commas by separators: short rows would be slower in orjson, and
+`bytes.replace` is slow with more than one character.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,26 +23,26 @@ LONGEST_ESCAPE = 6
 """Most characters of one byte of UTF-8 in JSON: a control character is `\\u0001`."""
 
 CHUNK_NUMBERS = 1 << 15
-"""Numbers that become text at a time, to bound the memory."""
+"""Numbers in one piece of text, to bound the memory."""
 
 AT_ONCE = 1 << 20
 """Most bytes of arrays whose JSON is made in one piece."""
 
 ROW = 32
-"""Numbers that orjson gets in one row of float64. It reserves 24 bytes for each and some hundred a
-row, but a number of `FLOAT64_CHARS` and its comma take 25: orjson 3.13 writes long rows of such
-numbers beyond its memory."""
+"""Numbers that orjson gets in one row of float64. It reserves 24 bytes for each number and some
+hundred for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes: orjson 3.13
+writes long rows of such numbers beyond the end of its memory."""
 
 POWERS = np.array([float(10**k) for k in range(10)])
 
 
 def json_text(value: object) -> bytes:
-    """JSON (RFC 8259) of a value, which may contain arrays, and bytes that are JSON already."""
+    """JSON (RFC 8259) of a value, which may contain arrays, and bytes that are already JSON."""
     return orjson.dumps(value, default=_default)
 
 
 def json_document(value: object) -> bytes:
-    """JSON of a value, which may contain arrays, and bytes that are JSON already.
+    """JSON of a value, which may contain arrays, and bytes that are already JSON.
 
     A long text is made in pieces: this takes 2 times its length instead of 4.
     """
@@ -108,7 +108,7 @@ def _listed(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
 def json_bound(value: object) -> int:
     """Most bytes of `json_text`, without writing it."""
     if isinstance(value, np.ndarray):
-        # A number and a comma; each number may be a row of its own.
+        # A number and a comma; each number may be a separate row.
         return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
     if isinstance(value, dict):
         return 2 + sum(json_bound(key) + json_bound(item) + 2 for key, item in value.items())
@@ -142,14 +142,14 @@ def _array_text(array: NDArray[np.generic]) -> bytes:
 def rows(
     array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"", between: bytes = b" "
 ) -> bytes:
-    """Lines of numbers, one a row, each beginning with `start`.
+    """Lines of numbers, one for each row, beginning with `start`.
 
     Parameters
     ----------
     array : ndarray of float or integer, shape (N, K), K >= 1
         Floats are written with the fewest digits that read back as the same value.
     between : bytes
-        The characters between the numbers of a row, repeated as often as they are needed.
+        The characters between the numbers of a row, repeated if the row is longer.
     """
     return b"".join(_lines(array[chunk], start, between) for chunk in row_chunks(array))
 
@@ -162,7 +162,7 @@ def joined_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
 
 
 def row_chunks(array: NDArray[np.generic]) -> Iterator[slice]:
-    """The rows of an array, in pieces that become text at a time."""
+    """Slices of the rows of an array, one for each piece of text."""
     return row_slices(len(array), array.shape[1], CHUNK_NUMBERS)
 
 
@@ -173,7 +173,7 @@ def _lines(array: NDArray[np.generic], start: bytes = b"", between: bytes = b" "
 
 
 def _in_lines(text: bytes, width: int, between: bytes = b" ") -> bytes:
-    """A JSON list of numbers as lines of `width` numbers each, the last without its end."""
+    """A JSON list of numbers as lines of `width` numbers, without a line feed at the end."""
     changed = bytearray(text)
     changed[-1:] = b","
     characters = np.frombuffer(changed, dtype=np.uint8)
@@ -195,7 +195,7 @@ def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
 
 
 def general_lines(array: FloatArray) -> list[bytes]:
-    """One text a row, without line end: numbers as C's `%g` writes them, with blanks between."""
+    """One text for each row, without line feed: numbers as in C's `%g`, with blanks between."""
     lines: list[bytes] = []
     for chunk in row_chunks(array):
         lines += _in_lines(_general(array[chunk].reshape(-1)), array.shape[1]).split(b"\n")
@@ -205,10 +205,11 @@ def general_lines(array: FloatArray) -> list[bytes]:
 def _general(numbers: FloatArray) -> bytes:
     """JSON list of numbers, but with six significant digits as C's `%g` writes them.
 
-    A number x of 10^e ≤ |x| < 10^(e+1) becomes m / 10^k with k = 5 − e, m the integer nearest to
-    x · 10^k. Both m and 10^k are exact, so that the fewest digits of the quotient are those of m.
-    C writes what it would write with an exponent or without a point, and a number whose product is
-    within 10^-7 of the middle of two integers: its rounding, below 10^-9, could decide there.
+    A number x of 10^e ≤ |x| < 10^(e+1) becomes m / 10^k with k = 5 − e, m the integer nearest to x
+    · 10^k. Both m and 10^k are exact, so that the fewest digits of the quotient are those of m. C
+    formats all other numbers: those that `%g` writes with an exponent or without a point, and those
+    whose product is within 10^-7 of the middle of two integers, where the rounding of the product,
+    below 10^-9, could decide.
     """
     size = np.abs(numbers)
     with np.errstate(divide="ignore"):
@@ -233,5 +234,5 @@ def _general(numbers: FloatArray) -> bytes:
 
 
 def digits(count: int) -> int:
-    """Decimal digits of the largest index, or of the number, of `count` items."""
+    """Decimal digits of `count`, which the largest index does not exceed."""
     return len(str(count))

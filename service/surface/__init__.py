@@ -20,4 +20,4 @@ Surface: TypeAlias = (
     | RibbonSurface
     | GroupSurface
 )
-"""Every kind of surface there is."""
+"""The type of all surfaces."""

@@ -1,4 +1,4 @@
-"""Batches of Bézier patches of one degree, tensor or triangular, and the channels they carry."""
+"""Batches of Bézier patches of one degree, tensor or triangular, and their channels."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
@@ -25,7 +25,7 @@ FOLD = 16
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Channel:
-    """A polynomial function of the parameters that is evaluated beside the points.
+    """A polynomial function of the parameters, for example a colour.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class _Batch(ABC):
         low = high = rows[0]
         if self.count > 1:
             # Reductions of long rows are ten times faster than those of rows of three numbers. If
-            # the count is not a multiple of FOLD, the last rows are taken twice.
+            # the count is not a multiple of FOLD, some of the last rows occur twice.
             fold = FOLD if self.count >= 4 * FOLD else 1
             long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
             last = rows[-fold:].reshape(-1)
@@ -145,9 +145,9 @@ class TensorPatches(_Batch):
 
         S_k(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_kij P_kij / Σ_ij B_i^p(u) B_j^q(v) w_kij
 
-    The weights stand beside the points instead of inside homogeneous ones, so that a local
-    origin can be subtracted from the points without losing their last digits, and so that a
-    corner of a rational patch is its control point, bit for bit.
+    Points and weights are separate, and not homogeneous coordinates, so that a local origin can be
+    subtracted from the points without losing their last digits, and so that a corner of a rational
+    patch is its control point, bit for bit.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class TensorPatches(_Batch):
         return take_side(self.points, number), weights
 
     def set_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
-        """Set `collapsed`, which the caller knows already."""
+        """Set `collapsed`, if the caller already has it."""
         self.__dict__["collapsed"] = collapsed
 
     @cached_property
@@ -193,7 +193,7 @@ class TensorPatches(_Batch):
         p, q = self.degree
         # Planes of coordinates (3, 2, 2, P): long rows are compared faster than rows of three.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
-        # A side of one point has two equal ends; only such sides are compared in full.
+        # A side that is one point has two equal ends; only such sides are compared in full.
         equal = np.empty(corners.shape, bool)
         np.equal(corners[:, :, 0], corners[:, :, 1], out=equal[:, 0])
         np.equal(corners[:, 0], corners[:, 1], out=equal[:, 1])
@@ -242,13 +242,13 @@ class TrianglePatches(_Batch):
 
     @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
-        """Which sides are one point, shape (P, 4); the last one always is."""
+        """Which sides are one point, shape (P, 4); the last side always is."""
         sides = (self.side(number)[0] for number in range(4))
         return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
 
     @property
     def corners(self) -> FloatArray:
-        """Corner points, shape (P, 4, 3); the last one twice."""
+        """Corner points, shape (P, 4, 3); the last corner occurs twice."""
         return self.points[:, [0, -1, self.degree, -1]]
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
@@ -259,7 +259,7 @@ class TrianglePatches(_Batch):
         return self.points[:, rows], None if self.weights is None else self.weights[:, rows]
 
     def to_tensor(self) -> TensorPatches:
-        """These surfaces as tensor-product patches of degree (n, n); the side v = 1 is one point.
+        """These patches as tensor-product patches of degree (n, n); the side v = 1 is one point.
 
         s = u (1 − v) and t = v, also for channels. Exact up to the rounding of degree elevation.
         """

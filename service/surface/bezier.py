@@ -36,7 +36,7 @@ class BezierSurface(SurfaceKind):
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
 
     References
     ----------

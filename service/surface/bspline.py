@@ -24,7 +24,7 @@ from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 
 BLOCK_POINTS = 1 << 16
-"""Control points that are lowered along v at a time: they stay in the processor's cache."""
+"""Control points of one block, which is lowered along v in the processor's cache."""
 
 BLOCKS = 40 << 20
 """Memory of the blocks while larger nets are lowered: five blocks of 8 MiB
@@ -44,11 +44,11 @@ class BsplineSurface(SurfaceKind):
     degree : (int, int)
         (p, q), 1 to 64 each.
     knots : a name or an ndarray of float64 for u, and one for v
-        n + p + 2 numbers that never decrease, none more than p + 1 times: a knot of multiplicity p
-        makes a crease, one of p + 1 a discontinuity. The first and the last may be left out. Or
-        "clamped": the surface reaches its first and last points; "uniform": it does not;
-        "periodic": it closes, C^{p−1}, and the control points are given once. Spans of named knots
-        have length 1, and the first begins at 0.
+        n + p + 2 numbers that never decrease, with multiplicities up to p + 1: at a knot of
+        multiplicity p the surface has a crease, at p + 1 a discontinuity. The first and the last
+        may be omitted. Or "clamped": the surface reaches its first and last points; "uniform": it
+        does not; "periodic": it closes with continuity C^{p−1}, and the control points are not
+        repeated. Spans of named knots have length 1, and the first begins at 0.
     weights : ndarray of float64, shape (n+1, m+1), or None
         Positive weights. Equal weights have no effect.
     up : "y" or "z"
@@ -57,13 +57,13 @@ class BsplineSurface(SurfaceKind):
         Name of the part and of its glTF node.
     channels : Channels
         Colours, texture coordinates and attributes. A net with as many rows and columns as the
-        control net has the degree and knots of the surface; any other is one Bézier net over the
-        whole domain.
+        control net has the degree and knots of the surface; any other net is one Bézier net over
+        the domain.
 
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
 
     References
     ----------

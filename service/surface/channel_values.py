@@ -1,4 +1,4 @@
-"""Values of channels as arrays: finite, within float32, with colours and names that formats have.
+"""Values of channels as arrays: finite, within float32, with colours and names that formats allow.
 
 Raises
 ------

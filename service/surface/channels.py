@@ -45,7 +45,7 @@ class Channels:
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
     """
 
     colors: FloatArray | None = None
@@ -81,7 +81,7 @@ class Channels:
             yield name, "attribute", pointer(("attributes", name)), net
 
     def check_nets(self) -> None:
-        """Refuse nets that are no grids of values, or whose degree is too high."""
+        """Refuse nets that are not grids of values, or whose degree is too high."""
         for _, _, where, net in self.each():
             _check_grid(where, net)
             _check_degree(where, net)
@@ -89,7 +89,7 @@ class Channels:
     def check_spans(
         self, counts: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
     ) -> None:
-        """Refuse nets that are no grids, whose degree is too high, or that are too large lowered.
+        """Refuse nets that are not grids, have too high a degree, or lower to too many numbers.
 
         A net of `counts` rows and columns is a spline of this degree, and may be larger.
         """
@@ -106,7 +106,7 @@ class Channels:
             _check_numbers(where, max(patches * net.size, *operators))
 
     def check_triangles(self) -> None:
-        """Refuse nets that are no rows of a triangle, or whose degree is too high."""
+        """Refuse nets that are not rows of a triangle, or whose degree is too high."""
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one run of the values of all rows"))
@@ -124,7 +124,7 @@ class Channels:
                 )
 
     def check_per_vertex(self, vertices: int, indices: int) -> None:
-        """Refuse nets without exactly one value for each vertex; `indices` counts all patches'."""
+        """Refuse nets without exactly one value for each vertex; `indices` counts all patches."""
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one value a vertex"))

@@ -21,8 +21,8 @@ Up: TypeAlias = Literal["y", "z"]
 _UPS = get_args(Up)
 
 MAX_DEGREE = 64
-"""Highest degree. Above it control points hardly move a Bézier patch; a B-spline of low degree
-serves better."""
+"""Highest degree. At higher degrees a control point hardly moves a Bézier patch; a B-spline of low
+degree is better."""
 
 MAX_COORDINATE = float(np.finfo(np.float32).max)
 """Largest coordinate that glTF, STL and PLY can store."""
@@ -32,8 +32,8 @@ MAX_WEIGHT_RATIO = 1e8
 lightest control points, and for normals near them."""
 
 USUAL_EXPONENT = 64
-"""Weights are scaled if the largest is not between 2 to the power of minus this and of this, so
-that their powers and quotients stay in the range of float64. Only their quotients matter."""
+"""Weights are scaled unless the largest is between 2^-64 and 2^64, so that their powers and
+quotients stay in the range of float64. Only their quotients matter."""
 
 
 def validate_points(
@@ -47,9 +47,9 @@ def validate_points(
     name : str
         The field, for the pointers.
     axes : int
-        Number of axes, the coordinates' included: 2 for a list of points, 3 for a net.
+        Number of axes, including the axis of coordinates: 2 for a list of points, 3 for a net.
     dimensions : tuple of int
-        How many coordinates a point may have.
+        The allowed numbers of coordinates of a point.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def validate_points(
     Raises
     ------
     InvalidRequest
-        `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
+        `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue for each coordinate.
     """
     # −0 becomes 0, so that equal surfaces have equal bytes.
     points = np.add(np.asarray(values, np.float64), 0.0, order="C")

@@ -38,7 +38,7 @@ class BezierCurve:
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the curve.
+        On creation, with pointers relative to the curve.
 
     References
     ----------
@@ -61,7 +61,7 @@ class BezierCurve:
         weights = None if self.weights is None else self.weights[np.newaxis]
         breaks = np.array([0.0, 1.0])
         pieces = CurvePieces(points[np.newaxis], weights, breaks, points, self.name, self.up)
-        object.__setattr__(self, "_pieces", pieces)  # refuses what is one point
+        object.__setattr__(self, "_pieces", pieces)  # refuses curves that are one point
 
     @property
     def degree(self) -> int:
@@ -69,7 +69,7 @@ class BezierCurve:
         return len(self.control_points) - 1
 
     def lower(self) -> CurvePieces:
-        """The curve as the one piece it is."""
+        """The curve as one piece."""
         return self._pieces
 
 
@@ -84,9 +84,10 @@ class BsplineCurve:
     degree : int
         p, 1 to 64.
     knots : ndarray of float64, shape (n+p+2,), or a name
-        Numbers that never decrease, those inside the domain at most p times: at p times there is
-        a corner. Or "clamped": the curve reaches its first and last points; "uniform": it does
-        not; "periodic": it closes, C^{p−1}, the control points given once.
+        Numbers that never decrease; multiplicities inside the domain are at most p, and the curve
+        has a corner at a knot of multiplicity p. Or "clamped": the curve reaches its first and last
+        points; "uniform": it does not; "periodic": it closes with continuity C^{p−1}, and the
+        control points are not repeated.
     weights : ndarray of float64, shape (n+1,), or None
         Positive weights.
     up : "y" or "z"
@@ -97,7 +98,7 @@ class BsplineCurve:
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the curve.
+        On creation, with pointers relative to the curve.
 
     References
     ----------
@@ -123,7 +124,7 @@ class BsplineCurve:
         if self.weights is not None:
             object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
         check_up(self.up)
-        object.__setattr__(self, "_pieces", self._lower())  # refuses what is one point
+        object.__setattr__(self, "_pieces", self._lower())  # refuses curves that are one point
 
     @property
     def periodic(self) -> bool:

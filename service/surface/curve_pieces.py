@@ -25,14 +25,15 @@ class CurvePieces:
     breaks : ndarray of float64, shape (S+1,)
         Strictly increasing; piece k covers the parameters [u_k, u_{k+1}].
     polygon : ndarray of float64, shape (K, d)
-        The control polygon of the request, for drawing; a periodic one repeats its first point.
+        The control polygon of the request, for drawing; that of a periodic curve repeats its first
+        point.
     name : str
     up : "y" or "z"
 
     Raises
     ------
     InvalidRequest
-        `degenerate_curve` if all points are one.
+        `degenerate_curve` if all points are equal.
     """
 
     points: FloatArray

@@ -39,7 +39,7 @@ class Example:
     build: Callable[[], Surface]
 
     def surface(self) -> Surface:
-        """The surface itself, built once."""
+        """The surface, which the first call builds."""
         return _build(self.id)
 
 
@@ -265,4 +265,4 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
         )
     }
 )
-"""The examples by id, in the order in which they are listed."""
+"""The examples by id, in the order of lists."""

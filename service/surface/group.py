@@ -39,16 +39,16 @@ class Member:
     surface : Surface
         Any kind but a group.
     name : str or None
-        Name of its glTF node; None takes the surface's own.
-    color : tuple of three or four floats, or None
-        Base colour: red, green, blue and, if it is not opaque, a fourth, opacity; sRGB, 0 … 1.
+        Name of its glTF node; None stands for the name of the surface. color : tuple of three or
+        four floats, or None Base colour: red, green, blue and, if it is not opaque, a fourth,
+        opacity; sRGB, 0 … 1.
     matrix : ndarray of float64, shape (4, 4), or None
-        Placement in the group: affine, acts on columns. None leaves the points where they are.
+        Placement in the group: affine, acts on columns. None stands for the identity.
 
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the member.
+        On creation, with pointers relative to the member.
     """
 
     surface: "Surface"
@@ -76,9 +76,9 @@ class Member:
 class GroupSurface(SurfaceKind):
     """Several surfaces in one model.
 
-    A member whose vertical axis is not the group's is turned upright, by a quarter turn about x,
-    before it is placed. Surfaces that differ only in name and `up` share one model: it is computed
-    once, and written once if the format allows it.
+    If the vertical axes of a member and of the group differ, the member is rotated by a quarter
+    turn about x before it is placed. Surfaces that differ only in name and `up` share one model: it
+    is computed once, and stored once if the format allows it.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class GroupSurface(SurfaceKind):
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the group.
+        On creation, with pointers relative to the group.
     """
 
     members: tuple[Member, ...]
@@ -141,7 +141,7 @@ class GroupSurface(SurfaceKind):
         for surface in surfaces:
             model = surface.lower()
             if isinstance(model, GroupModel):
-                raise InvalidRequest(nested_issue(""))  # refused when the member was built
+                raise InvalidRequest(nested_issue(""))  # members refuse groups on creation
             models.append(model)
         placed = tuple(
             PlacedModel(
@@ -167,7 +167,7 @@ def nested_issue(where: str) -> Issue:
 
 
 def content_key(value: Any) -> Hashable:
-    """A key that is equal for equal values only: of types, numbers, and shapes of arrays."""
+    """A key of types, numbers and shapes of arrays, equal for equal values only."""
     if isinstance(value, np.ndarray):
         # −0 becomes 0.
         content = np.ascontiguousarray(value + 0)
@@ -214,7 +214,7 @@ def _check_place(member: Member, up: Up, index: int) -> None:
 
 
 def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates that enclose a surface, found without lowering it."""
+    """Least and greatest coordinates that enclose a surface, computed without lowering it."""
     if isinstance(surface, MultipatchSurface):
         lows, highs = zip(*map(_bounds, surface.surfaces), strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)
@@ -225,7 +225,7 @@ def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
     else:
         model = surface.lower()
         if isinstance(model, GroupModel):
-            raise InvalidRequest(nested_issue(""))  # refused when the member was built
+            raise InvalidRequest(nested_issue(""))  # members refuse groups on creation
         return model.bounds
     return points.min(axis=0), points.max(axis=0)
 

@@ -1,7 +1,8 @@
-"""An example: the hull of a ship, of several B-splines that meet in edges; port mirrors starboard.
+"""An example: the hull of a ship, of several B-splines that meet in edges.
 
-Control points run from the transom to the stem and from the keel to the rail. Deck, keel and
-transom have the border points of the sides. All normals point outwards, so that it has a volume.
+Control points run from the transom to the stem and from the keel to the rail. The port side is the
+mirror image of the starboard side. Deck, keel and transom have the border points of the sides. All
+normals point outwards, so that the hull has a volume.
 """
 
 from math import cos, pi, sin
@@ -14,7 +15,7 @@ from service.surface.channels import Channels
 from service.surface.multipatch import MultipatchSurface
 
 LENGTH, BREADTH, DRAUGHT, KEEL = 30.0, 7.6, 2.6, 0.3
-"""Metres; of the flat keel, half its breadth."""
+"""Metres; `KEEL` is half the breadth of the flat keel."""
 
 ARCH = 0.16
 """Height of the middle control points of the deck, as a fraction of its half breadth."""
@@ -78,7 +79,7 @@ def _point(along: float, up: float) -> tuple[float, float, float]:
 
 
 def _across(border: FloatArray, arch: float) -> FloatArray:
-    """Control points (stations, 3, 3) from the mirror of a border to it, `arch` of it high."""
+    """Control points (stations, 3, 3) of an arch between a border and its mirror image."""
     middle = border * (1, 0, 1)
     middle[:, 2] += np.round(np.abs(border[:, 1]) * arch, 3)
     return np.stack([border * (1, -1, 1), middle, border], axis=1)

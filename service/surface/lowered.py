@@ -22,7 +22,7 @@ from service.surface.sweep_model import SweepModel
 class Part:
     """A named range of patches, [first, last).
 
-    They are numbered across all batches of a model, or by its `sequence` if it has one.
+    Patches are numbered over all batches of a model, or by its `sequence` if it has one.
     """
 
     name: str
@@ -69,12 +69,12 @@ class PatchModel:
     up : "y" or "z"
         The model's vertical axis.
     domains : tuple of Domain
-        Of the parametric surfaces whose pieces the patches are, in the order of the request.
-        Without them every patch has its own parameters in [0, 1].
+        The domains of the parametric surfaces whose pieces the patches are, in the order of the
+        request. Without them every patch has its own parameters in [0, 1].
     order : ndarray of int, shape (P,), or None
         Without domains, patch k has number `order[k]` in the request; k itself if None.
     sequence : ndarray of int, shape (P,), or None
-        Patch numbers in the order of the parts; None if that is 0, 1, 2, ….
+        Patch numbers in the order of the parts; None if it is 0, 1, 2 and so on.
     control_nets : tuple of TensorPatches and TrianglePatches
         The nets of the request, if they are not the nets of the patches.
     stretch : ndarray of float64, shape (4, 4), or None
@@ -83,7 +83,7 @@ class PatchModel:
     merged_knots : int
         Number of knots that differed from the knot before by rounding alone and were made equal.
     moved : float
-        Most that joining has moved any point of a patch. Model units.
+        The largest distance by which joining moved a point of a patch. Model units.
     """
 
     name: str
@@ -155,8 +155,8 @@ class PlacedModel:
     """One placed copy of a model.
 
     `model` is its number in `GroupModel.models`. `matrix` is affine, float64 of shape (4, 4), and
-    acts on columns (x, y, z, 1); None leaves the model where it is. Colours of the model are
-    multiplied by `color`.
+    acts on columns (x, y, z, 1); None stands for the identity. Colours of the model are multiplied
+    by `color`.
     """
 
     name: str

@@ -43,7 +43,7 @@ class MultipatchSurface(SurfaceKind):
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
     """
 
     surfaces: tuple[Single, ...]

@@ -44,7 +44,8 @@ class PatchSurface(SurfaceKind):
     vertices : ndarray of float64, shape (V, 3)
         Control points that the patches share. Model units.
     patches : ndarray of int64, shape (P, p+1, q+1), or P arrays (p+1, q+1) of several degrees
-        Rows of `vertices`, from 0; the last axis runs along v, the one before along u. P may be 0.
+        Rows of `vertices`, from 0; the last axis runs along v, the axis before it along u. P may be
+        0.
     weights : ndarray of float64, shape (V,), or None
         One positive weight for each vertex.
     parts : tuple of (name, patch numbers)
@@ -63,7 +64,7 @@ class PatchSurface(SurfaceKind):
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
     """
 
     vertices: FloatArray
@@ -195,7 +196,7 @@ class PatchSurface(SurfaceKind):
 
 
 def _check_triangles(triangles: NDArray[np.int64], grids: int) -> None:
-    """Refuse arrays that are no triangles of one degree, and a surface without patches."""
+    """Refuse arrays that are not triangles of one degree, and a surface without patches."""
     if triangles.ndim != 2:
         raise InvalidRequest(
             Issue(

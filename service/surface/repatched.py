@@ -1,4 +1,4 @@
-"""Models whose patches are others: pieces of the patches of a model, or some of them."""
+"""Models with other patches: pieces of the patches of a model, or some of its patches."""
 
 from dataclasses import replace
 
@@ -22,10 +22,10 @@ def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
 def rebuild(
     model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
 ) -> PatchModel:
-    """The model of other patches: of each batch some pieces.
+    """The model with other patches, the pieces of each batch.
 
-    Each patch is a piece of patch `owner` (P',) of the model, or is this patch. All patches of one
-    part have to follow one another, part after part as in the model.
+    Patch k is a piece of patch `owner[k]` of the model, or is this patch; `owner` has shape (P',).
+    The patches of one part must be consecutive, and the parts in the order of the model.
     """
     batches = tuple(join_batches(group) for group in pieces if group)
     listed = np.arange(model.patch_count) if model.sequence is None else model.sequence

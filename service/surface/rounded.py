@@ -51,7 +51,7 @@ OCTANT: Patch = [
 def octahedral_sphere(radius: float = 1.0) -> PatchSurface:
     """Sphere about the origin: eight triangles of degree 4 that meet like those of an octahedron.
 
-    Unlike four-sided patches these have no pole.
+    Unlike four-sided patches, these triangles have no pole.
     """
     return _assemble("octahedral-sphere", [], _corners((0.0, 0.0, 0.0), radius))
 
@@ -62,7 +62,7 @@ def rounded_box(
     """Box with round edges: 6 flat faces, 12 quarter cylinders, and octants of a sphere as corners.
 
     `half` are half the lengths of the flat faces. Grids have degree (4, 4), triangles degree 4; the
-    surface is smooth everywhere.
+    tangent plane is continuous everywhere.
     """
     h = np.array(half)
     steps = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # a straight line, of degree 4 like the arcs

@@ -34,5 +34,5 @@ def take_corners(grids: Grid) -> Grid:
 
 
 def along_sides(u: Value, v: Value) -> tuple[Value, Value, Value, Value]:
-    """The value for u or v (a degree, a number of divisions) that belongs along each side."""
+    """For each side the value of its direction: u or v, for example a degree."""
     return v, v, u, u

@@ -25,7 +25,7 @@ Attributes: TypeAlias = tuple[tuple[str, int], ...]
 
 @dataclass(frozen=True, slots=True)
 class SurfaceSize:
-    """Counts and bytes of a surface; of a group, of all members together.
+    """Counts and bytes of a surface; for a group, of all members together.
 
     Attributes
     ----------
@@ -36,21 +36,22 @@ class SurfaceSize:
     control_points : int
         Control points of all patches; those of grids where triangles become grids.
     net_points, net_segments, net_cells : int
-        Points, lines and cells of the control net as it is drawn, at most.
+        Upper bounds of the points, lines and cells of the drawn control net.
     parts, name_bytes : int
         Named parts, and bytes of all names in UTF-8.
     members, label_bytes : int
-        Surfaces of a group, and bytes of the names of all members together; 1 and 0 of others.
+        Surfaces of a group, and bytes of the names of all members together; 1 and 0 for other
+        kinds.
     colors, uvs : int
-        Numbers of a color and of texture coordinates; 0 where there are none.
+        Numbers of a color and of texture coordinates; 0 without them.
     attributes : tuple of (name, int)
     surface_bytes, arrays, peak : int
-        Bytes of the surface's own arrays; of the additional arrays of its lowered model; and of
+        Bytes of the arrays of the surface; of the additional arrays of its lowered model; and of
         all memory in use while it is lowered.
     sides : int
         Bytes of the control points on the sides of all patches.
     curves, stations, rings : int
-        Of sweeps: the Bézier pieces of their curves; the vertices of one division of every piece;
+        For sweeps: the Bézier pieces of their curves; the vertices of one division of every piece;
         and the most additional vertices of caps and bends.
     """
 
@@ -88,7 +89,7 @@ class SurfaceSize:
 
 
 class SurfaceKind(ABC):
-    """The base of every kind of surface: how it lowers, and how large it is."""
+    """The base of every kind of surface: its lowering and its size."""
 
     __slots__ = ()
     name: str
@@ -115,7 +116,7 @@ def tensor_size(
     name: str,
     triangular: bool = False,
 ) -> SurfaceSize:
-    """The size of patches of one degree that are views of the surface's arrays.
+    """The size of patches of one degree that are views of the arrays of the surface.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ def tensor_size(
 def _plain_size(
     patches: int, degree: tuple[int, int], numbers: int, name_bytes: int, triangular: bool
 ) -> SurfaceSize:
-    """The size of patches without channels, of 3 or 4 `numbers` a control point."""
+    """The size of patches without channels, with 3 or 4 `numbers` for each control point."""
     p, q = degree
     points = patches * ((p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1))
     return SurfaceSize(
@@ -149,7 +150,7 @@ def _plain_size(
         triangles=patches if triangular else 0,
         control_points=points * (1 + triangular),
         net_points=points,
-        # A control point begins at most two segments and one cell; of a triangle, three.
+        # At most two segments and one cell begin at a control point; on triangles, three segments.
         net_segments=points * (2 + triangular),
         net_cells=points,
         name_bytes=name_bytes,
@@ -185,13 +186,11 @@ def group_sizes(
     Parameters
     ----------
     sizes : sequence of SurfaceSize
-        Of the different surfaces.
+        The sizes of the distinct surfaces.
     numbers : sequence of int
-        Which of these each member is.
+        For each member, the number of its surface.
     names : sequence of str
-        Of the members.
-    colored : bool
-        Whether any member has a color of its own.
+        The names of the members. colored : bool Whether any member has a base color.
     """
     copies = [sizes[number] for number in numbers]
     labels = [len(title.encode()) + 1 for title in names]

@@ -19,12 +19,12 @@ HEIGHTS = (
 """Heights of the hills over whole numbers x and y, in quarters."""
 
 PROFILE = (
-    # Below, from the middle to the edge of the foot.
+    # The underside, from the middle to the edge of the foot.
     (0.0, 0.0, 1.0),
     (0.3, 0.0, 1.0),
     (0.6, 0.0, 1.0),
     (0.8, 0.0, 1.0),
-    # Outside: foot, stem, bowl, up to the rim.
+    # The outside: foot, stem, bowl, up to the rim.
     (0.8, 0.12, 1.0),
     (0.3, 0.14, 1.0),
     (0.12, 0.3, 1.0),
@@ -34,7 +34,7 @@ PROFILE = (
     (0.8, 1.65, 2.0),
     (0.72, 2.1, 1.0),
     (0.62, 2.5, 1.0),
-    # Inside, down to the middle.
+    # The inside, down to the middle.
     (0.66, 2.1, 1.0),
     (0.72, 1.65, 2.0),
     (0.52, 1.36, 1.0),
@@ -74,7 +74,7 @@ def goblet() -> BsplineSurface:
 
 
 def ring() -> BsplineSurface:
-    """Periodic in both directions: a ring of 10 × 6 control points that swells five times."""
+    """A ring of 10 × 6 control points, periodic in both directions, with five bulges."""
     net = [
         [_on_ring(2 * pi * i / 10, 2 * pi * j / 6, 0.3 + 0.2 * (i % 2)) for j in range(6)]
         for i in range(10)

@@ -17,7 +17,7 @@ WIDEST = 2**0.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tube:
-    """A round tube: radii as Bernstein coefficients over the whole curve, shape (k+1,)."""
+    """A round tube: radii as Bernstein coefficients over the domain of the curve, shape (k+1,)."""
 
     radii: FloatArray
     sides: int
@@ -36,7 +36,7 @@ class Tube:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ribbon:
-    """A stripe: widths as Bernstein coefficients, and a direction or a point that it faces."""
+    """A flat stripe: widths as Bernstein coefficients, and a direction or a point that it faces."""
 
     widths: FloatArray
     facing: FloatArray | None
@@ -58,10 +58,9 @@ Profile: TypeAlias = Tube | Ribbon
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """A profile along a curve: what tubes and ribbons lower to. It has no Bézier patches.
+    """A profile along a curve: the lowered form of tubes and ribbons, without Bézier patches.
 
-    A curve that closes is swept to a surface that closes, unless the profile is not the same at
-    both ends.
+    A closed curve gives a closed surface, unless the profiles at both ends differ.
     """
 
     name: str
@@ -71,7 +70,7 @@ class SweepModel:
 
     @property
     def patch_count(self) -> int:
-        """Bézier patches: none."""
+        """The number of Bézier patches, 0."""
         return 0
 
     @property
@@ -87,7 +86,7 @@ class SweepModel:
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates that the surface stays within."""
+        """Least and greatest coordinates that enclose the surface."""
         low, high = (to_space(bound[np.newaxis])[0] for bound in self.pieces.bounds)
         return low - self.profile.reach, high + self.profile.reach
 

@@ -27,8 +27,8 @@ class TubeSurface(SurfaceKind):
     curve : Curve
         Its name and vertical axis are ignored.
     radius : ndarray of float64, shape (k+1,)
-        Bernstein coefficients of the radius over the curve's domain: one for a constant radius,
-        two for a linear one. None is negative, not all are 0. Model units.
+        Bernstein coefficients of the radius over the curve's domain: one for a constant radius, two
+        for a linear radius. No coefficient is negative, and not all are 0. Model units.
     sides : int
         Sides of the regular polygon that approximates the circle.
     caps : bool
@@ -39,7 +39,7 @@ class TubeSurface(SurfaceKind):
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
     """
 
     curve: Curve
@@ -89,19 +89,17 @@ class RibbonSurface(SurfaceKind):
     curve : Curve
         Its name and vertical axis are ignored.
     width : ndarray of float64, shape (k+1,)
-        Bernstein coefficients of the width over the curve's domain. None is negative, not all
-        are 0. Model units.
-    facing : ndarray of float64, shape (3,), or None
-        Direction that it faces, of any length; z if neither this nor a camera is given.
+        Bernstein coefficients of the width over the curve's domain. No coefficient is negative, and
+        not all are 0. Model units. facing : ndarray of float64, shape (3,), or None Direction that
+        the ribbon faces, of any length; z if `facing` and `camera` are None.
     camera : ndarray of float64, shape (3,), or None
-        Point that it faces.
-    up : "y" or "z"
+        Point that the ribbon faces. up : "y" or "z"
     name : str
 
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
     """
 
     curve: Curve
@@ -161,7 +159,7 @@ def _sweep_along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepMode
 
 
 def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
-    """The size of a sweep along a curve, which is lowered already.
+    """The size of a sweep along a curve, which is already lowered.
 
     Parameters
     ----------
@@ -188,7 +186,7 @@ def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -
 
 
 def _spread(values: ArrayLike, name: str) -> FloatArray:
-    """Radii or widths as a read-only array, none negative, not all zero."""
+    """Radii or widths as a read-only array; refuses negative ones, and only zeros."""
     spread = np.atleast_1d(np.array(values, dtype=np.float64))
     if spread.ndim != 1 or not 1 <= len(spread) <= MAX_DEGREE + 1:
         raise InvalidRequest(

@@ -19,7 +19,7 @@ def trefoil(points: int = 24) -> BsplineCurve:
 
 
 def trefoil_tube() -> TubeSurface:
-    """A closed tube about the trefoil, watertight and without a jump."""
+    """A closed tube about the trefoil, watertight and smooth."""
     return TubeSurface(trefoil(), np.array([0.35]), sides=24, up="z", name="trefoil-tube")
 
 

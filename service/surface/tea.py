@@ -46,13 +46,13 @@ def cup() -> PatchSurface:
 
 
 def _handle(radius: float, thickness: float) -> list[Patch]:
-    """Half a torus that stands on end, its two ends within the wall of the cup."""
+    """Half a torus in a vertical plane, with both ends inside the wall of the cup."""
     patches: list[Patch] = []
     for quarter in range(4):
         turned = [turn(x, y, w, quarter) for x, y, w in ARC]
         ring = revolve([(radius + thickness * x, thickness * z, w) for x, z, w in turned])
         patches += (ring[0], ring[3])
-    # Tilted as the wall is, by an angle of sine 7/25 and cosine 24/25.
+    # Tilted like the wall, by an angle of sine 7/25 and cosine 24/25.
     return [
         [
             [(z, 0.93 + 0.96 * x + 0.28 * y, 0.62 - 0.28 * x + 0.96 * y, w) for x, y, z, w in row]

@@ -36,7 +36,7 @@ class TriangleSurface(SurfaceKind):
     Raises
     ------
     InvalidRequest
-        At birth, with pointers relative to the surface.
+        On creation, with pointers relative to the surface.
 
     References
     ----------
@@ -69,7 +69,7 @@ class TriangleSurface(SurfaceKind):
         return tensor_size(1, (n, n), self.weights, self.channels, name=name, triangular=True)
 
     def lower(self) -> PatchModel:
-        """The surface as a batch of the one patch it is."""
+        """The surface as a batch of one patch."""
         weights = None if self.weights is None else self.weights[np.newaxis]
         channels = self.channels.lower(lambda net: net[np.newaxis])
         batch = TrianglePatches(self.control_net[np.newaxis], weights, channels)

@@ -1,7 +1,7 @@
 """An example: the swept wing of an airliner, with many knots close to the leading edge.
 
-Upper and lower skin begin at the leading edge and end at the trailing edge, over the same knots;
-ruled caps close the root and the tip between the same control points as the skins.
+Upper and lower skin begin at the leading edge and end at the trailing edge, over the same knots.
+Ruled caps close the root and the tip, with the border control points of the skins.
 """
 
 from math import cos, radians, sin
@@ -26,14 +26,14 @@ THICKNESS, CAMBER, SUMMIT = 0.12, 0.02, 0.4
 chord."""
 
 BEND, TURN, CANT = 15.2, 1.6, radians(72)
-"""The tip turns up: from here, over this many metres, to this angle."""
+"""The tip turns up: where the bend begins, its length (both in metres), and its last angle."""
 
 
 def wing() -> MultipatchSurface:
     """The right wing of degree (3, 3), a closed body of four B-splines; x aft, y right, z up."""
     upper, lower = (_skin(side) for side in (1.0, -1.0))
     chordwise, spanwise = np.array(CHORDWISE), np.array(SPANWISE)
-    # Seen from outside, u × v points outwards: the lower skin and the root are turned round.
+    # The lower skin and the root are reversed, so that all normals point outwards.
     skins = (
         BsplineSurface(upper, (3, 3), (chordwise, spanwise), name="upper skin"),
         BsplineSurface(lower.swapaxes(0, 1), (3, 3), (spanwise, chordwise), name="lower skin"),
@@ -58,7 +58,7 @@ def _skin(side: float) -> FloatArray:
         np.convolve(knots[1:-1], np.full(3, 1 / 3), "valid") for knots in (CHORDWISE, SPANWISE)
     )
     net = [[_place(u, t, side) for t in out.tolist()] for u in along.tolist()]
-    # Rounded, since sines differ in their last digits from one machine to another.
+    # Rounded, since the last digits of sines depend on the machine.
     return np.round(np.array(net), 9)
 
 
@@ -92,7 +92,7 @@ def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
 
 
 def _along(t: float, first: float) -> tuple[float, float]:
-    """The leading edge seen from ahead: a line, an arc from angle `first` to the cant, a line."""
+    """The leading edge in front view: a line, an arc from angle `first` to the cant, a line."""
     radius = TURN / (CANT - first)
     straight, turned, beyond = min(t, BEND), min(max(t - BEND, 0), TURN), max(t - BEND - TURN, 0)
     last = first + turned / radius

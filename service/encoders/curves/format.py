@@ -12,7 +12,7 @@ from service.engine.curves.polyline import Polyline, PolylineReport
 
 @dataclass(frozen=True, slots=True)
 class CurveSize:
-    """Counts known before a polyline is computed: points, and UTF-8 bytes of its name."""
+    """Counts from which the size of a file is predicted: points, and UTF-8 bytes of the name."""
 
     points: int
     name_bytes: int

@@ -1,7 +1,7 @@
 """A curve as one JSON object: columns of float64 with one row for each point.
 
 Points and tangents have two coordinates if the control points have two. Columns that the options
-switch off are left out.
+switch off are omitted.
 """
 
 import numpy as np

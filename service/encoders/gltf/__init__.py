@@ -1,1 +1,1 @@
-"""glTF 2.0, written by us: arrays, materials, meshes and scenes, plain and compact."""
+"""Writes glTF 2.0: arrays, materials, meshes and scenes, with float32 or in compact forms."""

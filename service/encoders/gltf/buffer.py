@@ -1,4 +1,4 @@
-"""Arrays of a glTF: their accessors, and their places in the buffer.
+"""Arrays of a glTF document: their accessors and their places in the buffer.
 
 References
 ----------
@@ -35,8 +35,8 @@ class View:
     """An array as the bytes of its elements, shape (N, stride).
 
     `corners` is 3 for indices of triangles, 2 for those of lines, 0 for a vertex attribute, whose
-    elements begin at multiples of 4 bytes (3.6.2.4). `padded`: the elements are longer than their
-    components. `unit`: they are unit vectors.
+    elements begin at multiples of 4 bytes (3.6.2.4). `padded` says whether elements are longer than
+    their components, `unit` whether they are unit vectors.
     """
 
     rows: Bytes
@@ -52,7 +52,7 @@ class View:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Packed:
-    """All views, ready to write: their JSON, and the bytes of the first buffer.
+    """All views: their JSON, and the bytes of the first buffer.
 
     `others` are the buffers without bytes.
     """
@@ -70,9 +70,9 @@ class Packed:
 
 @dataclass(slots=True)
 class BufferBuilder:
-    """Arrays under construction: each is a view of its own with one accessor.
+    """Collects arrays; each becomes one view with one accessor.
 
-    `quantized`: positions are integers, which only an extension allows.
+    `quantized` says whether positions are integers, which only an extension allows.
     """
 
     accessors: list[JsonObject] = field(default_factory=list)
@@ -125,7 +125,7 @@ class BufferBuilder:
 
 
 def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
-    """Indices as they are stored: in 16 bits for few vertices, else in 32."""
+    """Indices in the type of the file: 16 bits for few vertices, else 32 bits."""
     kind = "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4"
     return np.ascontiguousarray(faces, dtype=kind)
 

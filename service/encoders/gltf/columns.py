@@ -1,7 +1,7 @@
 """Vertex attributes of a mesh: their names in glTF, and the numbers that are stored.
 
 Colours are linear, multiplied with white. The attribute `flow` with up to 4 components is `_FLOW`;
-one with more is split into `_FLOW_0`, `_FLOW_1` and so on, 4 components each.
+an attribute with more is split into `_FLOW_0`, `_FLOW_1` and so on, 4 components each.
 
 References
 ----------
@@ -29,9 +29,9 @@ class Column:
     values : ndarray, shape (V, 1…4)
         float32, or integers of 8 or 16 bits.
     normalized : bool
-        Whether integers are divided by the largest of their type.
+        Whether readers divide the integers by the largest of their type.
     unit : bool
-        Whether these are unit vectors.
+        Whether the values are unit vectors.
     """
 
     values: NDArray[Any]
@@ -39,11 +39,11 @@ class Column:
     unit: bool = False
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
-        """The attribute at some vertices only."""
+        """The attribute at these vertices."""
         return Column(self.rows(rows), self.normalized, self.unit)
 
     def rows(self, rows: IndexArray | Ints | slice) -> NDArray[Any]:
-        """The values at some vertices."""
+        """The values at these vertices."""
         return self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
 
 

@@ -18,7 +18,7 @@ from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
 from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
-"""Without a version: a release changes no bytes unless the version of the numbers changes."""
+"""It has no version: a release changes bytes only if the version of the numbers changes."""
 
 Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
 """Unit quaternion (x, y, z, w): a quarter turn about x, from z up to y up."""
@@ -33,7 +33,7 @@ _QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
 """Place of the buffer in the text: no name contains it, as JSON escapes quotation marks."""
 
 PIECE = 3 << 16
-"""Bytes that become base64 at a time."""
+"""Bytes of a piece that becomes base64."""
 
 REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
 """Extensions without which a file cannot be read."""
@@ -74,7 +74,7 @@ def whole(
 
 
 def root_placement(origin: FloatArray, up: str) -> JsonObject:
-    """Fields of the root node: from the local `origin` (3,), and with y up.
+    """Fields of the root node: its translation by the local `origin` (3,), its rotation to y up.
 
     A reader rotates before it translates (3.5.3), so the translation is the rotated origin.
     """
@@ -96,12 +96,12 @@ def textual(document: JsonObject, buffer: Packed) -> bytes:
 
 
 def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
-    """The base64 of chunks, as if they were one."""
+    """The base64 of the concatenated chunks."""
     left = b""
     for chunk in chunks:
         for first, last in row_runs(len(chunk), PIECE):
             piece = left + chunk[first:last]
-            # 3 bytes are 4 letters; the rest goes to the next chunk.
+            # 3 bytes are 4 letters; the remaining 1 or 2 bytes go to the next chunk.
             length = len(piece) - len(piece) % 3
             left = piece[length:]
             yield base64.b64encode(piece[:length])

@@ -1,8 +1,8 @@
 """The binary form of glTF: its layout, and a cached template for planned meshes.
 
 The files of two meshes with the same plan, names and attributes differ only in the vertices, their
-bounds, the report and the local origin. A template keeps the rest: the text of the document around
-these values, and the bytes of the indices.
+bounds, the report and the local origin. A template has everything else: the text of the document
+around these values, and the bytes of the indices.
 
 References
 ----------
@@ -40,18 +40,18 @@ SHORT = 1 << 16
 """Bytes up to which a file is one buffer."""
 
 PLACEHOLDER = "\ue000{}\ue000"
-"""Marks the place of a value in a template's text, by characters for private use of Unicode."""
+"""Marks the place of a value in the text of a template, with private-use characters of Unicode."""
 
 _PLACEHOLDER = re.compile(f'"{PLACEHOLDER.format("([a-z0-9]+)")}"'.encode())
 
 
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
-    """The binary form of a mesh; a long one in pieces, which may be arrays of the mesh.
+    """The binary form of a mesh; a long file in pieces, which may be arrays of the mesh.
 
     Raises
     ------
     UnsupportedByFormat
-        If the mesh holds quads.
+        If the mesh has quads.
     """
     return _planned_glb(mesh, options) or binary(*build_document(mesh, options))
 
@@ -85,7 +85,7 @@ class Template:
     rows : ndarray of int, or None
         The vertices of all primitives, one after another; None for all vertices in order.
     ends : tuple of int
-        Vertices before each primitive, and of all.
+        Vertices before each primitive, and their total.
     indices : tuple of list of bytes
         For each primitive, the bytes of its triangles and their padding.
     length : int

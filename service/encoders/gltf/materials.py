@@ -40,7 +40,7 @@ LINE_MATERIAL: JsonObject = {
 
 
 def surface_material(color: Color | None, *, colored: bool, blended: bool = False) -> JsonObject:
-    """The material of faces: glaze, or white where vertices are coloured, or the base colour.
+    """The material of faces: glaze, or white for coloured vertices, or the base colour.
 
     A base colour multiplies the colours of the vertices; the material is named after it.
     """

@@ -1,8 +1,8 @@
 """A mesh as a glTF 2.0 document, and as one JSON text.
 
 One root node has the name of the mesh and the rotation from z up to y up; below it every part and
-every overlay is a named node with a mesh of its own, moved by the local origin. All buffer views
-are planar and aligned to 4 bytes.
+every overlay is a named node with one mesh, translated by the local origin. All buffer views are
+planar and aligned to 4 bytes.
 
 References
 ----------
@@ -24,7 +24,7 @@ def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
     Raises
     ------
     UnsupportedByFormat
-        If the mesh holds quads.
+        If the mesh has quads.
     """
     return textual(*build_document(mesh, options))
 

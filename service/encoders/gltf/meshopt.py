@@ -1,12 +1,11 @@
-"""Compressed views: EXT_meshopt_compression, lossless but for some normals.
+"""Compressed views: EXT_meshopt_compression, lossless except for some normals.
 
 Triangles are put in an order that suits graphics cards and vertices in the order of their first
 use, which compresses well; each view then stores differences of consecutive elements. A view that
-would not shrink stays as it is. Normals of 16 bits go through the octahedral filter, 12 bits for
-each coordinate on the unfolded octahedron: within 0.1°, and half as long as the lossless form.
-
-A compressed view has its place in a second buffer, of which only the length exists. Readers must
-know the extension.
+would not become shorter is stored without compression. Normals of 16 bits go through the octahedral
+filter, 12 bits for each coordinate on the unfolded octahedron: with errors up to 0.1°, and half as
+long as the lossless form. A compressed view has its place in a second buffer, which has a length
+but no bytes. Readers must support the extension.
 
 The optional library `meshopt` compresses.
 
@@ -52,14 +51,14 @@ def available() -> bool:
 
 @cache
 def library_version() -> str:
-    """Version of the library: another one may compress the same numbers into other bytes."""
+    """Version of the library: another version may compress the same numbers to other bytes."""
     return version("meshopt") if available() else "none"
 
 
 def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
     """Triangles (T, 3) or lines (L, 2) in a better order, and the old index of each vertex.
 
-    Unused vertices come last. Lines keep their order, their vertices do not.
+    Unused vertices come last. Lines keep their order, but their vertices do not.
 
     Returns
     -------
@@ -82,7 +81,7 @@ def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
 
 
 def compressed(buffer: BufferBuilder) -> Packed:
-    """All arrays, each in the shorter of its two forms."""
+    """All arrays, each with or without compression, whichever is shorter."""
     views: list[JsonObject] = []
     chunks: list[memoryview | bytes] = []
     length = promised = 0

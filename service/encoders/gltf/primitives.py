@@ -41,7 +41,7 @@ class Piece:
     color: Color | None = None
 
     def material(self, color: Color | None = None) -> JsonObject:
-        """Its material; `color` is the base colour for a part without its own."""
+        """The material of the piece; `color` is the base colour of a part that has none."""
         if self.mesh is None:
             return LINE_MATERIAL
         colors = self.mesh.colors
@@ -136,10 +136,10 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
 def _own_vertices(
     triangles: IndexArray, used: Bools, lookup: IndexArray
 ) -> tuple[IndexArray | slice, IndexArray]:
-    """The vertices that these triangles use, and the triangles as indices into these.
+    """The vertices that these triangles use, and the triangles as indices into these vertices.
 
     `used`, all False, and `lookup`, both of shape (V,), are scratch arrays. Only the range of the
-    indices is visited, so that many small parts cost no more than one large one.
+    indices is visited, so that many small parts take no longer than one large part.
     """
     low, high = int(triangles.min()), int(triangles.max()) + 1
     used[triangles] = True

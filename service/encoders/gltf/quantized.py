@@ -1,13 +1,13 @@
 """Vertices in integers: KHR_mesh_quantization.
 
 Positions of a quantized mesh (`service.engine.grid`) are whole multiples of a step s and are stored
-without rounding: position = t + s k with k unsigned, 16 bits, where the node has the translation t
+without rounding: position = t + s k with k unsigned, 16 bits, and the node has the translation t
 and the scaling s. All parts and lines of a mesh have the same t and s.
 
 Normals are signed, 16 bits, divided by 32767: the error is at most 0.0015°. Signed bytes would save
-4 bytes a vertex, with an error up to 0.35°, a third of the crease angle. Texture coordinates from 0
-to 1, and colours, which are linear and need more than 8 bits in the dark, are divided by 65535.
-Other texture coordinates, and attributes, stay float32.
+4 bytes for each vertex, with an error up to 0.35°, a third of the crease angle. Texture coordinates
+from 0 to 1 are stored as multiples of 1/65535, and so are colours, because dark linear colours need
+more than 8 bits. Other texture coordinates, and attributes, stay float32.
 
 References
 ----------

@@ -1,11 +1,11 @@
-"""A scene as glTF: one named node for each copy; the arrays of every different mesh stored once.
+"""A scene as glTF: one named node for each copy; the arrays of each distinct mesh are stored once.
 
 A node has a translation, a rotation and scalings (3.5.3), but no shear. Any linear map is the
 product of two such maps (singular values, L = U S Vᵀ): a shearing copy is a node with U and S
 around a node with Vᵀ. Mirrored copies have a negative scaling; readers then reverse the faces'
 winding (3.7.4).
 
-A mesh in another colour is another glTF mesh, over the same accessors.
+A copy in another colour has another glTF mesh with the same accessors.
 
 References
 ----------
@@ -28,22 +28,22 @@ from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
 SAME = 1e-12
-"""Columns are perpendicular if their cosine is no larger, a scaling is 1 if it differs by no more:
-rounding leaves 1e-16."""
+"""The largest cosine of columns that count as perpendicular, and the largest difference from 1 of a
+scaling that counts as 1; rounding errors are 1e-16."""
 
 
 def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
-    """The binary form; raises `UnsupportedByFormat` if a mesh holds quads."""
+    """The binary form; raises `UnsupportedByFormat` if a mesh has quads."""
     return bytes(binary(*_Document(scene, options).finished()))
 
 
 def encode_gltf_scene(scene: Scene, options: EncodeOptions) -> bytes:
-    """The JSON form; raises `UnsupportedByFormat` if a mesh holds quads."""
+    """The JSON form; raises `UnsupportedByFormat` if a mesh has quads."""
     return textual(*_Document(scene, options).finished())
 
 
 class _Document:
-    """A document under construction: arrays of nodes, meshes and materials that only grow."""
+    """Builds a document: arrays of nodes, meshes and materials that only grow."""
 
     def __init__(self, scene: Scene, options: EncodeOptions) -> None:
         self.scene, self.options = scene, options
@@ -115,7 +115,7 @@ class _Document:
 
 
 def placing(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
-    """Translation, rotation and scalings of a node, and of an inner node if one is not enough."""
+    """Translation, rotation and scalings of a node, and of an inner node if the map has shear."""
     if matrix is None:
         return {}, {}
     shift, linear = matrix[:3, 3], matrix[:3, :3]
@@ -146,7 +146,7 @@ def quaternion(turn: FloatArray) -> list[float]:
     """
     trace = np.trace(turn)
     squares = np.append(1 - trace + 2 * np.diag(turn), 1 + trace)
-    # The largest component is found from its square, the others from products with it.
+    # The largest component is the root of its square, the others are quotients of products by it.
     largest = int(np.argmax(squares))
     x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
     products = np.array([x, y, z, squares[3]])

@@ -1,4 +1,4 @@
-"""Upper bounds of a glTF's bytes, from counts alone."""
+"""Upper bounds of the bytes of a glTF file, from counts alone."""
 
 from service.encoders.content import REPORT_PART
 from service.encoders.format import EncodeOptions, MeshSize
@@ -8,7 +8,7 @@ from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 
 GRID = len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
 """Most additional characters of a quantized node: its scaling, and the types of its normals,
-texture coordinates and colours; its bounds are shorter than those of others."""
+texture coordinates and colours; its bounds are shorter than those of other nodes."""
 
 COMPRESSED = 320
 """Most additional characters of a compressed view, with numbers of ten digits."""
@@ -31,10 +31,9 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
     numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
     surface is written twice, too, and the report names every part. Another vertex attribute adds
-    its name, an accessor and a view. The constant part holds the asset with the report, two
-    materials, the root and the scene.
-
-    A grid adds a scaling to the node; compression, more about each view.
+    its name, an accessor and a view. The constant part contains the asset with the report, two
+    materials, the root and the scene. A grid adds a scaling to the node; compression adds
+    characters to each view.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
     more = ["COLOR_0", *keys] if size.colors else keys
@@ -42,7 +41,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     if options.quantize:
         node += GRID
     if options.compression == "meshopt":
-        # Indices, positions, normals and texture coordinates beside those.
+        # Indices, positions, normals and texture coordinates, without other attributes.
         node += COMPRESSED * (4 + len(more))
     names = 3 * LONGEST_ESCAPE * size.name_bytes
     return 2660 + 13 * FLOAT64_CHARS + size.named * node + names
@@ -51,7 +50,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
     """Most bytes of the buffer, with normals, parameters and padding.
 
-    A compressed view is never longer than it was.
+    A compressed view is never longer than the same view without compression.
     """
     attributes = 4 * sum(d for _, d in size.attributes)
     if options.quantize:

@@ -47,7 +47,7 @@ SectionFormat: TypeAlias = LineFormat[Sections, SectionSize]
 
 
 def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object]:
-    """The report as a JSON object; `rounding` is what points may lose when they are written."""
+    """The report as a JSON object; `rounding` is the largest rounding error of a written point."""
     size = SectionSize.of(sections)
     return {
         "planes": size.planes,
@@ -59,12 +59,12 @@ def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object
 
 
 def points_of(section: Section) -> FloatArray:
-    """The points of all polylines (k, 3), the first of a closed one but once."""
+    """The points of all polylines (k, 3); the first point of a closed polyline occurs once."""
     return np.concatenate([np.zeros((0, 3)), *(_once(line) for line in section.polylines)])
 
 
 def numbers_of(section: Section) -> list[Ints]:
-    """For each polyline the rows of `points_of` that it visits, the first of a closed one twice."""
+    """For each polyline the rows of `points_of`; a closed polyline repeats its first row."""
     paths, first = [], 0
     for line in section.polylines:
         count = len(line.points) - line.closed
@@ -74,7 +74,7 @@ def numbers_of(section: Section) -> list[Ints]:
 
 
 def stored(sections: Sections) -> tuple[FloatArray, float]:
-    """Where points are stored from in float32, (3,), and how far they may be moved by it."""
+    """The origin of points in float32, (3,), and the largest error of their rounding."""
     points = [points_of(section) for section in sections.sections]
     every = np.concatenate([np.zeros((0, 3)), *points])
     if not len(every):

@@ -1,8 +1,8 @@
 """Sections as glTF 2.0: a node and a mesh for each plane, an unlit material.
 
 A mesh has a primitive of mode LINE_STRIP for each polyline; a closed one repeats its first point at
-the end. A plane that cuts nothing has a node without a mesh. The report is in the asset's extras,
-the plane in those of its node.
+the end. A plane that does not meet the surface has a node without a mesh. The report is in the
+extras of the asset, the plane in the extras of its node.
 
 References
 ----------
@@ -32,7 +32,7 @@ def encode_glb(sections: Sections) -> bytes:
 
 
 def encode_gltf(sections: Sections) -> bytes:
-    """The JSON form, its buffer inside it as base64."""
+    """The JSON form, with the buffer as base64 inside."""
     return textual(*_document(sections))
 
 

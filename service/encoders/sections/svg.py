@@ -2,7 +2,7 @@
 
 The coordinates of a point p in its path are (p · x, −p · y), with the axes x and y of the plane, in
 model units: the y axis of SVG points downwards. Closed polylines end in Z. The sections of several
-planes overlap, each in a group. The file holds no text of a client.
+planes overlap, each in a group. The file contains no text of the request.
 
 References
 ----------
@@ -50,7 +50,7 @@ def svg_bound(size: SectionSize) -> int:
 
 
 def _view_box(boxes: list[FloatArray]) -> tuple[float, float, float, float]:
-    """Corner, width and height of the rectangle that is shown."""
+    """Corner, width and height of the visible rectangle."""
     if not boxes:
         return 0.0, 0.0, 1.0, 1.0
     low, high = np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))

@@ -121,7 +121,7 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
 
 
 def move_to_zero(mesh: Mesh) -> Mesh:
-    """Converts float32 positions about an origin to model coordinates, if a format has no origin."""
+    """Converts float32 positions about an origin to model coordinates, for other formats."""
     return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
 
 

@@ -137,7 +137,7 @@ def build_ribbons(
 
 
 def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
-    """The vectors e at φ = 2π j / sides, j = 0 … sides, the last like the first: (K, m, sides+1, 3)."""
+    """The vectors e at φ = 2π j / sides, j = 0 … sides, (K, m, sides+1, 3)."""
     angle = 2 * np.pi * np.arange(sides) / sides
     along, across = np.cos(angle)[:, None], np.sin(angle)[:, None]
     ring = along * normals[:, :, None] + across * binormals[:, :, None]

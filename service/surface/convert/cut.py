@@ -35,8 +35,8 @@ def split_patch(
 ) -> PatchSurface:
     """Split a patch into two or four: piece (k, l) has number k · (pieces along v) + l.
 
-    A surface of several patches has its channels in their degree, so points and channels are all
-    raised to the highest degree among them.
+    A surface of several patches has its channels in their degree, so the degrees of points and
+    channels are all raised to the highest of them.
     """
     patch = require_patch(surface)
     if operation.at is not None:
@@ -208,7 +208,7 @@ def _restrict_net(net: Net, operation: Restrict) -> Net:
 
 
 def barycentric_issue() -> Issue:
-    """The issue for barycentric coordinates of a surface that is no triangle."""
+    """The issue for barycentric coordinates of a surface that is not a triangle."""
     return Issue(
         "unknown_field",
         "Only triangles have barycentric coordinates.",

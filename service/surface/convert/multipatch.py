@@ -1,4 +1,4 @@
-"""Conversions of a multipatch: of each surface by itself, or of all to Bézier patches."""
+"""Conversions of a multipatch: of each surface separately, or of all to Bézier patches."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ def convert_each(
     operation: Operation,
     allowed: SizeLimits,
 ) -> MultipatchSurface:
-    """Convert every surface by itself, each kind by its own function in `convert`.
+    """Convert every surface separately, with the function of its kind in `convert`.
 
     `allowed` limits the control points of all surfaces together.
     """
@@ -72,7 +72,7 @@ def _nets(single: Single) -> list[FloatArray]:
 
 
 def _to_patches(single: Single, degree: int) -> PatchSurface:
-    """One surface as patches over vertices, triangles in this degree, channels in the patches'."""
+    """One surface as patches over vertices; triangles get this degree, channels that of patches."""
     batch = Batch((single.control_net, single.weights), single.channels).apply(_add_batch_axis)
     if isinstance(single, TriangleSurface):
         batch = batch.apply(partial(elevate_triangle_nets, degree=degree))

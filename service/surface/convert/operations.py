@@ -1,4 +1,4 @@
-"""The operations of a conversion: frozen values, checked at birth."""
+"""The operations of a conversion: frozen values, checked when they are created."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -18,7 +18,7 @@ UNIT = 1e-9
 
 
 def degree_pointer(degree: tuple[int, int], axis: int) -> str:
-    """Pointer to one of two degrees, or to both where they are equal: they may be one number."""
+    """Pointer to one of two degrees, or to both if they are equal, as one number may give both."""
     return "/degree" if degree[0] == degree[1] else f"/degree/{axis}"
 
 
@@ -77,7 +77,7 @@ class Split:
 
 @dataclass(frozen=True, slots=True)
 class Restrict:
-    """Take the piece over [u₀, u₁] × [v₀, v₁]; None keeps the whole direction."""
+    """Take the piece over [u₀, u₁] × [v₀, v₁]; None keeps a direction unchanged."""
 
     u: Interval | None = None
     v: Interval | None = None

@@ -1,6 +1,7 @@
-"""A B-spline over a piece of its domain, in another degree: knots are raised, points combined.
+"""A B-spline over a piece of its domain, in another degree.
 
-Elevating, restricting and splitting are each one such change along one axis.
+The multiplicities of knots are raised, and control points are combined. Elevating, restricting and
+splitting are each one such change along one axis.
 """
 
 from dataclasses import replace
@@ -101,9 +102,10 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
 
 
 def _close_rows(closed_net: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
-    """Copy the first row to the last where both are equal means of equal points.
+    """Copy the first row to the last if both are equal means of equal points.
 
-    The ends of a periodic spline are equal in exact arithmetic, and rounding must not part them.
+    The ends of a periodic spline are equal in exact arithmetic, and must be equal after rounding,
+    too.
     """
     first, last = (np.flatnonzero(shares[:, end]) for end in (0, -1))
     same = len(first) == len(last) and bool(
@@ -118,7 +120,7 @@ def _close_rows(closed_net: Net, net: Net, index: Ints, shares: FloatArray) -> N
 
 
 def _elevate_ambiguous(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
-    """A channel's net over the whole domain, elevated if it would have the form of a spline's."""
+    """A Bézier net of a channel, elevated if its shape would be that of a spline net."""
     axis = 0 if len(net) <= MAX_DEGREE else 1
     while net.shape[:2] == counts:
         net = apply_along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[
@@ -128,7 +130,7 @@ def _elevate_ambiguous(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
 
 
 def _check_work(work: int, where: str) -> None:
-    """Refuse conversions that would take minutes, by the number of knots and both degrees."""
+    """Refuse conversions that would take minutes; both degrees and the knots determine the time."""
     if work > MAX_WORK:
         raise TooLarge(
             Issue(

@@ -1,7 +1,7 @@
-"""Equal points for edges that patches share, also where their weights differ by a common factor.
+"""Equal points for edges that patches share, also if their weights differ by a common factor.
 
-Such weights give the same curve, but results may differ in their last digits; and patches are
-found to share an edge by equal digits.
+Such weights give the same curve, but results may differ in their last digits; patches share an edge
+only if the digits are equal.
 """
 
 from collections.abc import Iterator
@@ -101,7 +101,7 @@ def _find_first_equal(rows: FloatArray) -> Ints:
 
 
 def _find_reversed(sides: FloatArray) -> Bools:
-    """Which sides are reversed: read backwards, their numbers come first in lexical order."""
+    """Which sides are reversed: their numbers in reverse order come first in lexical order."""
     forth = sides.reshape(len(sides), -1)
     back = sides[:, ::-1].reshape(forth.shape)
     at = np.arange(len(sides)), (forth != back).argmax(axis=1)

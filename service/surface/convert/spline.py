@@ -43,7 +43,7 @@ from service.surface.patches import PatchSurface
 def elevate_spline(
     surface: BsplineSurface, operation: Elevate, allowed: SizeLimits
 ) -> BsplineSurface:
-    """Raise the degree; the multiplicity of each knot rises with it."""
+    """Raise the degree, and the multiplicity of each knot by the same number."""
     check_degrees(surface.degree, operation.degree)
     for axis, degree in enumerate(operation.degree):
         if degree > surface.degree[axis]:
@@ -131,7 +131,7 @@ def reverse_spline(
     if not isinstance(vector, str):
         knots[axis] = 0.0 - vector[::-1]
     elif vector == "periodic":
-        # The p points that are repeated at the end must come first after the reversal.
+        # The p points that `wrap_points` repeats at the end must come first after the reversal.
         order = np.roll(order, surface.degree[axis])
     counts = surface.control_net.shape[:2]
     weights = None if surface.weights is None else np.take(surface.weights, order, axis)
@@ -173,7 +173,7 @@ def bezier_of_spline(
         if net.shape[:2] != counts:
             values = _join_nets(values.reshape(rows, columns, *values.shape[1:]).copy())
             values = values.reshape(rows * columns, *values.shape[2:])
-        # Rounding must not take means beyond the values of the net: colours end at 1.
+        # Means are limited to the values of the net, since colours must not exceed 1.
         values = np.clip(values, net.min(axis=(0, 1)), net.max(axis=(0, 1)))
         return elevate_nets((values, None), degree, 1)[0]
 

@@ -57,7 +57,7 @@ ANY = SizeLimits()
 
 
 def keep_surface(surface: Surface, _operation: ToBezier, _allowed: SizeLimits) -> Surface:
-    """The surface itself: it consists of Bézier patches already."""
+    """The surface itself, which already consists of Bézier patches."""
     return surface
 
 
