@@ -1,11 +1,12 @@
 """Patches on grids that fit the cache: all samples of many patches in a few products.
 
-The everyday way. Control points and their differences are arrays with the patches innermost, and
-samples are planes of coordinates, so that every step is one operation on long rows.
+Most requests use this method. Control points and their differences are arrays with the patches
+innermost, and samples are planes of coordinates, so that every step is one operation on long rows.
 
 Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) about the middle of
-their batch, where S_u = (X_u − w_u S)/w loses least; their points are moved back at the end. A
-model that is very large or very small is scaled by a power of two, which rounds nothing.
+their batch, where S_u = (X_u − w_u S)/w has the smallest rounding errors; their points are moved
+back at the end. A model that is very large or very small is scaled by a power of two, which rounds
+nothing.
 """
 
 from collections.abc import Sequence
@@ -43,7 +44,7 @@ def fits_cache(resolution: tuple[int, int]) -> bool:
 
 
 def find_scale(patches: Patches) -> float:
-    """The power of two by which patches are scaled; 1 for those of ordinary size."""
+    """The power of two by which patches are scaled; 1 for patches of ordinary size."""
     extent = patches.extent
     if 2.0**-ORDINARY <= extent <= 2.0**ORDINARY or extent == 0:
         return 1.0
@@ -125,7 +126,7 @@ def evaluate_at_once(
 
 
 def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
-    """From the origin of the result (3,) to the middle about which patches are evaluated."""
+    """The vector (3,) from the origin of the result to the middle about which patches are evaluated."""
     return patches.middle if origin is None else patches.middle - origin
 
 
@@ -142,9 +143,9 @@ class _Workspace:
     """Memory for a chunk of r patches, divided into all work arrays.
 
     `planes` is (d, r), with d = 3, or 4 for rational patches. `nets` (K, d, r) are the control
-    points, then their differences along u, then those along v; `rounded` is the same in the working
-    precision. `at` (3, r, samples) is S, then the vectors S_u × S_v. `products` has for S, S_u and
-    S_v the factors and results of its products.
+    points, then their differences along u, then those along v; `rounded` has these numbers in the
+    working precision. `at` (3, r, samples) is S, then the vectors S_u × S_v. `products` has for S,
+    S_u and S_v the factors and results of its products.
     """
 
     def __init__(
@@ -201,10 +202,10 @@ class _Workspace:
         self.subnormal = dtype(SUBNORMAL[dtype])
 
     def load_points(self, origin: FloatArray | None, scale: float) -> None:
-        """Nets of polynomial patches, of which `coordinates` are loaded.
+        """Computes the nets of polynomial patches from `coordinates`.
 
-        Points are about the origin, differences are those of the points as they were, and scaled:
-        neither loses digits to the other's needs.
+        Points are relative to the origin, but differences are those of the original points, and
+        scaled: so neither loses digits.
         """
         self._subtract_neighbours()
         if scale != 1.0:
@@ -215,7 +216,7 @@ class _Workspace:
     def load_weighted(
         self, weights: FloatArray, heaviest: float, middle: FloatArray, scale: float
     ) -> None:
-        """Homogeneous nets about the middle of rational patches, of which `coordinates` are loaded.
+        """Computes homogeneous nets of rational patches, about the middle, from `coordinates`.
 
         Parameters
         ----------
@@ -247,7 +248,7 @@ class _Workspace:
         self.at /= self.weight
 
     def find_vectors(self) -> NDArray[np.bool_] | None:
-        """Finds S_u × S_v and its squared length; which samples are doubtful, None if none is.
+        """Finds S_u × S_v and its squared length; returns a mask of doubtful samples, or None.
 
         Vectors of rational patches are those of X_u − w_u S and X_v − w_v S.
         """

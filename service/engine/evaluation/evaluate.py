@@ -1,8 +1,8 @@
 """Points and unit normals of a batch of patches at all samples.
 
-`at_once` has two ways to compute them on grids that fit the cache, `large_grids` two ways on larger
-ones, and this module chooses the fastest for the shape of the batch. `triangle_evaluation` computes
-them on triangles.
+`at_once` has two formulations for grids that fit the cache, `large_grids` two for larger grids.
+This module chooses the fastest for the shape of the batch. `triangle_evaluation` computes them on
+triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -39,7 +39,8 @@ Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 BY_ROWS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
     {"separable": separable, "normal_polynomial": normal_polynomial}
 )
-"""Formulations for large grids. `at_once` has `separable`, too, and `kronecker` for all grids."""
+"""Formulations for large grids. `at_once` has `separable`, too, and `kronecker` for grids of every
+size."""
 
 LARGEST = 1 << 20
 """The most numbers of a cached matrix: 8 MiB, the largest value that the cache accepts."""
@@ -185,7 +186,7 @@ def _choose_at_once(
     (p, q), vectors = degree, sum(count_vectors(degree))
     samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)
     share = 1 / min(count, chunk)
-    whole = vectors * (1 + 2 * share)
-    in_turn = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
+    product_cost = vectors * (1 + 2 * share)
+    row_cost = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
     is_kept = 3 * (p + 1) * (q + 1) * samples <= LARGEST
-    return "kronecker" if whole <= in_turn and is_kept else "separable"
+    return "kronecker" if product_cost <= row_cost and is_kept else "separable"

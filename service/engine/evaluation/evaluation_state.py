@@ -173,7 +173,7 @@ class Evaluation(ABC):
         np.divide(vectors, square, out=_take_coordinates(out))
 
     def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
-        """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
+        """Planes of S_u × S_v up to a positive factor; `at` already contains S if rational."""
         term = scratch("square", (2, *du.shape[1:]), self.dtype)[1]
         if self.rational:
             for partial in (du, dv):
@@ -196,7 +196,7 @@ class Evaluation(ABC):
         return vectors
 
     def finish(self, in_double: Callable[[NDArray[np.intp]], PatchSamples] | None) -> PatchSamples:
-        """The result, after the doubtful normals have been computed anew.
+        """The result, after the doubtful normals have been computed again.
 
         Limits at poles come first. A patch with many other doubtful normals is evaluated again in
         float64, by `in_double`; the normals that are still doubtful are computed one by one.

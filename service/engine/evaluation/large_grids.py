@@ -1,8 +1,8 @@
-"""Two ways from nets to samples on grids too large for the cache: some rows of a patch at a time.
+"""Two formulations for grids that are too large for the cache: some rows of a patch at a time.
 
-- `separable`: first along u, then along v. p + q + 2 multiplications a value.
+- `separable`: first along u, then along v. p + q + 2 multiplications for each value.
 - `normal_polynomial`: separable, but with N = S_u × S_v as one polynomial of degree (2p−1, 2q−1)
-  instead of two partials and a cross product a sample: for low degree.
+  instead of two partials and a cross product for each sample: for low degrees.
 """
 
 from collections.abc import Callable, Iterator
