@@ -126,7 +126,7 @@ def evaluate_at_once(
 
 
 def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
-    """The vector (3,) from the origin of the result to the middle about which patches are evaluated."""
+    """The vector (3,) from the origin of the result to the middle of the evaluation."""
     return patches.middle if origin is None else patches.middle - origin
 
 
