@@ -82,7 +82,7 @@ def test_the_program_signs_as_the_service_does() -> None:
     path, expires = "/v1/surfaces/saddle/mesh.glb", int(time.time()) + 60
     for query in ("", "resolution=8,16&uvs=true", "overlays=boundary%2Ccontrol_net&faces=none"):
         address = signed(SECRET, path, query, expires)
-        assert address == f"{path}?{Signer([SECRET]).signed(path, query, expires)}"
+        assert address == f"{path}?{Signer([SECRET]).sign(path, query, expires)}"
 
 
 def test_the_codes_are_those_of_the_service() -> None:

@@ -20,7 +20,7 @@ from service.api import problems
 from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
 from service.api.models.meshes import ResponseModel
-from service.api.openapi.document import everything
+from service.api.openapi.document import build_full_settings
 from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.format import FileFormat
@@ -61,7 +61,7 @@ DOCUMENT: dict[str, Any] = json.loads(COMMITTED.read_text(encoding="utf-8"))
 """The committed document; the first test compares it with the code."""
 SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
-    "everything": everything(),
+    "everything": build_full_settings(),
     "defaults": Settings(memory_bytes=1 << 44),
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
@@ -186,7 +186,7 @@ def test_every_model_has_a_route() -> None:
 
 
 def test_every_route_is_described() -> None:
-    routes = iter_route_contexts(create_app(everything()).routes)
+    routes = iter_route_contexts(create_app(build_full_settings()).routes)
     paths = {context.path for context in routes if isinstance(context.original_route, APIRoute)}
     assert paths - UNDOCUMENTED == DOCUMENT["paths"].keys()
 

@@ -10,7 +10,12 @@ from urllib.parse import parse_qsl
 
 from starlette.requests import Request
 
-from service.api.caching.codings import CODINGS, AcceptedCodings, accepted_codings, quality_values
+from service.api.caching.codings import (
+    CODINGS,
+    AcceptedCodings,
+    parse_accepted_codings,
+    quality_values,
+)
 from service.api.errors import InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
@@ -109,10 +114,10 @@ def only_format(query: bytes) -> str | None:
     InvalidQuery
         For any other parameter, or a repeated one.
     """
-    return _remembered_format(query) if len(query) <= USUAL else _named_format(query)
+    return _remembered_format(query) if len(query) <= USUAL else _read_format_name(query)
 
 
-def _named_format(query: bytes) -> str | None:
+def _read_format_name(query: bytes) -> str | None:
     try:
         values = values_from_text(parse_qsl(query.decode("latin-1"), keep_blank_values=True))
     except InvalidRequest as error:
@@ -121,7 +126,7 @@ def _named_format(query: bytes) -> str | None:
     return str(values["format"]) if values else None
 
 
-_remembered_format = lru_cache(maxsize=256)(_named_format)
+_remembered_format = lru_cache(maxsize=256)(_read_format_name)
 
 
 def refuse_parameters(names: Iterable[str]) -> None:
@@ -154,7 +159,7 @@ def check_codings(header: bytes | None) -> AcceptedCodings:
     NotAcceptable
         If it allows none.
     """
-    accepted = accepted_codings(header)
+    accepted = parse_accepted_codings(header)
     if not accepted.order:
         message = "The Accept-Encoding header excludes every coding of this service."
         got, needed = "no coding of this service", "one of " + ", ".join(CODINGS)

@@ -35,7 +35,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
         problem = NOT_FOUND
         if error.status_code == METHOD_NOT_ALLOWED.status:
             problem = METHOD_NOT_ALLOWED
-            allowed = allowed_methods(routes, request)
+            allowed = find_allowed_methods(routes, request)
             if request.method not in allowed:
                 # FastAPI names only the methods of the first route of the path.
                 headers = {"Allow": ", ".join(allowed)}
@@ -48,7 +48,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
     app.add_exception_handler(Exception, _on_exception)
 
 
-def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
+def find_allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
     """The methods that the path of a request supports, HEAD included."""
     path = route_path(request.scope)
     methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}

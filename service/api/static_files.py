@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.caching.cached_response import entity_tag, find_held, is_any
-from service.api.caching.codings import Coding, compressed
+from service.api.caching.codings import Coding, compress
 from service.api.negotiation import codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
 
@@ -55,7 +55,7 @@ class StaticFiles:
         """
         accepted, condition = codings_of(request), condition_of(request)
         kept = await self._read(name)
-        coding, body = await self._coded(kept, accepted.order[0])
+        coding, body = await self._encode_file(kept, accepted.order[0])
         same = find_held(condition, accepted.order, partial(entity_tag, kept.name))
         if condition is not None and is_any(condition):
             same = coding
@@ -84,12 +84,12 @@ class StaticFiles:
             kept = self._kept[name] = _Kept(content, sha256(content).hexdigest())
         return kept
 
-    async def _coded(self, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
+    async def _encode_file(self, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
         """The file in a coding, or unchanged if the coding hardly makes it smaller."""
         if coding == "identity":
             return coding, kept.content
         if coding not in kept.codings:
             # Requests at the same time may each compress it once: the bytes are the same.
-            kept.codings[coding] = await asyncio.to_thread(compressed, coding, kept.content)
+            kept.codings[coding] = await asyncio.to_thread(compress, coding, kept.content)
         body = kept.codings[coding]
         return ("identity", kept.content) if body is None else (coding, body)

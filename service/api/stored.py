@@ -56,7 +56,7 @@ async def surface_of(services: Services, job: Job, id: str) -> Stored:
     if id in EXAMPLES:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
-        raise _unknown(id)
+        raise _build_unknown_error(id)
     # After a deletion, later requests do not share an earlier load.
     key = ("surface", id, services.cache.generation)
     return await services.flights.join(key, partial(_load, services, id), job.until_ready)
@@ -78,11 +78,11 @@ def content_id(id: str) -> str:
     if id in EXAMPLES:
         return _hash_of_example(id)
     if not is_id(id):
-        raise _unknown(id)
+        raise _build_unknown_error(id)
     return id
 
 
-def _unknown(id: str) -> UnknownSurface:
+def _build_unknown_error(id: str) -> UnknownSurface:
     """The error for an id that no surface has, with the nearest id of an example."""
     message, names = "No surface has this id.", ", ".join(EXAMPLES)
     near = "".join(f"`{name}`, or " for name in get_close_matches(id[:64], EXAMPLES, 1))
@@ -102,13 +102,13 @@ async def _load(services: Services, id: str, job: Job) -> Stored:
     except UnknownSurface as error:
         raise error.within("/id") from None
     job.hold_body(estimate_restore_memory(content))
-    work = partial(_restored, id, content, services.documents)
+    work = partial(_restore, id, content, services.documents)
     surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
     job.hold_body(len(content))
     return Stored(id, surface, is_hash=True)
 
 
-def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:
+def _restore(id: str, content: bytes, limits: DocumentLimits) -> Surface:
     try:
         return restore_surface(content, limits)
     except DamagedObject:

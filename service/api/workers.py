@@ -349,7 +349,7 @@ class Job:
             task = asyncio.create_task(run)
         self._running.add(task)
 
-        def ended(task: asyncio.Task[Any]) -> None:
+        def finish_task(task: asyncio.Task[Any]) -> None:
             self._running.discard(task)
             if not task.cancelled():
                 task.exception()  # retrieved, even if no request waits for it any more
@@ -357,7 +357,7 @@ class Job:
             if self._is_over:
                 self._end()
 
-        task.add_done_callback(ended)
+        task.add_done_callback(finish_task)
         result, error = await asyncio.shield(task)
         if error is not None:
             try:

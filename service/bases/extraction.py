@@ -123,15 +123,15 @@ def plan_extraction(
     """
     key = knots.tobytes()
 
-    def cached(closed: bool) -> Extraction:
+    def build_cached(closed: bool) -> Extraction:
         plan = MESH_PLANS.get(
             ("extraction", degree, closed, key), lambda: _build_extraction(knots, degree, closed)
         )
         assert isinstance(plan, Extraction)
         return plan
 
-    plan = cached(closed=False)
-    return cached(closed=True) if plan.is_closed(points, weights) else plan
+    plan = build_cached(closed=False)
+    return build_cached(closed=True) if plan.is_closed(points, weights) else plan
 
 
 def extract_bezier_points(

@@ -14,7 +14,7 @@ from service.cli.source import (
     add_source,
     check_output,
     chosen_options,
-    named_format,
+    find_format,
     surface_document,
     surface_source,
 )
@@ -42,7 +42,7 @@ def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     formats: Sequence[Format] = FORMATS
     if arguments.format is not None:
-        formats = (named_format(arguments.format, FORMATS),)
+        formats = (find_format(arguments.format, FORMATS),)
     source = surface_document(surface_source(arguments))
     chosen = chosen_options(arguments, OPTIONS)
     document = overridden(source, chosen) | values_from_text(chosen.items())

@@ -43,8 +43,8 @@ def _openapi(arguments: argparse.Namespace) -> int:
     import json
 
     from service.api.app import create_app
-    from service.api.openapi.document import everything
+    from service.api.openapi.document import build_full_settings
 
-    app = create_app(everything() if arguments.all else None)
+    app = create_app(build_full_settings() if arguments.all else None)
     print_lines([json.dumps(app.openapi(), indent=2, ensure_ascii=False)])
     return OK

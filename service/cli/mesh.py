@@ -16,8 +16,8 @@ from service.cli.source import (
     add_source,
     chosen_format,
     chosen_options,
+    find_stored_id,
     perform,
-    stored_id,
     surface_source,
 )
 
@@ -78,7 +78,7 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
     fmt = chosen_format(arguments, FORMATS)
-    source = stored_id(arguments) or surface_source(arguments)
+    source = find_stored_id(arguments) or surface_source(arguments)
     chosen = chosen_options(arguments, OPTIONS)
     if isinstance(source, dict):
         source = overridden(source, chosen)

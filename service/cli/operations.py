@@ -23,7 +23,7 @@ def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str
     flags: list[str] = []
     operations: list[Any] = []
     for name, text in arguments:
-        parsed = _listed(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
+        parsed = _parse_list(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
         operations += parsed
         flags += [name] * len(parsed)
     return flags, operations
@@ -73,7 +73,7 @@ def _pairs(flag: str, text: str) -> list[tuple[str, str]]:
     return [(key, value) for key, _, value in parts]
 
 
-def _listed(text: str) -> list[Any]:
+def _parse_list(text: str) -> list[Any]:
     from service.schemas.document import parse_document
 
     try:

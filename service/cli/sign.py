@@ -32,7 +32,7 @@ def _run(arguments: argparse.Namespace) -> int:
     import time
 
     from service.api.guard.guard import signer_of
-    from service.api.guard.signatures import signed_url
+    from service.api.guard.signatures import build_signed_url
     from service.schemas.request import SignRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import from_environment
@@ -47,6 +47,6 @@ def _run(arguments: argparse.Namespace) -> int:
             if not (text.isascii() and text.isdigit() and len(text) < 20):
                 raise UsageError(f"--{name}: needed a whole number")
             document[name] = int(text)
-    url, _ = signed_url(signer, validate_document(SignRequest, document), "", time.time())
+    url, _ = build_signed_url(signer, validate_document(SignRequest, document), "", time.time())
     print_lines([url])
     return OK

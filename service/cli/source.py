@@ -94,7 +94,7 @@ def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -
     by_suffix = {fmt.suffix: fmt for fmt in formats}
     check_output(arguments)
     if arguments.format is not None:
-        return named_format(arguments.format, formats)
+        return find_format(arguments.format, formats)
     suffix = Path(arguments.output).suffix.removeprefix(".").lower()
     if arguments.output == "-" or suffix not in by_suffix:
         raise UsageError(
@@ -104,7 +104,7 @@ def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -
     return by_suffix[suffix]
 
 
-def named_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
+def find_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format with this name."""
     by_name = {fmt.name: fmt for fmt in formats}
     if name not in by_name:
@@ -126,7 +126,7 @@ def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetF
     return source if is_example else read_request(source, "surface", missing)
 
 
-def stored_id(arguments: argparse.Namespace) -> str | None:
+def find_stored_id(arguments: argparse.Namespace) -> str | None:
     """The source, if it may be the id of a surface stored at `--url`."""
     from service.storage.keys import is_id
 

@@ -52,7 +52,7 @@ class Decoder:
         return int(self.weight * length)
 
 
-def malformed(message: str, got: str, needed: str) -> MalformedBody:
+def build_malformed_error(message: str, got: str, needed: str) -> MalformedBody:
     """The error for bytes that are not in this format."""
     return MalformedBody(Issue("malformed_body", message, "", got, needed))
 

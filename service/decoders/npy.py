@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from service.decoders.format import Tree, check_count, check_kind, malformed
+from service.decoders.format import Tree, build_malformed_error, check_count, check_kind
 from service.errors import InvalidRequest, Issue
 
 KINDS = ("bezier", "bspline", "patches")
@@ -104,9 +104,9 @@ def _read_header(content: bytes) -> _Header:
     """The header, fully checked, and the number of bytes that follow it."""
     length_bytes = _LENGTH_BYTES.get(content[6:8])
     if not content.startswith(MAGIC):
-        raise malformed("The file is not a .npy file.", "other first bytes", _NEEDED)
+        raise build_malformed_error("The file is not a .npy file.", "other first bytes", _NEEDED)
     if length_bytes is None:
-        raise malformed(
+        raise build_malformed_error(
             "The .npy file has an unknown version.",
             "another version",
             "version 1.0, 2.0 or 3.0",
@@ -114,12 +114,12 @@ def _read_header(content: bytes) -> _Header:
     first = 8 + length_bytes
     length = int.from_bytes(content[8:first], "little")
     if length > MAX_HEADER:
-        raise malformed(
+        raise build_malformed_error(
             "The header of the .npy file is too long.", f"{length} bytes", f"at most {MAX_HEADER}"
         )
     start = first + length
     if len(content) < start:
-        raise malformed(
+        raise build_malformed_error(
             "The .npy file ends within its header.", f"{len(content)} bytes", "a whole header"
         )
     entries = _entries(content[first:start].decode("latin-1"))
@@ -131,7 +131,7 @@ def _read_header(content: bytes) -> _Header:
     )
     needed, got = prod(header.shape) * header.dtype.itemsize, len(content) - start
     if got != needed:
-        raise malformed(
+        raise build_malformed_error(
             "The number of bytes after the header is not that of the array's shape.",
             f"{got} bytes",
             f"{needed} bytes",
@@ -150,13 +150,13 @@ def _entries(text: str) -> dict[str, str]:
         entries[match["key"]] = match["value"]
         place = match.end()
     if text[place:].strip() != "}" or entries.keys() != _KEYS:
-        raise malformed(
+        raise build_malformed_error(
             "The header of the .npy file cannot be read.",
             "another text",
             "descr, fortran_order and shape, each once",
         )
     if entries["fortran_order"] not in ("True", "False") or not entries["shape"].startswith("("):
-        raise malformed(
+        raise build_malformed_error(
             "The header of the .npy file cannot be read.",
             "values of other types",
             "fortran_order True or False, shape a tuple",

@@ -12,7 +12,7 @@ from math import isfinite
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.format import malformed
+from service.decoders.format import build_malformed_error
 from service.errors import InvalidRequest, Issue, SurfaceError
 
 PIECE = 1 << 16
@@ -94,7 +94,7 @@ def _cut(text: bytes, start: int, end: int) -> int:
         return end
     gap = _GAP.search(text, start + PIECE, start + PIECE + LONGEST)
     if gap is None:
-        raise refused_word(text, start + PIECE)
+        raise build_word_error(text, start + PIECE)
     return gap.start()
 
 
@@ -103,15 +103,15 @@ def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray
     try:
         values = np.fromiter(map(float, words), np.float64, len(words))
     except ValueError:
-        raise _fault(text, start, cut) from None
+        raise _find_word_error(text, start, cut) from None
     # `float` also accepts 1_000.
     plain = text.find(b"_", start, cut) < 0 and max(map(len, words), default=0) <= LONGEST
     if not plain or not np.isfinite(values).all():
-        raise _fault(text, start, cut)
+        raise _find_word_error(text, start, cut)
     return values
 
 
-def refused_word(text: bytes, place: int) -> SurfaceError:
+def build_word_error(text: bytes, place: int) -> SurfaceError:
     """The error of a word that is not a finite number; `place` is inside the word."""
     start = place
     while start > max(0, place - LONGEST) and not _GAP.match(text, start - 1):
@@ -120,7 +120,7 @@ def refused_word(text: bytes, place: int) -> SurfaceError:
     if word is None or len(word[0]) > LONGEST or not _NUMERIC.fullmatch(word[0]):
         needed = f"a decimal number of at most {LONGEST} characters"
         message = f"A number is needed here (line {line_at(text, start)})."
-        return malformed(message, "something else", needed)
+        return build_malformed_error(message, "something else", needed)
     return InvalidRequest(
         Issue(
             "not_finite",
@@ -132,10 +132,10 @@ def refused_word(text: bytes, place: int) -> SurfaceError:
     )
 
 
-def _fault(text: bytes, start: int, cut: int) -> SurfaceError:
+def _find_word_error(text: bytes, start: int, cut: int) -> SurfaceError:
     """The error of the first word in a piece that is not a finite number."""
     for word in _WORD.finditer(text, start, cut):
         plain = len(word[0]) <= LONGEST and _NUMBER.fullmatch(word[0])
         if not plain or not isfinite(float(word[0])):
-            return refused_word(text, word.start())
+            return build_word_error(text, word.start())
     raise AssertionError("all words of the refused piece are numbers")

@@ -15,8 +15,8 @@ from itertools import islice
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.format import Tree, check_kind, malformed, too_many
-from service.decoders.numbers import line_at, line_of_number, read_numbers, refused_word
+from service.decoders.format import Tree, build_malformed_error, check_kind, too_many
+from service.decoders.numbers import build_word_error, line_at, line_of_number, read_numbers
 from service.decoders.oogl_patches import Form, Patches
 from service.errors import InvalidRequest, Issue, count_nouns
 
@@ -78,7 +78,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 
 def _check_text(content: bytes) -> None:
     if not content.isascii() or b"\0" in content:
-        raise malformed(
+        raise build_malformed_error(
             "The service reads OOGL as text, not in its binary form.", "other bytes", "ASCII"
         )
 
@@ -163,9 +163,9 @@ class _Reader:
         self._place = end
         if not len(values) or len(values) % form.numbers:
             if self._text[end : end + 1] not in (b"", b"{", b"}", b"="):
-                raise refused_word(self._text, end)
+                raise build_word_error(self._text, end)
             where = line_at(self._text, start)
-            raise malformed(
+            raise build_malformed_error(
                 f"The numbers after the keyword make no whole patches (line {where}).",
                 count_nouns(len(values), "numbers"),
                 f"{form.numbers} for each patch",
@@ -231,4 +231,4 @@ class _Reader:
     def _refusal(self, message: str, word: bytes, needed: str) -> Exception:
         line = line_at(self._text, self._place if word else len(self._text))
         got = "another word" if word else "the end of the text"
-        return malformed(f"{message[:-1]} (line {line}).", got, needed)
+        return build_malformed_error(f"{message[:-1]} (line {line}).", got, needed)

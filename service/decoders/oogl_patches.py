@@ -93,11 +93,11 @@ def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
         tree["weights"] = np.concatenate(batch.weights).ravel()
     for name, corners in (("uvs", batch.uvs), ("colors", batch.colors)):
         if corners:
-            tree[name] = _blended(np.concatenate(corners), degree)
+            tree[name] = _blend_corners(np.concatenate(corners), degree)
     return tree
 
 
-def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
+def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
     """Bilinear interpolants of corner values, as values at the control points, u fastest.
 
     The Bézier coefficients of a function of degree (1, 1) in degree (p, q) are its values at (i/p,

@@ -20,7 +20,7 @@ from typing import NoReturn
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.format import Tree, check_count, check_kind, malformed, too_many
+from service.decoders.format import Tree, build_malformed_error, check_count, check_kind, too_many
 from service.decoders.numbers import PIECE, line_of_number, read_numbers
 from service.errors import InvalidRequest, Issue, MalformedBody, count_nouns
 
@@ -154,4 +154,4 @@ def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
 
 
 def _at_line(message: str, line: int, got: str, needed: str) -> MalformedBody:
-    return malformed(f"{message} (line {line}).", got, needed)
+    return build_malformed_error(f"{message} (line {line}).", got, needed)

@@ -106,17 +106,17 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
     no_lines = f"The format {fmt.name} has no place for lines."
     if options.faces == "quads" and not fmt.quads:
         message = f"The format {fmt.name} has only triangles."
-        raise _unsupported(message, "/faces", "quads", "triangles, or another format")
+        raise _build_unsupported_error(message, "/faces", "quads", "triangles, or another format")
     if options.overlays and not fmt.overlays:
-        raise _unsupported(no_lines, "/overlays", "overlays", "none, or another format")
+        raise _build_unsupported_error(no_lines, "/overlays", "overlays", "none, or another format")
     if options.has_wires and not options.has_solid_wires and not fmt.overlays:
         got, needed = "isoparametric curves as lines", "tubes or ribbons, or another format"
-        raise _unsupported(no_lines, "/wires", got, needed)
+        raise _build_unsupported_error(no_lines, "/wires", got, needed)
     if not fmt.compact and (encode.quantize or encode.compression != "none"):
         name = "quantize" if encode.quantize else "compression"
         message = f"The format {fmt.name} has no compact form."
         needed = "nothing here, or one of the formats glb and gltf"
-        raise _unsupported(message, f"/{name}", name, needed)
+        raise _build_unsupported_error(message, f"/{name}", name, needed)
     if encode.compression not in ("none", *compressions()):
         message = "This service was installed without the library that compresses."
         got, needed = encode.compression, "none, or a service with the extra named meshopt"
@@ -125,10 +125,14 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
     if encode.exact and (options.has_solid_wires or not options.has_faces):
         got = "wires that have faces, or no surface"
         needed = "the surface, its curves as lines, or another form"
-        raise _unsupported("The exact form holds patches, and lines.", "/oogl", got, needed)
+        raise _build_unsupported_error(
+            "The exact form holds patches, and lines.", "/oogl", got, needed
+        )
 
 
-def _unsupported(message: str, where: str, got: str, needed: str) -> UnsupportedByFormat:
+def _build_unsupported_error(
+    message: str, where: str, got: str, needed: str
+) -> UnsupportedByFormat:
     return UnsupportedByFormat(Issue("unsupported_by_format", message, where, got, needed))
 
 

@@ -27,7 +27,7 @@ from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
 from service.pipeline.cost import EFFORT, Cost, adaptive_triangles, estimate_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh import PLAIN, carried_channels, plan_mesh
+from service.pipeline.mesh import PLAIN, keep_storable_channels, plan_mesh
 from service.pipeline.mesh_sizes import estimate_stored_size, member_shares
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
@@ -159,7 +159,7 @@ class EstimateWork:
         refused: dict[Issue, list[str]] = {}
         accepted, certain = False, expected.certain
         for fmt in self.formats:
-            carried, carried_options = carried_channels(model, options, fmt)
+            carried, carried_options = keep_storable_channels(model, options, fmt)
             try:
                 work = plan_mesh(surface, options, fmt, encode, limits)
                 work.check(carried, carried_options, bounds)
@@ -238,13 +238,13 @@ class EstimateWork:
             and (not options.curvatures or is_affordable(patches, copies.vertices))
         )
 
-        def clipped(most: MostTriangles) -> Counts:
+        def clip(most: MostTriangles) -> Counts:
             triangles = min(most.triangles, allowed) if bounded else allowed
             # A face of T triangles has T + 2 vertices at most.
             vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
             return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
 
-        return _Prediction(clipped(once), clipped(copies), False, certain, copies.points)
+        return _Prediction(clip(once), clip(copies), False, certain, copies.points)
 
 
 def plan_estimate(

@@ -100,7 +100,7 @@ class MeshWork:
 
     def lower(self) -> tuple[Model, MeshOptions]:
         """The patches and the options, without data that the format cannot store."""
-        return carried_channels(self.surface.lower(), self.options, self.fmt)
+        return keep_storable_channels(self.surface.lower(), self.options, self.fmt)
 
     def check(
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
@@ -210,7 +210,9 @@ def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = a
     return mesh if fmt.local else move_to_zero(mesh)
 
 
-def carried_channels(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:
+def keep_storable_channels(
+    model: Model, options: MeshOptions, fmt: Format
+) -> tuple[Model, MeshOptions]:
     """The model and the options, without data beside positions that the format cannot store.
 
     A surface has its colors and attributes in every request, so they are left out and not refused.

@@ -62,11 +62,11 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
     except InvalidRequest as error:
         raise error.within("/surface") from None
     if isinstance(lowered, GroupModel):
-        model = replace(model, order=_listed_order(lowered))
+        model = replace(model, order=_list_order(lowered))
     return model
 
 
-def _listed_order(group: GroupModel) -> Ints:
+def _list_order(group: GroupModel) -> Ints:
     """The number of each patch of a group in the order of the request."""
     order, first = [], 0
     for member in group.members:

@@ -70,7 +70,9 @@ class SectionWork:
         sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
         if not any(len(section.coplanar) for section in sections.sections):
             return sections
-        named = (replace(s, coplanar=_requested(joined, s.coplanar)) for s in sections.sections)
+        named = (
+            replace(s, coplanar=_number_as_requested(joined, s.coplanar)) for s in sections.sections
+        )
         return replace(sections, sections=tuple(named))
 
     def _check_patches(self, model: PatchModel) -> None:
@@ -129,7 +131,7 @@ def _size_of(points: int) -> SectionSize:
     return SectionSize(1, points, points, points, points, 0)
 
 
-def _requested(model: PatchModel, patches: Ints) -> Ints:
+def _number_as_requested(model: PatchModel, patches: Ints) -> Ints:
     """The numbers of patches of a model in the order of the request."""
     if len(model.domains) > 1:
         firsts = np.array([domain.first for domain in model.domains])

@@ -146,7 +146,7 @@ class BsplineDefinition(StrictModel):
     name: NameField = "surface"
 
     @model_validator(mode="after")
-    def _of_limited_degree(self, info: ValidationInfo) -> "BsplineDefinition":
+    def _check_degree(self, info: ValidationInfo) -> "BsplineDefinition":
         check_degree_limits(self.degree, info)
         return self
 

@@ -83,7 +83,7 @@ class BsplineCurveDefinition(StrictModel):
     name: NameField = "curve"
 
     @model_validator(mode="after")
-    def _of_limited_degree(self, info: ValidationInfo) -> "BsplineCurveDefinition":
+    def _check_degree(self, info: ValidationInfo) -> "BsplineCurveDefinition":
         check_degree_limits((self.degree,), info)
         return self
 

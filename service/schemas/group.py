@@ -99,7 +99,7 @@ class GroupDefinition(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _of_limited_size(self, info: ValidationInfo) -> "GroupDefinition":
+    def _check_size(self, info: ValidationInfo) -> "GroupDefinition":
         """Refuses members that are each small enough, but not all together."""
         check_total([member.surface for member in self.members], "/members", info)
         return self

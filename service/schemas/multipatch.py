@@ -52,7 +52,7 @@ class MultipatchDefinition(StrictModel):
     name: NameField = "surface"
 
     @model_validator(mode="after")
-    def _of_limited_size(self, info: ValidationInfo) -> "MultipatchDefinition":
+    def _check_size(self, info: ValidationInfo) -> "MultipatchDefinition":
         check_total(self.surfaces, "/surfaces", info)
         return self
 

@@ -25,7 +25,7 @@ from service.surface.grids import NO_GRIDS, Grids
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 
 
-def _of_several_degrees(
+def _parse_grids(
     value: object, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
 ) -> Grids:
     """The grids as one array; if their shapes differ, each grid as an array of its own."""
@@ -70,7 +70,7 @@ class PatchesDefinition(StrictModel):
         description="One positive weight for every vertex.",
         examples=[[1, 1, 0.5, 0.5, 1, 1]],
     )
-    patches: Annotated[Any, PATCHES, WrapValidator(_of_several_degrees)] = Field(
+    patches: Annotated[Any, PATCHES, WrapValidator(_parse_grids)] = Field(
         default_factory=lambda: NO_GRIDS,
         description="One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for "
         "a bicubic patch. Grids may have several shapes. May be left out if there are `triangles`.",

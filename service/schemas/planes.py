@@ -34,7 +34,7 @@ class PlaneSet(RequestModel):
     )
 
     @model_validator(mode="after")
-    def _of_one(self) -> Self:
+    def _check_one_form(self) -> Self:
         if (self.offsets is None) == (self.points is None):
             message = "A plane has a normal, and an offset or a point."
             is_neither = self.offsets is None

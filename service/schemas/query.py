@@ -52,15 +52,15 @@ def number_from_text(text: str) -> int | float | str:
 
 def pair_from_text(text: str) -> object:
     """One whole number, or a list of them: one for u and one for v."""
-    numbers = [_whole(part) for part in text.split(",")]
+    numbers = [_parse_whole(part) for part in text.split(",")]
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def _whole(text: str) -> int | str:
+def _parse_whole(text: str) -> int | str:
     return int(text) if _WHOLE.fullmatch(text) else text
 
 
-def _float(text: str) -> float | str:
+def _parse_float(text: str) -> float | str:
     return float(text) if _NUMBER.fullmatch(text) else text
 
 
@@ -74,7 +74,11 @@ def _names(text: str) -> list[str]:
 
 def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
     """The functions that read the text of each field, by name; fields that are texts need none."""
-    simple: dict[Any, Callable[[str], object]] = {bool: _flag, int: _whole, float: _float}
+    simple: dict[Any, Callable[[str], object]] = {
+        bool: _flag,
+        int: _parse_whole,
+        float: _parse_float,
+    }
     readers: dict[str, Callable[[str], object]] = {}
     for name, field in model.model_fields.items():
         types = get_args(field.annotation)

@@ -96,7 +96,7 @@ def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
         return error
     starts = row_starts(degree)
 
-    def moved(issue: Issue) -> Issue:
+    def move_issue(issue: Issue) -> Issue:
         match = re.match(rf"({prefix})/(\d+)(/.*)?\Z", issue.pointer)
         if match is None:
             return issue
@@ -105,4 +105,4 @@ def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
         where = f"{match[1]}/{row}/{entry - int(starts[row])}{match[3] or ''}"
         return replace(issue, pointer=where)
 
-    return InvalidRequest(*map(moved, error.issues))
+    return InvalidRequest(*map(move_issue, error.issues))

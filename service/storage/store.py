@@ -116,7 +116,7 @@ class SurfaceStore:
             The log says more.
         """
         if not is_id(id):
-            raise _unknown()
+            raise _build_unknown_error()
         with self.operations.count("get"):
             return await self._get(id, reserve)
 
@@ -215,7 +215,7 @@ class SurfaceStore:
                 reserve(response.meta["size"])
                 return bytes(await response.bytes_async())
             except FileNotFoundError:
-                raise _unknown() from None
+                raise _build_unknown_error() from None
 
     async def _list_bytes(self) -> int:
         """Bytes of all objects, by a listing."""
@@ -232,5 +232,5 @@ async def _hash(content: bytes) -> str:
     return await to_thread.run_sync(lambda: hashlib.sha256(content).hexdigest())
 
 
-def _unknown() -> UnknownSurface:
+def _build_unknown_error() -> UnknownSurface:
     return UnknownSurface(Issue("unknown_surface", "No surface is stored under this id."))

@@ -195,7 +195,7 @@ def group_sizes(
     copies = [sizes[number] for number in numbers]
     labels = [len(title.encode()) + 1 for title in names]
 
-    def summed(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
+    def sum_members(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
         placed, apart = add_sizes(copies, name=name), add_sizes(sizes, name=name)
         named = sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True))
         return replace(
@@ -223,4 +223,4 @@ def group_sizes(
         (max((title for title, _ in column), key=len), max(d for _, d in column))
         for column in zip_longest(*ranked, fillvalue=("", 0))
     )
-    return summed(copies, tuple(sorted(common))), summed(sizes, widest)
+    return sum_members(copies, tuple(sorted(common))), sum_members(sizes, widest)

@@ -25,7 +25,7 @@ def tea_service(pot: PatchSurface) -> GroupSurface:
     ]
     small, flat = cup(), sphere()
     for corner in range(4):
-        place = _turned(corner * pi / 2 + pi / 4)
+        place = _build_rotation(corner * pi / 2 + pi / 4)
         place[:3, 3] = place[:3, :3] @ (4.4, 0.0, 0.04)
         saucer = place @ np.diag([1.3, 1.3, 0.07, 1.0])
         standing = place @ np.diag([1.0, 1.0 if corner < 2 else -1.0, 1.0, 1.0])
@@ -62,7 +62,7 @@ def _handle(radius: float, thickness: float) -> list[Patch]:
     ]
 
 
-def _turned(angle: float) -> FloatArray:
+def _build_rotation(angle: float) -> FloatArray:
     """Rotation about z."""
     place = np.eye(4)
     place[:2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]

@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from service.api.app import create_app
-from service.api.caching.codings import Coding, compressed
+from service.api.caching.codings import Coding, compress
 from service.api.routes import meshes_by_url
 from service.engine.mesh.report import ENGINE
 from service.pipeline.mesh import MeshFile, MeshWork
@@ -65,9 +65,9 @@ def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def counted(coding: Coding, content: bytes) -> bytes | None:
         codings.append(coding)
-        return compressed(coding, content)
+        return compress(coding, content)
 
-    monkeypatch.setattr(meshes_by_url, "compressed", counted)
+    monkeypatch.setattr(meshes_by_url, "compress", counted)
     urls = [f"{TEAPOT}?resolution=32"]
     responses, calls = asyncio.run(crowd(monkeypatch, urls, {"Accept-Encoding": "gzip"}))
     assert {response.content[:4] for response in responses} == {b"glTF"}

@@ -16,7 +16,7 @@ from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
-from service.pipeline.mesh import carried_channels, render
+from service.pipeline.mesh import keep_storable_channels, render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface.batches import TrianglePatches
@@ -46,7 +46,9 @@ def write(form: str, name: str) -> bytes:
 def build_mesh(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
     """The mesh of the file, in float64 and of one piece."""
     request = request_of(form)
-    model, options = carried_channels(request.to_surface().lower(), request.mesh_options(), fmt)
+    model, options = keep_storable_channels(
+        request.to_surface().lower(), request.mesh_options(), fmt
+    )
     return build(model, options)
 
 

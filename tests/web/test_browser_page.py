@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from service.api.cors import EXPOSED
-from service.api.openapi.document import everything
+from service.api.openapi.document import build_full_settings
 from service.settings.environment import with_flags
 from service.settings.values import Settings
 from tests.live import running_service
@@ -129,7 +129,7 @@ def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> No
     (command,) = (block for block in blocks("sh") if block.startswith("npx "))
     maker = node_package("openapi-typescript") / "bin" / "cli.js"
     command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")
-    with running_service(everything()) as server:
+    with running_service(build_full_settings()) as server:
         run_shell(command.replace(SERVED_AT, server), tmp_path)
     made = (tmp_path / TYPES.name).read_text(encoding="utf-8")
     ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")

@@ -156,7 +156,7 @@ _PATH = "/v1/surfaces/saddle/mesh.glb"
 def signed(content: bytes) -> None:
     """The query of a URL with a signature; only a query that was signed here is accepted."""
     try:
-        text = _SIGNER.signed(_PATH, content.decode("latin-1"), 2_000_000_000)
+        text = _SIGNER.sign(_PATH, content.decode("latin-1"), 2_000_000_000)
     except ValueError:
         pass
     else:

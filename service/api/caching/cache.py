@@ -95,7 +95,7 @@ class ResponseCache:
 
     def add(self, entry: CachedResponse, coding: Coding, body: bytes | None) -> Variant:
         """Adds a coding to the entry; its bytes count if the cache keeps the entry."""
-        variant = entry.coded(coding, body)
+        variant = entry.make_variant(coding, body)
         growth = 0 if body is None else len(body) + VARIANT_BYTES
         if not self.holds(entry):
             entry.add(variant, coding)

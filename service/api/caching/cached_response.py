@@ -98,7 +98,7 @@ class Subject:
         """The entity tag of the file in a coding."""
         return entity_tag(self.content, coding)
 
-    def unchanged(self, coding: Coding, *, pinned: bool, timing: bytes = HIT) -> RawHeaders:
+    def build_304_headers(self, coding: Coding, *, pinned: bool, timing: bytes = HIT) -> RawHeaders:
         """The headers of a 304; `pinned`: the requested URL names the engine."""
         lasting = FOR_EVER if self.for_ever and pinned else FOR_AN_HOUR
         return (
@@ -145,13 +145,13 @@ class CachedResponse:
         self.variants: dict[Coding, Variant] = {}
         self.aliases: list[tuple[str, bytes]] = []
         self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)
-        self.add(self.coded("identity", plain), "identity")
+        self.add(self.make_variant("identity", plain), "identity")
 
     def headers(self, variant: Variant, *, pinned: bool, timing: bytes) -> RawHeaders:
         """The headers of a 200 response with this variant."""
         return self._full(variant.coding, len(variant.body), pinned, timing)
 
-    def coded(self, coding: Coding, body: bytes | None) -> Variant:
+    def make_variant(self, coding: Coding, body: bytes | None) -> Variant:
         """The file in a coding; if `body` is None, as compressing does not pay, the plain file."""
         if body is None:
             return self.variants["identity"]
@@ -162,7 +162,9 @@ class CachedResponse:
             {"type": "http.response.body", "body": body},
             {"type": "http.response.body", "body": body, "more_body": True},
             self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
-            self._messages(304, [self.subject.unchanged(coding, pinned=p) for p in _PINNED]),
+            self._messages(
+                304, [self.subject.build_304_headers(coding, pinned=p) for p in _PINNED]
+            ),
         )
 
     def add(self, variant: Variant, coding: Coding) -> None:
@@ -182,7 +184,7 @@ class CachedResponse:
             *self._described,
             *coded,
             (b"content-length", str(length).encode()),
-            *self.subject.unchanged(coding, pinned=pinned, timing=timing),
+            *self.subject.build_304_headers(coding, pinned=pinned, timing=timing),
         )
 
     def _messages(self, status: int, headers: list[RawHeaders]) -> tuple[Message, Message]:

@@ -65,11 +65,11 @@ class AcceptedCodings:
     plain: bool
 
 
-def accepted_codings(header: bytes | None) -> AcceptedCodings:
+def parse_accepted_codings(header: bytes | None) -> AcceptedCodings:
     """The codings that an Accept-Encoding header allows; without a header, no compression."""
     if header is None:
         return _PLAIN
-    return _remembered(header) if len(header) <= _USUAL else _parsed(header)
+    return _parse_usual(header) if len(header) <= _USUAL else _parse_codings(header)
 
 
 def _zstd(content: bytes) -> bytes:
@@ -100,7 +100,7 @@ MADE_BY: Mapping[Coding, str] = MappingProxyType(
 """Compressor, version and level of each coding: its bytes depend on these and the content."""
 
 
-def compressed(coding: Coding, content: bytes) -> bytes | None:
+def compress(coding: Coding, content: bytes) -> bytes | None:
     """The compressed content; None where compressing does not pay."""
     if len(content) < MIN_BYTES:
         return None
@@ -113,7 +113,7 @@ _USUAL = 200
 """Longer headers are parsed each time, so that no client fills the memory with them."""
 
 
-def _parsed(header: bytes) -> AcceptedCodings:
+def _parse_codings(header: bytes) -> AcceptedCodings:
     by_name: dict[str, float] = {}
     for item, weight in quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")
@@ -129,4 +129,4 @@ def _parsed(header: bytes) -> AcceptedCodings:
     return AcceptedCodings(tuple(order), plain)
 
 
-_remembered = lru_cache(maxsize=256)(_parsed)
+_parse_usual = lru_cache(maxsize=256)(_parse_codings)

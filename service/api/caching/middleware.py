@@ -8,7 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Variant, find_held, is_any
-from service.api.caching.codings import AcceptedCodings, accepted_codings
+from service.api.caching.codings import AcceptedCodings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.observing.record import record_of
 from service.api.responses import CHUNK, UNTRACKED, send_pieces
@@ -41,7 +41,7 @@ class CacheMiddleware:
                         coding = value if coding is None else coding + b"," + value
                     elif name == b"if-none-match":
                         condition = value if condition is None else condition + b"," + value
-                chosen = _choose(entry, accepted_codings(coding), condition)
+                chosen = _choose(entry, parse_accepted_codings(coding), condition)
                 if chosen is not None:
                     self.cache.counts.hits += 1
                     record_of(scope).cache = "hit"

@@ -180,26 +180,26 @@ def signer_of(settings: Settings) -> Signer | None:
     """The signer of URLs, or None without secrets; raises `InvalidSettings` for weak ones."""
     if not settings.signing_keys:
         return None
-    with _checking("SURFACE_SIGNING_KEYS"):
+    with _name_setting("SURFACE_SIGNING_KEYS"):
         return Signer([secret.get_secret_value() for secret in settings.signing_keys])
 
 
 def _keys(settings: Settings) -> KnownKeys:
-    with _checking("SURFACE_API_KEYS"):
+    with _name_setting("SURFACE_API_KEYS"):
         listed = parse_entries(settings.api_keys)
-    with _checking("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
+    with _name_setting("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
         return KnownKeys(listed, settings.api_keys_file)
 
 
 def _proxies(settings: Settings) -> Proxies | None:
     if not settings.trusted_proxies:
         return None
-    with _checking("SURFACE_TRUSTED_PROXIES"):
+    with _name_setting("SURFACE_TRUSTED_PROXIES"):
         return Proxies(settings.trusted_proxies)
 
 
 @contextmanager
-def _checking(name: str) -> Iterator[None]:
+def _name_setting(name: str) -> Iterator[None]:
     """Adds the setting's name to an error."""
     try:
         yield

@@ -53,7 +53,7 @@ class Signer:
             raise InvalidSecrets("one secret is listed twice; needed each secret once.")
         self._secrets = [secret.encode() for secret in secrets]
 
-    def signed(self, path: str, query: str, expires: int) -> str:
+    def sign(self, path: str, query: str, expires: int) -> str:
         """The query with its signature, for the same path.
 
         Raises
@@ -97,8 +97,8 @@ class Signer:
         if not any(right) or not _MOMENT.fullmatch(moments[0]):
             raise _invalid()
         if int(moments[0]) <= now:
-            raise _expired()
-        return _stripped(text).encode(), int(moments[0])
+            raise _build_expired_error()
+        return _strip_signature(text).encode(), int(moments[0])
 
 
 def is_signable(path: str) -> bool:
@@ -122,7 +122,7 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
     return urlsafe_b64encode(digest).rstrip(b"=").decode()
 
 
-def _stripped(query: str) -> str:
+def _strip_signature(query: str) -> str:
     """The query without the parameters that signing added; the rest unchanged."""
     signature_fields = (EXPIRES, SIGNATURE)
     parts = (part for part in query.split("&"))
@@ -138,13 +138,15 @@ def _invalid() -> SignatureInvalid:
     return SignatureInvalid(issue)
 
 
-def _expired() -> SignatureExpired:
+def _build_expired_error() -> SignatureExpired:
     message = "The signature of this URL has expired."
     got, needed = "a time in the past", "a URL that is signed again"
     return SignatureExpired(Issue("signature_expired", message, f"/{EXPIRES}", got, needed))
 
 
-def signed_url(signer: Signer, request: SignRequest, root: str, now: float) -> tuple[str, int]:
+def build_signed_url(
+    signer: Signer, request: SignRequest, root: str, now: float
+) -> tuple[str, int]:
     """The URL with its signature, and its expiry in Unix time.
 
     Does not look the surface up: a client learns whether it exists when it reads the URL.
@@ -172,7 +174,7 @@ def signed_url(signer: Signer, request: SignRequest, root: str, now: float) -> t
     try:
         if not (url.isascii() and url.isprintable()) or set(" #") & set(url):
             raise ValueError
-        signed = signer.signed(path.removeprefix(root), query, expires)
+        signed = signer.sign(path.removeprefix(root), query, expires)
     except ValueError:
         message, got = "This URL cannot be signed.", "another text"
         needed = f"{PATHS}, with a query or without, and without `{EXPIRES}` or `{SIGNATURE}`"

@@ -141,7 +141,7 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
                 "SURFACE_TRACING: got 'true', needed the extra `telemetry` to be installed: "
                 f"the module {error.name} is missing."
             ) from None
-        tracing: Tracing = module.Tracing(inner, module.exporting_provider())
+        tracing: Tracing = module.Tracing(inner, module.build_exporting_provider())
         state.tracing = inner = tracing
     labels = RouteLabels(route.path or "" for route in iter_route_contexts(app.routes))
     log = AccessLog(state.settings, write)
@@ -167,7 +167,7 @@ class RequestMiddleware:
         record = start_record(scope, self.labels)
         counters, added = self.counters, self.origins.headers(scope)
 
-        async def recorded(message: Message) -> None:
+        async def send_recorded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 record.status = message["status"]
                 # The cache sends its messages several times: they must not change.
@@ -180,9 +180,9 @@ class RequestMiddleware:
         counters.in_flight += 1
         report_times(counters.add_engine_seconds)
         try:
-            await self.app(scope, receive, recorded)
+            await self.app(scope, receive, send_recorded)
         except Exception as error:
-            await respond_to_failure(error, scope, receive, recorded)
+            await respond_to_failure(error, scope, receive, send_recorded)
         finally:
             counters.in_flight -= 1
             client = scope.get("client")  # the guard may have set it to a proxy's client

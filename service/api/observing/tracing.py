@@ -38,7 +38,7 @@ SHUTDOWN_TIMEOUT = 3.0
 _HEADERS = frozenset({b"traceparent", b"tracestate"})
 
 
-def exporting_provider() -> TracerProvider:
+def build_exporting_provider() -> TracerProvider:
     """A provider that sends spans with OTLP over HTTP, as the variables `OTEL_…` say."""
     service = Resource({SERVICE_NAME: "surface-service", SERVICE_VERSION: __version__})
     resource = Resource.create().merge(service).merge(OTELResourceDetector().detect())
@@ -74,7 +74,7 @@ class Tracing:
             return
         record = record_of(scope)
 
-        async def described(message: Message) -> None:
+        async def send_described(message: Message) -> None:
             await send(message)
             if message["type"] == "http.response.body" and not message.get("more_body"):
                 _describe(get_current_span(), scope)  # before the library ends it
@@ -83,7 +83,7 @@ class Tracing:
         seen["method"] = "_OTHER" if record.method == "other" else record.method
         seen["path"] = record.label.path
         seen["headers"] = [pair for pair in scope["headers"] if pair[0] in _HEADERS]
-        await self._middleware({**seen, "scope": scope}, receive, described)
+        await self._middleware({**seen, "scope": scope}, receive, send_described)
 
     async def _call_app(self, seen: Scope, receive: Receive, send: Send) -> None:
         """Calls the application inside the span, and keeps texts of exceptions out of the span."""

@@ -76,7 +76,7 @@ _LIMITED = frozenset({"Busy", "TooManyRequests"})
 """Error responses only of operations that count against a rate limit."""
 
 
-def everything() -> Settings:
+def build_full_settings() -> Settings:
     """Settings that switch everything on."""
     return Settings(
         api_keys=(entry_line("all", new_key()),),
@@ -105,7 +105,9 @@ def describe(app: FastAPI, settings: Settings) -> Json:
     ids = {operation["operationId"] for operation in operations}
     for operation in operations:
         for status, response in operation["responses"].items():
-            operation["responses"][status] = _finished(response, operation["operationId"], ids)
+            operation["responses"][status] = _finish_response(
+                response, operation["operationId"], ids
+            )
     components = document["components"]
     components["schemas"] |= _problem_schemas()
     components["headers"] = _ID | (_RATES if settings.rate_limit else {})
@@ -135,7 +137,7 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
     operation["responses"] = dict(sorted(responses.items()))
 
 
-def _finished(response: Json, operation: str, operations: Set[str]) -> Json:
+def _finish_response(response: Json, operation: str, operations: Set[str]) -> Json:
     """A response with examples, the id header, and only links to operations that exist."""
     if "$ref" in response:
         # FastAPI adds a description, which would hide that of the component.

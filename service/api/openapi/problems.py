@@ -77,7 +77,7 @@ def error_responses(settings: Settings) -> dict[str, Json]:
 
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
     signer = Signer(["-" * MIN_SECRET])
-    signed = signer.signed(_MESH, "", _UNTIL).encode()
+    signed = signer.sign(_MESH, "", _UNTIL).encode()
     limited = {"rate": rate_limited(60, 3)}
     return {
         "MalformedJson": {

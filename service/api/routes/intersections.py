@@ -79,14 +79,14 @@ _HITS: Json = {
 }
 
 
-def _intersected(body: IntersectRequest) -> bytes:
+def _run_intersect(body: IntersectRequest) -> bytes:
     if body.planes is None:
         return plan_intersect(body.to_surface(), body.to_query()).run()
     fmt = SECTIONS_BY_NAME["json"]
     return plan_sections(body.to_surface(), body.to_sections(), fmt).run()
 
 
-show_responses("intersectSurface", _HITS, IntersectRequest, _intersected)
+show_responses("intersectSurface", _HITS, IntersectRequest, _run_intersect)
 
 
 @intersections.post(

@@ -40,16 +40,16 @@ _SMALL_MESHES: Json = {
 _MESHES = REQUESTS["createMesh"]
 
 
-def _of_mesh(name: str, summary: str, **changed: Any) -> Json:
+def _vary_mesh_example(name: str, summary: str, **changed: Any) -> Json:
     return {"summary": summary, "value": _MESHES[name]["value"] | changed}
 
 
 _ESTIMATES: Json = {
     "patch": _MESHES["patch"],
-    "quads": _of_mesh("patches", "Quads, which some formats cannot store"),
-    "huge": _of_mesh("patch", "More vertices than the service allows", resolution=60_000),
-    "tolerance": _of_mesh("tolerance", "By tolerance: upper bounds"),
-    "tube": _of_mesh("tube", "A tube: an upper bound of its vertices"),
+    "quads": _vary_mesh_example("patches", "Quads, which some formats cannot store"),
+    "huge": _vary_mesh_example("patch", "More vertices than the service allows", resolution=60_000),
+    "tolerance": _vary_mesh_example("tolerance", "By tolerance: upper bounds"),
+    "tube": _vary_mesh_example("tube", "A tube: an upper bound of its vertices"),
 }
 
 

@@ -7,7 +7,7 @@ from urllib.parse import parse_qsl
 from fastapi import APIRouter, Request, Response
 
 from service.api.caching.cached_response import CachedResponse, Subject, Variant, find_held, is_any
-from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compressed
+from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compress
 from service.api.errors import EngineGone
 from service.api.links import mesh_url
 from service.api.models.meshes import Mesh
@@ -69,7 +69,7 @@ class Compression(NamedTuple):
         """The compressed body; None where compressing does not pay."""
         if self.forced:
             return COMPRESS[self.coding](self.body)
-        return compressed(self.coding, self.body)
+        return compress(self.coding, self.body)
 
 
 @by_url.get(
@@ -127,7 +127,7 @@ async def get_surface_mesh(
     unchanged = find_held(condition, accepted.order, subject.tag)
     async with job.until_deadline():
         if unchanged is not None and (entry is not None or await exists(services.store, id)):
-            return FileResponse(b"", subject.unchanged(unchanged, pinned=pinned), 304)
+            return FileResponse(b"", subject.build_304_headers(unchanged, pinned=pinned), 304)
         if entry is not None:
             cache.counts.hits += 1
             record.cache = "hit"
@@ -143,10 +143,10 @@ async def get_surface_mesh(
                 (subject.url, cache.generation), make, job.until_end
             )
             entry, timing = built.entry, Timing("cache;desc=miss", built.timing)
-        variant = await _coded(services, job, entry, accepted, timing)
+        variant = await _choose_variant(services, job, entry, accepted, timing)
     cache.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
     if condition is not None and is_any(condition):
-        return FileResponse(b"", subject.unchanged(variant.coding, pinned=pinned), 304)
+        return FileResponse(b"", subject.build_304_headers(variant.coding, pinned=pinned), 304)
     headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
     return FileResponse(variant.body, headers)
 
@@ -191,7 +191,7 @@ async def _make(
     return ComputedResponse(entry, job.timing)
 
 
-async def _coded(
+async def _choose_variant(
     services: Services, job: Job, entry: CachedResponse, accepted: AcceptedCodings, timing: Timing
 ) -> Variant:
     """The response in the coding that the client prefers.

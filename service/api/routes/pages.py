@@ -56,7 +56,7 @@ pages = APIRouter(include_in_schema=False)
 async def editor(request: Request, context: ContextDep) -> Response:
     """The editor, or a page that says how to install it. The editor reads the query itself."""
     if not (STATIC / THREE).is_file():
-        return _missing(
+        return _build_missing_page(
             "The editor draws with three.js, which is not installed.",
             'Everything else works; see <a href="docs">the interface</a>.',
             _EDITOR_HEADERS,
@@ -74,7 +74,7 @@ async def editor_file(file: str, request: Request, context: ContextDep) -> Respo
 async def documentation(request: Request, context: ContextDep) -> Response:
     """Swagger UI for /openapi.json, or a page that says how to install it."""
     if not all((STATIC / name).is_file() for name in SWAGGER):
-        return _missing(
+        return _build_missing_page(
             "The scripts of this page are not installed.",
             "Everything else works; the interface is described in "
             '<a href="openapi.json">openapi.json</a>.',
@@ -95,7 +95,7 @@ async def openapi(request: Request, context: ContextDep) -> Response:
     return await context.services.static_files.respond(request, "openapi.json")
 
 
-def _missing(what: str, rest: str, headers: Mapping[str, str]) -> Response:
+def _build_missing_page(what: str, rest: str, headers: Mapping[str, str]) -> Response:
     """A 503 page; it says what is not installed, how to install it, and what works without it."""
     text = Template((DOCS / "missing.html").read_text(encoding="utf-8"))
     return HTMLResponse(text.substitute(what=what, rest=rest), 503, headers)

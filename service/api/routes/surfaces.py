@@ -9,7 +9,7 @@ from fastapi import APIRouter, HTTPException, Request, Response
 
 from service.api.body import BodyRoute
 from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, parse_tags
-from service.api.guard.signatures import MIN_SECRET, Signer, signed_url
+from service.api.guard.signatures import MIN_SECRET, Signer, build_signed_url
 from service.api.links import mesh_links, mesh_url_path, surface_url
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, refuse_parameters
@@ -76,7 +76,7 @@ def _store_example(body: SurfaceRequest) -> bytes:
 
 def _sign_example(body: SignRequest) -> bytes:
     """A URL signed with a fixed public secret, so that the example never changes."""
-    url, expires = signed_url(Signer(["-" * MIN_SECRET]), body, "", _NOW)
+    url, expires = build_signed_url(Signer(["-" * MIN_SECRET]), body, "", _NOW)
     return orjson.dumps({"url": url, "expires": expires})
 
 
@@ -271,6 +271,6 @@ async def sign_url(body: SignRequest, context: ContextDep) -> Response:
     """
     assert context.services.signer is not None
     root = context.request.scope.get("root_path", "")
-    url, expires = signed_url(context.services.signer, body, root, time.time())
+    url, expires = build_signed_url(context.services.signer, body, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
     return json_response({"url": url, "expires": expires}, headers=headers)

@@ -68,7 +68,7 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     index, shares = find_refinement(knots, old, target, degree)
     periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
 
-    def refined(net: Net) -> Net:
+    def refine(net: Net) -> Net:
         if periodic:
             points, weights = net
             net = (
@@ -77,15 +77,15 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
             )
         return _close_rows(combine(*net, index, shares), net, index, shares)
 
-    points, weights = apply_along((surface.control_net, surface.weights), axis, refined)
+    points, weights = apply_along((surface.control_net, surface.weights), axis, refine)
     new = list(counts)
     new[axis] = count
     low, high = find_domain(surface, axis)
     ends = tuple((t - low) / (high - low) for t in piece)
 
-    def carried(net: FloatArray) -> FloatArray:
+    def carry(net: FloatArray) -> FloatArray:
         if net.shape[:2] == counts:
-            return apply_along((net, None), axis, refined)[0]
+            return apply_along((net, None), axis, refine)[0]
         cut = partial(polynomials.restrict, first=ends[0], last=ends[1])
         return _elevate_ambiguous(apply_along((net, None), axis, cut)[0], (new[0], new[1]))
 
@@ -97,7 +97,7 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
         degree=(degrees[0], degrees[1]),
         knots=(new_vectors[0], new_vectors[1]),
         weights=weights,
-        channels=map_channels(surface.channels, carried),
+        channels=map_channels(surface.channels, carry),
     )
 
 

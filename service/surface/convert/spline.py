@@ -168,7 +168,7 @@ def bezier_of_spline(
     (batch,) = surface.lower().batches
     nets = iter(batch.channels)
 
-    def carried(net: FloatArray) -> FloatArray:
+    def carry(net: FloatArray) -> FloatArray:
         values = next(nets).nets
         if net.shape[:2] != counts:
             values = _join_nets(values.reshape(rows, columns, *values.shape[1:]).copy())
@@ -177,7 +177,7 @@ def bezier_of_spline(
         values = np.clip(values, net.min(axis=(0, 1)), net.max(axis=(0, 1)))
         return elevate_nets((values, None), degree, 1)[0]
 
-    channels = map_channels(surface.channels, carried)
+    channels = map_channels(surface.channels, carry)
     net = elevate_nets((batch.points, batch.weights), degree, 1)
     return share_vertices(Batch(net, channels), None, (), surface.up, surface.name)
 

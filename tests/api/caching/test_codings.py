@@ -4,7 +4,13 @@ import time
 
 import pytest
 
-from service.api.caching.codings import COMPRESS, MIN_BYTES, Coding, accepted_codings, compressed
+from service.api.caching.codings import (
+    COMPRESS,
+    MIN_BYTES,
+    Coding,
+    compress,
+    parse_accepted_codings,
+)
 from tests.packed import unpacked_gzip, unpacked_zstd
 
 TEXT = b"v 0.25 0.5 1\n" * 1000
@@ -42,17 +48,17 @@ TEXT = b"v 0.25 0.5 1\n" * 1000
 )
 def test_preferred_codings(header: bytes | None, order: list[Coding]) -> None:
     for _ in range(2):
-        wanted = accepted_codings(header)
+        wanted = parse_accepted_codings(header)
         assert list(wanted.order) == order
         assert wanted.plain == ("identity" in order)
 
 
 @pytest.mark.parametrize("coding", COMPRESS)
 def test_the_same_bytes_at_any_time(coding: Coding, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = compressed(coding, TEXT)
+    before = compress(coding, TEXT)
     monkeypatch.setattr(time, "time", lambda: 1e9)
     assert before is not None
-    assert compressed(coding, TEXT) == before
+    assert compress(coding, TEXT) == before
     assert len(before) < len(TEXT) / 10
 
 
@@ -64,7 +70,7 @@ def test_files_are_those_of_their_formats() -> None:
 
 @pytest.mark.parametrize("coding", COMPRESS)
 def test_bodies_that_hardly_shrink_are_not_compressed(coding: Coding) -> None:
-    assert compressed(coding, b" " * (MIN_BYTES - 1)) is None
-    assert compressed(coding, b" " * MIN_BYTES) is not None
+    assert compress(coding, b" " * (MIN_BYTES - 1)) is None
+    assert compress(coding, b" " * MIN_BYTES) is not None
     packed = b"".join(COMPRESS[coding](str(i).encode() * 40) for i in range(100))
-    assert compressed(coding, COMPRESS[coding](packed * 3)) is None
+    assert compress(coding, COMPRESS[coding](packed * 3)) is None

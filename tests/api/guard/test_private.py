@@ -209,7 +209,7 @@ def test_signing_needs_a_key_and_is_there_where_both_are_set(client: Client) -> 
 
 def test_public_surfaces_may_be_read_by_signed_addresses_as_well() -> None:
     settings = Settings(signing_keys=SETTINGS.signing_keys)
-    query = Signer([SECRET]).signed("/v1/surfaces/saddle", "", int(time.time()) + 60)
+    query = Signer([SECRET]).sign("/v1/surfaces/saddle", "", int(time.time()) + 60)
     with client_of(create_app(settings)) as client:
         response = client.get(f"/v1/surfaces/saddle?{query}")
         assert response.status_code == 200

@@ -25,7 +25,7 @@ parameters = st.lists(
 
 
 def signed(pairs: list[tuple[str, str]] | None = None, path: str = PATH) -> list[tuple[str, str]]:
-    return parse_qsl(SIGNER.signed(path, urlencode(pairs or []), END), keep_blank_values=True)
+    return parse_qsl(SIGNER.sign(path, urlencode(pairs or []), END), keep_blank_values=True)
 
 
 def check(query: str, path: str = PATH, now: float = NOW, signer: Signer = SIGNER) -> bytes:
@@ -72,7 +72,7 @@ def test_no_signature_holds_for_other_parameters(
 @few
 @given(st.data())
 def test_no_letter_may_change(data: st.DataObject) -> None:
-    query = SIGNER.signed(PATH, "resolution=8&uvs=true", END)
+    query = SIGNER.sign(PATH, "resolution=8&uvs=true", END)
     at = data.draw(st.integers(0, len(query) - 1))
     letter = data.draw(st.characters(min_codepoint=33, max_codepoint=126))
     other = query[:at] + letter + query[at + 1 :]
@@ -96,11 +96,11 @@ def test_no_letter_may_change(data: st.DataObject) -> None:
     ],
 )
 def test_a_signature_holds_for_its_path(path: str) -> None:
-    refused(SIGNER.signed(PATH, "", END), path)
+    refused(SIGNER.sign(PATH, "", END), path)
 
 
 def test_a_signature_holds_until_it_expires() -> None:
-    query = SIGNER.signed(PATH, "", END)
+    query = SIGNER.sign(PATH, "", END)
     assert check(query, now=END - 0.001) == b""
     for now in (END, END + 1):
         with pytest.raises(SignatureExpired):
@@ -125,7 +125,7 @@ def test_a_signature_holds_until_it_expires() -> None:
 )
 def test_urls_that_are_nearly_signed_are_refused(change: object) -> None:
     assert callable(change)
-    refused(change(SIGNER.signed(PATH, "", END)))
+    refused(change(SIGNER.sign(PATH, "", END)))
 
 
 def test_times_are_digits_even_if_others_are_signed() -> None:
@@ -143,8 +143,8 @@ def test_queries_that_are_not_text_are_refused() -> None:
 
 def test_secrets_rotate() -> None:
     both = Signer([NEW, OLD])
-    before, after = (Signer([secret]).signed(PATH, "", END) for secret in (OLD, NEW))
-    assert both.signed(PATH, "", END) == after != before
+    before, after = (Signer([secret]).sign(PATH, "", END) for secret in (OLD, NEW))
+    assert both.sign(PATH, "", END) == after != before
     assert check(before, signer=both) == check(after, signer=both) == b""
     refused(before)
 
@@ -161,13 +161,13 @@ def test_all_secrets_are_compared_whichever_is_right(monkeypatch: pytest.MonkeyP
     both = Signer([NEW, OLD])
     for secret in (NEW, OLD):
         compared.clear()
-        check(Signer([secret]).signed(PATH, "", END), signer=both)
+        check(Signer([secret]).sign(PATH, "", END), signer=both)
         assert len(compared) == 2
 
 
 def test_the_rest_of_a_query_keeps_its_bytes() -> None:
     for query in ("", "resolution=16,32", "resolution=16%2C32&overlays=boundary", "&&a", "a=b=c"):
-        assert check(SIGNER.signed(PATH, query, END)).decode() == query
+        assert check(SIGNER.sign(PATH, query, END)).decode() == query
 
 
 @pytest.mark.parametrize("secrets", [["a" * 31], [""], [NEW, "short"], [NEW, NEW]])
@@ -181,7 +181,7 @@ def test_weak_secrets_are_refused_and_not_repeated(secrets: list[str]) -> None:
 @pytest.mark.parametrize("query", ["expires=1", "signature=a", "%65xpires=1", "a=%ff"])
 def test_urls_that_cannot_be_signed(query: str) -> None:
     with pytest.raises(ValueError, match=r".") as caught:
-        SIGNER.signed(PATH, query, END)
+        SIGNER.sign(PATH, query, END)
     assert not isinstance(caught.value, SignatureInvalid)
     with pytest.raises(ValueError, match="cannot be signed"):
-        SIGNER.signed("/v1/mesh" + quote(query), "", END)
+        SIGNER.sign("/v1/mesh" + quote(query), "", END)

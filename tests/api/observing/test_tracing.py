@@ -18,7 +18,7 @@ from opentelemetry.trace import SpanKind, StatusCode
 from service.api.app import create_app
 from service.api.observing import tracing as tracing_module
 from service.api.observing.middleware import RequestMiddleware
-from service.api.observing.tracing import Tracing, exporting_provider
+from service.api.observing.tracing import Tracing, build_exporting_provider
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
@@ -210,7 +210,7 @@ def test_without_a_collector_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPa
 
 def test_the_operator_names_the_service(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OTEL_SERVICE_NAME", "ours")
-    provider = exporting_provider()
+    provider = build_exporting_provider()
     assert provider.resource.attributes["service.name"] == "ours"
     provider.shutdown()
 
