@@ -1,8 +1,8 @@
 """Builds the value that a format writes from a model of any form: a mesh, a scene or lines."""
 
 from service.engine.adaptive.meshing import build_mesher
-from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerances import build_goal
+from service.engine.adaptive.triangulation import Storage
 from service.engine.joining.join import Allow, allow_any, join
 from service.engine.joining.members import join_group
 from service.engine.mesh.mesh_value import Mesh, Overlay

@@ -15,7 +15,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.unique_rows import unique_rows
-from service.engine.adaptive.storage import Storage, bound_origin_error
+from service.engine.adaptive.triangulation import Storage, bound_origin_error
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.extent import find_extent
 from service.engine.grid import CORNER, find_step, round_to_grid

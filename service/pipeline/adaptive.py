@@ -9,9 +9,9 @@ from service.encoders.format import MeshSize
 from service.encoders.pieces import Content
 from service.engine.adaptive.limits import Attempt, Effort, search_tolerances
 from service.engine.adaptive.meshing import build_mesher
-from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import build_goal
+from service.engine.adaptive.triangulation import Storage
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions

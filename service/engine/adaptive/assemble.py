@@ -13,8 +13,12 @@ from service.engine.adaptive.samples import (
     evaluate_curvatures,
     find_samples,
 )
-from service.engine.adaptive.storage import Storage, bound_origin_error
-from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
+from service.engine.adaptive.triangulation import (
+    Storage,
+    Triangulation,
+    bound_origin_error,
+    drop_flat_triangles,
+)
 from service.engine.bounds.faces import Faces
 from service.engine.curvatures.ranges import find_ranges
 from service.engine.evaluation.scattered import scattered_normals

@@ -16,7 +16,6 @@ from service.engine.adaptive.borders.curves import SideNormals, build_side_norma
 from service.engine.adaptive.limits import Effort, MeshLimits
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.size_bound import estimate_least_triangles, sample_goal_isocurves
-from service.engine.adaptive.storage import Storage, bound_origin_error
 from service.engine.adaptive.tolerances import (
     build_model_goals,
     limit_tolerance,
@@ -24,6 +23,7 @@ from service.engine.adaptive.tolerances import (
     separate_copies,
     tighten_for_border,
 )
+from service.engine.adaptive.triangulation import Storage, bound_origin_error
 from service.engine.bounds.certificate_rounding import check_goal, find_least_tolerance
 from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal

@@ -17,10 +17,10 @@ from service.bases.row_batches import expand_runs
 from service.engine.adaptive.borders.border import Border, BorderPlaces
 from service.engine.adaptive.cutting.cells import Cells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import divide_cells
+from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.adaptive.drafts.draft_triangles import DraftSamples, DraftTriangles, Store
 from service.engine.adaptive.drafts.leaf_polygons import NONE, LeafPolygons
-from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries, trace_boundaries
-from service.engine.adaptive.polygons.triangles import TriangleRows, build_triangles
+from service.engine.adaptive.drafts.triangles import TriangleRows, build_triangles
 from service.engine.adaptive.triangulation import Triangulation
 
 OVERHEAD = 4000

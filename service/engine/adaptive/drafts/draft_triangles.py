@@ -15,8 +15,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Task
-from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
-from service.engine.adaptive.polygons.triangles import (
+from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
+from service.engine.adaptive.drafts.triangles import (
     INDEX,
     TriangleRows,
     assign_hosts,

@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.adaptive.cutting.cells import Leaves
-from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
+from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
 
 NONE = np.empty(0, dtype=np.intp)
 

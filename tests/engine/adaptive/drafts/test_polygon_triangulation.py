@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.arrays import Ints
-from service.engine.adaptive.polygons.polygon_triangulation import (
+from service.engine.adaptive.drafts.polygon_triangulation import (
     ALL,
     _choose_among_all,
     _choose_step_by_step,

@@ -8,8 +8,8 @@ from numpy.typing import DTypeLike
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.adaptive.cutting.cells import Leaves
-from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries
-from service.engine.adaptive.polygons.polygon_triangulation import triangulate_polygons
+from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
+from service.engine.adaptive.drafts.polygon_triangulation import triangulate_polygons
 
 INDEX: DTypeLike = np.int32
 """Type of numbers that are kept for each edge of triangles: there are fewer than 2^31 of both."""

@@ -4,10 +4,10 @@ import numpy as np
 
 from service.engine.adaptive.cutting.cells import Task, build_whole_cells
 from service.engine.adaptive.cutting.subdivision import divide_cells
+from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import DraftTriangles
 from service.engine.adaptive.limits import MeshLimits
-from service.engine.adaptive.polygons.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border

@@ -1,1 +1,0 @@
-"""Cells and borders joined: polygons through all vertices, and triangles out of them."""
