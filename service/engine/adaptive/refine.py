@@ -4,11 +4,9 @@
 
 Each round proves only the triangles that the round before changed (`drafts`).
 
-**Refined bounds.** Where the parametrisation is very uneven, the surface over a triangle of places
-may be near the mesh, but near another triangle than its host. Such a part is cut into four at the
-middles of its edges. Each quarter is certified against the triangle of the part, or else against
-those beside it, because any triangle of the mesh proves it
-(`service.engine.bounds.certificate`). The bound of the part is the largest bound of its quarters.
+**Refined bounds.** A part of which the bound is a little too large is cut into four at the middles
+of its edges: the nets of the quarters are nearer to the surface. Each quarter is certified against
+the host of the part. The bound of the part is the largest bound of its quarters.
 
 **Why this ends.** Let ε be the tolerance, or its least value if it differs from place to place.
 Every round with a failure cuts a leaf in two, or halves the height of a strip twice. There are
@@ -35,7 +33,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_runs
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells, Task, build_whole_cells
-from service.engine.adaptive.cutting.subdivision import divide_cells
+from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import Store
 from service.engine.adaptive.limits import Effort, MeshLimits
@@ -54,10 +52,6 @@ FLATTER = 2
 
 CLOSE = 1.5
 """A part is tried if its bound is at most this factor above the allowed deviation."""
-
-FEW = 64
-"""The most quarters for which all four triangles are tried at once: NumPy takes as long for one
-part as for a hundred."""
 
 QUARTERS = np.array(
     [
@@ -100,7 +94,7 @@ def triangulate(
     """
     task = Task(patch_nets, faces, goal, MeshLimits(most, effort or Effort()))
     draft, proofs = Draft(task, border, store), Proofs()
-    draft.renew(divide_cells(task, build_whole_cells(faces)))
+    draft.renew(divide_cells(task, build_whole_cells(faces), AHEAD))
     while True:
         task.limits.count(int(draft.triangles.is_written.sum()))
         proofs.renew(draft)
@@ -121,14 +115,11 @@ class Proofs:
     deviation, mesh : ndarray of float64, shape (T,)
         Bounds of the distance from the surface to the mesh, and from the mesh to the surface.
     passed : ndarray of bool, shape (T,)
-    is_refined : ndarray of bool, shape (T,)
-        Whether the bound is that of quarters, some of them measured against triangles beside the
-        host.
     """
 
     def __init__(self) -> None:
         self.deviation = self.mesh = np.zeros(0)
-        self.passed = self.is_refined = np.zeros(0, dtype=bool)
+        self.passed = np.zeros(0, dtype=bool)
 
     def renew(self, draft: Draft) -> None:
         """Prove all triangles that are new, or were measured against changed triangles."""
@@ -137,23 +128,16 @@ class Proofs:
         more = count - len(self.passed)
         self.deviation = np.concatenate([self.deviation, np.full(more, np.inf)])
         self.mesh = np.concatenate([self.mesh, np.zeros(more)])
-        self.passed, self.is_refined = (
-            np.concatenate([values, np.zeros(more, dtype=bool)])
-            for values in (self.passed, self.is_refined)
-        )
+        self.passed = np.concatenate([self.passed, np.zeros(more, dtype=bool)])
         todo = changed | changed[triangles.host]
         todo |= (triangles.base >= 0) & changed[triangles.base]
-        refined = (self.is_refined & ~todo & triangles.is_alive).nonzero()[0]
-        beside = triangles.beside[triangles.host[refined]]
-        todo[refined[(changed[beside] & (beside >= 0)).any(axis=1)]] = True
         todo &= triangles.is_alive & (triangles.host >= 0)
         rows = todo.nonzero()[0]
-        self.is_refined[rows] = False
         for first, last in row_runs(len(rows), CHUNK):
             self._prove(draft, rows[first:last])
 
     def _prove(self, draft: Draft, rows: Ints) -> None:
-        """Prove some triangles: against their hosts, the bases of their strips, those beside."""
+        """Prove some triangles: against their hosts, or else the bases of their strips."""
         task, triangles, samples, count = draft.task, draft.triangles, draft.samples, len(rows)
         base = triangles.base[rows]
         other = ((base >= 0) & (base != rows)).nonzero()[0]
@@ -177,9 +161,9 @@ class Proofs:
         near = ~passed & (mesh <= 2.0 * allowed[:count]) & (deviation <= CLOSE * allowed[:count])
         tried = near.nonzero()[0]
         if len(tried):
-            refined, is_met = refine_bounds(draft, rows[tried])
+            refined = refine_bounds(draft, rows[tried])
+            is_met = refined < np.inf
             deviation[tried[is_met]], passed[tried[is_met]] = refined[is_met], True
-            self.is_refined[rows[tried[is_met]]] = True
         self.deviation[rows], self.mesh[rows], self.passed[rows] = deviation, mesh, passed
 
 
@@ -213,9 +197,9 @@ def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
     return cut, along_v[cut], np.unique(triangles.segment[failing & (triangles.leaf < 0)])
 
 
-def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
-    """Bounds (m,) of the parts over these triangles, and whether they meet the goal."""
-    triangles, samples = draft.triangles, draft.samples
+def refine_bounds(draft: Draft, rows: Ints) -> FloatArray:
+    """Bounds (m,) of the parts over these triangles by their quarters; inf if one of them fails."""
+    task, triangles, samples = draft.task, draft.triangles, draft.samples
     corners = triangles.corners[rows]
     places = np.stack([samples.u[corners], samples.v[corners]], axis=2)
     # Only parts in one patch whose halved corners are places (integers): so quarters cover them.
@@ -225,28 +209,11 @@ def refine_bounds(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
     places = (QUARTERS @ places[cut, np.newaxis] // 2).reshape(-1, 3, 2)
     face = samples.face[corners[cut, 0]].repeat(4)
     host = triangles.host[rows[cut]].repeat(4)
-    # The triangle itself, and those beside it, against which only quarters that fail are measured.
-    hosts = np.column_stack([host, triangles.beside[host]])
-    quarters = np.full(hosts.shape, np.inf)
-    for columns in [slice(0, 4)] if len(host) <= FEW else [slice(0, 1), slice(1, 4)]:
-        is_open = (quarters[:, :1] == np.inf) & (hosts[:, columns] >= 0)
-        row, column = is_open.nonzero()
-        column += columns.start
-        if len(row):
-            quarters[row, column] = _certify_against(
-                draft, face[row], places[row], hosts[row, column]
-            )
-    by_host, by_neighbours = quarters[:, 0], quarters[:, 1:].min(axis=1)
-    bounds = np.full(len(rows), np.inf)
-    bounds[cut] = np.where(by_host < np.inf, by_host, by_neighbours).reshape(-1, 4).max(axis=1)
-    return bounds, bounds < np.inf
-
-
-def _certify_against(draft: Draft, face: Ints, places: Ints, host: Ints) -> FloatArray:
-    """Bounds of triangles of places (m, 3, 2), each against one of the mesh; inf if it fails."""
-    task, triangles = draft.task, draft.triangles
     task.limits.spend(task.estimate_work(face, places))
     is_own = np.zeros(len(face), dtype=bool)
     parts = Parts(face, places, triangles.vertices[host], triangles.across[host], is_own)
-    bounds = certify(task.patch_nets, task.faces, parts, draft.samples.positions, task.goal)
-    return np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)
+    bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
+    quarters = np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)
+    refined = np.full(len(rows), np.inf)
+    refined[cut] = quarters.reshape(-1, 4).max(axis=1)
+    return refined

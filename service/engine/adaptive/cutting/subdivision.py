@@ -36,13 +36,15 @@ TURNS = 2500
 """Multiplications to compare the normals of one cell."""
 
 
-def divide_cells(task: Task, start: Cells) -> Leaves:
+def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
     """The leaves of cells, cut until every leaf passes its estimate.
 
     Parameters
     ----------
     start : Cells
         Whole faces, or cells that cutting led to.
+    ahead : int
+        `AHEAD` for whole faces; 0 for cells of which most need no further cut.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def divide_cells(task: Task, start: Cells) -> Leaves:
         leaves, rest = _divide_several_spans(task, start.take(several))
         start = Cells.concatenate([start.take(~several), *rest])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
-        leaves += _divide_single_spans(task, start.take(rows), nets)
+        leaves += _divide_single_spans(task, start.take(rows), nets, ahead)
     every = Leaves.concatenate(leaves or [_NONE])
     return every.take(np.lexsort((every.box[2], every.box[0], every.face)))
 
@@ -94,7 +96,7 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
     return leaves, rest
 
 
-def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
+def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> Iterator[Leaves]:
     """Leaves of cells of one span and one degree, deepest first and a block at a time."""
     degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
     numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
@@ -119,7 +121,7 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets) -> Iterator[Leave
             cells = Cells.concatenate([part[0] for part in parts])
             patch = np.concatenate([part[1] for part in parts])
             net = np.concatenate([part[2] for part in parts], axis=3)
-        cells, patch, net, sizes = _add_halves(cells, patch, net)
+        cells, patch, net, sizes = _add_halves(cells, patch, net, ahead)
         turns = TURNS * len(cells) if angles else 0
         task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         shares = (cells.box[1::2] - cells.box[::2]) / SPAN
@@ -171,16 +173,17 @@ def _halve_cells(
 
 
 def _add_halves(
-    cells: Cells, patch: Ints, net: FloatArray
+    cells: Cells, patch: Ints, net: FloatArray, ahead: int
 ) -> tuple[Cells, Ints, FloatArray, list[int]]:
     """Cells, followed level by level by all their halves; and the sizes of the levels.
 
-    A step takes as long for a hundred cells as for one, so several levels are estimated at once.
+    A step takes as long for a hundred cells as for one, so several levels are estimated at once, if
+    their nets have at most `ahead` numbers.
     The halves of a level are first and second ones across u, then across v.
     """
     sizes, box, total = [len(cells)], cells.box, len(cells)
     short = int((box[1::2] - box[::2]).min(initial=SPAN))
-    while (total + 4 * sizes[-1]) * net[..., 0].size <= AHEAD and short >> len(sizes) >= SHORTEST:
+    while (total + 4 * sizes[-1]) * net[..., 0].size <= ahead and short >> len(sizes) >= SHORTEST:
         sizes.append(4 * sizes[-1])
         total += sizes[-1]
     if len(sizes) == 1:

@@ -129,10 +129,9 @@ class DraftTriangles:
     host : ndarray of int, shape (T,)
         The triangle that the surface over this one is measured against: itself, unless it is flat;
         then one beside it, or −1 if the whole face has none.
-    beside : ndarray of int, shape (T, 3)
-        The triangle beyond edge k, k+1 in the same face, if there is exactly one, otherwise −1.
     across : ndarray of int, shape (T, 3)
-        The vertex opposite the edge in that triangle.
+        The vertex opposite edge k, k+1 in the triangle beyond it in the same face, if there is
+        exactly one, otherwise −1.
     is_alive : ndarray of bool, shape (T,)
         Whether the triangle is part of the draft now.
     is_changed : ndarray of bool, shape (T,)
@@ -146,7 +145,7 @@ class DraftTriangles:
 
     def __init__(self) -> None:
         self.corners = self.vertices = np.empty((0, 3), dtype=np.intp)
-        self.beside = self.across = self.corners
+        self.across = self.corners
         self.leaf = self.segment = self.base = self.host = self.bare = NONE
         self.is_alive = self.is_changed = self.is_flat = np.zeros(0, dtype=bool)
         self.crossed = np.empty((0, 2), dtype=np.intp)
@@ -180,9 +179,8 @@ class DraftTriangles:
         self.vertices = _append(self.vertices, fresh)
         self.is_flat = np.concatenate([self.is_flat, flat])
         self.host = _append(self.host, np.where(flat, -1, begin + np.arange(count)))
-        none = np.full((count, 3), -1, dtype=INDEX)
-        self.beside, self.across = _append(self.beside, none), _append(self.across, none.copy())
-        del fresh, none
+        self.across = _append(self.across, np.full((count, 3), -1, dtype=INDEX))
+        del fresh
         self.is_alive = np.concatenate([self.is_alive & ~is_removed, np.ones(count, dtype=bool)])
         self.is_changed = np.concatenate([is_removed, np.ones(count, dtype=bool)])
         if not begin:
@@ -208,14 +206,11 @@ class DraftTriangles:
         if not kept.all():
             self._find_hosts(number, kept, edges)
         vertex, corners = self.vertices[rows], self.corners[rows]
-        beside, across, crowd = find_neighbours(vertex, kept, samples.face[corners[:, 0]])
-        if not isinstance(rows, slice):
-            beside = np.where(beside >= 0, number[beside], -1)
+        across, crowd = find_neighbours(vertex, kept, samples.face[corners[:, 0]])
         changed = edges & (self.across[rows] != across)
         self.is_changed[number[changed.any(axis=1)]] = True
         self.across[rows] = np.where(edges, across, self.across[rows])
         del across
-        self.beside[rows] = np.where(edges, beside, self.beside[rows])
         crowd = crowd[edges.ravel()[crowd]]
         self.crossed = np.empty((0, 2), dtype=np.intp)
         if len(crowd):
@@ -248,7 +243,7 @@ class DraftTriangles:
 
     def drop_neighbours(self) -> None:
         """Free the memory of neighbours and vertices, which are not needed any more."""
-        self.beside = self.across = self.vertices = np.empty((0, 3), dtype=np.intp)
+        self.across = self.vertices = np.empty((0, 3), dtype=np.intp)
 
 
 def _append(rows: Ints, new: Ints) -> Ints:

@@ -196,16 +196,17 @@ def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
             host[waiting[open_]] = offered
 
 
-def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]:
-    """Triangles beside edges, vertices across edges, and edges of more than two triangles.
+def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints]:
+    """Vertices across edges, and edges of more than two triangles.
 
     Only triangles of one face are neighbours, so that the triangles of a face do not depend on the
     other faces of the model.
 
     Returns
     -------
-    beside, across : ndarray of int32, shape (T, 3)
-        −1 unless exactly two kept triangles of the face have the edge.
+    across : ndarray of int32, shape (T, 3)
+        The vertex opposite the edge in the triangle beyond it; −1 unless exactly two kept triangles
+        of the face have the edge.
     crowd : ndarray of int
         Edges, as 3 · triangle + k.
     """
@@ -232,12 +233,10 @@ def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, 
         crowd[third + step] = True
     sides = sides[crowd]
     del owner, mine, two
-    beside, across = np.full((2, vertex.size), -1, dtype=INDEX)
+    across = np.full(vertex.size, -1, dtype=INDEX)
     for side, opposite in ((one, other), (other, one)):
-        triangle, edge = np.divmod(opposite, 3)
-        beside[side] = triangle
-        across[side] = vertex[triangle, edge - 1]
-    return beside.reshape(vertex.shape), across.reshape(vertex.shape), sides
+        across[side] = vertex[opposite // 3, opposite % 3 - 1]
+    return across.reshape(vertex.shape), sides
 
 
 def find_crossed_edges(corners: Ints, crowd: Ints) -> Ints:

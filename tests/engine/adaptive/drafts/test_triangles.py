@@ -40,15 +40,18 @@ def test_neighbours_are_of_the_same_face() -> None:
     patches = [build_arch(0.5), moved(build_arch(0.5), 1.0)]
     boundaries, found = build_first_triangles(patches, 0.02)
     face = boundaries.face[found.corners[:, 0]]
-    inner = found.beside >= 0
-    assert (face[found.beside] == face[:, None])[inner].all()
+    inner = found.across >= 0
     for number, patch in enumerate(patches):
         _, alone = build_first_triangles([patch], 0.02)
-        assert np.count_nonzero(inner[face == number]) == np.count_nonzero(alone.beside >= 0)
+        assert np.count_nonzero(inner[face == number]) == np.count_nonzero(alone.across >= 0)
+    vertices = boundaries.vertex[found.corners]
     for triangle, edge in np.argwhere(inner):
-        other = found.beside[triangle, edge]
-        ends = boundaries.vertex[found.corners[triangle, [edge, (edge + 1) % 3]]]
-        rest = set(boundaries.vertex[found.corners[other]].tolist()) - set(ends.tolist())
+        ends = set(vertices[triangle, [edge, (edge + 1) % 3]].tolist())
+        (rest,) = (
+            set(vertices[other].tolist()) - ends
+            for other in np.flatnonzero(face == face[triangle])
+            if other != triangle and ends < set(vertices[other].tolist())
+        )
         assert rest == {found.across[triangle, edge]}
 
 
