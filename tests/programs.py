@@ -20,8 +20,8 @@ def program(*names: str) -> str:
     """Path of the first of these programs, on PATH or beside Python; else the test is skipped."""
     path = os.pathsep.join((os.environ.get("PATH", os.defpath), str(Path(sys.executable).parent)))
     for name in names:
-        if found := shutil.which(name, path=path):
-            return found
+        if result := shutil.which(name, path=path):
+            return result
     pytest.skip(f"not installed: {' or '.join(names)}")
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from tests.forms import Json
 
-WHOLE = frozenset({"patches", "triangles", "parts", "degree", "sides"})
+WHOLE_NUMBERS = frozenset({"patches", "triangles", "parts", "degree", "sides"})
 """Fields of whole numbers, which have one spelling: 1.0 is not an index."""
 
 NAMES: Mapping[str, str] = {"tube": "tube", "ribbon": "ribbon", "group": "group"}
@@ -98,7 +98,7 @@ def _text(value: Any, random: Random, *, whole: bool) -> str:
         keys = random.sample(list(value), len(value))
         items = (
             f"{_string(key, random)}{blank}:"
-            + _text(value[key], random, whole=whole or (key in WHOLE and "type" in value))
+            + _text(value[key], random, whole=whole or (key in WHOLE_NUMBERS and "type" in value))
             for key in keys
         )
         return "{" + blank + ("," + blank).join(items) + blank + "}"
@@ -121,7 +121,7 @@ def numerals(number: float) -> tuple[str, ...]:
     assert isinstance(exponent, int)
     text = ("-" if sign else "") + "".join(map(str, digits))
     plain = f"{Decimal(repr(number)):f}"
-    found = [
+    result = [
         repr(number),
         plain,
         f"{text}e{exponent}",
@@ -131,9 +131,9 @@ def numerals(number: float) -> tuple[str, ...]:
         f"{Decimal(repr(number)):e}",
     ]
     if number == int(number):
-        found += [str(int(number)), str(int(number)) + "e0", str(int(number)) + "0e-1"]
-    assert all(float(numeral) == number for numeral in found)
-    return tuple(found)
+        result += [str(int(number)), str(int(number)) + "e0", str(int(number)) + "0e-1"]
+    assert all(float(numeral) == number for numeral in result)
+    return tuple(result)
 
 
 def _string(text: str, random: Random) -> str:

@@ -24,7 +24,7 @@ GRAIN = 16
 """Coordinates are multiples of 1 / this number."""
 
 ROTATIONS = (0, 3, 5, 6)
-"""The symmetries of the parameter square that keep its orientation; see `turned`."""
+"""The symmetries of the parameter square that keep its orientation; see `apply_symmetry`."""
 
 degrees = st.integers(1, 5)
 resolutions = st.tuples(st.integers(1, 7), st.integers(1, 7))
@@ -127,14 +127,14 @@ FAULTS = (
 )
 
 
-def turned(net: Array, symmetry: int) -> Array:
+def apply_symmetry(net: Array, symmetry: int) -> Array:
     """One of the eight symmetries of the square: bits 0 and 1 reverse u and v, bit 2 swaps them."""
     net = net[::-1] if symmetry & 1 else net
     net = net[:, ::-1] if symmetry & 2 else net
     return net.swapaxes(0, 1) if symmetry & 4 else net
 
 
-def moved(net: Array, x: float, y: float = 0.0, z: float = 0.0) -> Array:
+def translate(net: Array, x: float, y: float = 0.0, z: float = 0.0) -> Array:
     """The net in another place."""
     there: Array = net + np.array([x, y, z])
     return there
@@ -213,7 +213,7 @@ def split_models(draw: st.DrawFn, oriented: bool = True) -> tuple[Array, list[Ar
     """
     net = draw(height_nets(degree=st.integers(1, 4)))
     turn = st.sampled_from(ROTATIONS) if oriented else symmetries
-    pieces = [turned(piece, draw(turn)) for piece in quarters(net)]
+    pieces = [apply_symmetry(piece, draw(turn)) for piece in quarters(net)]
     return net, draw(st.permutations(pieces))
 
 
@@ -228,7 +228,7 @@ def cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
         bottom = top.swapaxes(0, 1).copy()
         bottom[..., axis] = 0
         faces += [top, bottom]
-    return [turned(face, s) for face, s in zip(faces, symmetry, strict=True)]
+    return [apply_symmetry(face, s) for face, s in zip(faces, symmetry, strict=True)]
 
 
 @st.composite

@@ -63,12 +63,12 @@ def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
     seen: set[str] = set()
     while waiting:
         requirement = waiting.pop()
-        found = distribution(requirement.name)
-        installed[canonicalize_name(found.name)] = found.version
+        result = distribution(requirement.name)
+        installed[canonicalize_name(result.name)] = result.version
         for extra in requirement.extras | {""}:
-            if (key := f"{found.name}[{extra}]") not in seen:
+            if (key := f"{result.name}[{extra}]") not in seen:
                 seen.add(key)
-                needs = map(Requirement, found.requires or [])
+                needs = map(Requirement, result.requires or [])
                 waiting += [n for n in needs if not n.marker or n.marker.evaluate({"extra": extra})]
     assert installed == {name: pinned.get(name) for name in installed}
 
@@ -78,8 +78,10 @@ def test_lock_files_pin_checksums_and_name_no_host(lock: Path) -> None:
     text = lock.read_text(encoding="utf-8")
     assert "://" not in text
     packages = json.loads(text)["packages"]
-    wanted = json.loads((lock.parent / "package.json").read_text(encoding="utf-8"))["dependencies"]
-    for name, version in wanted.items():
+    expected = json.loads((lock.parent / "package.json").read_text(encoding="utf-8"))[
+        "dependencies"
+    ]
+    for name, version in expected.items():
         # Some package has another name here: `npm:NAME@VERSION`.
         assert packages[f"node_modules/{name}"]["version"] == version.rpartition("@")[2]
     assert all("integrity" in package for name, package in packages.items() if name)

@@ -6,7 +6,7 @@ import re
 
 from service.server.logs import Records
 from service.settings.values import Settings
-from tests.api.observing.test_middleware import asked
+from tests.api.observing.test_middleware import send_request
 from tests.server.test_logs import failing
 from tools.processes import ROOT
 
@@ -16,8 +16,8 @@ TEXT = (ROOT / "docs" / "observability.md").read_text(encoding="utf-8")
 def test_its_table_of_fields_has_all_there_are() -> None:
     section = TEXT.partition("## The log")[2].partition("## Health")[0]
     cells = re.findall(r"^\| (`.*?) \| (\w+) \|", section, re.MULTILINE)
-    told = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
-    _, (line,), _ = asked([], Settings(log_format="json"), path="/refused")
+    reported = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
+    _, (line,), _ = send_request([], Settings(log_format="json"), path="/refused")
     record = json.loads(Records("json").format(failing()))
-    assert json.loads(line).keys() | record.keys() | {"surface", "format", "cache"} == told
+    assert json.loads(line).keys() | record.keys() | {"surface", "format", "cache"} == reported
     assert logging.getLevelName(logging.CRITICAL).lower() in section

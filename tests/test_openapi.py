@@ -203,14 +203,14 @@ def test_operations_are_tagged_and_explained() -> None:
 
 def test_every_operation_names_the_responses_of_the_guard() -> None:
     for path, method, operation in operations():
-        found = operation["responses"].keys() & {"401", "403", "429"}
+        result = operation["responses"].keys() & {"401", "403", "429"}
         if path.startswith("/health"):
-            assert not found
+            assert not result
             assert "security" not in operation
             continue
         closed = method != "get" or path.startswith("/v1/surfaces/") or path == "/metrics"
         signed = method == "get" and path.startswith("/v1/surfaces/")
-        assert found == {"429"} | ({"401"} if closed else set()) | ({"403"} if signed else set())
+        assert result == {"429"} | ({"401"} if closed else set()) | ({"403"} if signed else set())
         for answer in operation["responses"].values():
             assert "$ref" in answer or answer["headers"].keys() >= RATES
         needed: list[dict[str, list[str]]] = [{"key": []}, {}] if signed else [{"key": []}]
@@ -450,8 +450,8 @@ def test_responses_are_as_described(client: Client, url: str, name: str) -> None
 
 
 def answer_points(value: Any) -> bytes:
-    wanted = validate_document(PointsRequest, value)
-    return plan_points(wanted.to_surface(), wanted.to_query()).run()
+    expected = validate_document(PointsRequest, value)
+    return plan_points(expected.to_surface(), expected.to_query()).run()
 
 
 def surface_in(value: Any) -> Surface:
@@ -492,8 +492,8 @@ def described(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
 
 def test_every_schema_and_every_property_is_described() -> None:
     for name, schema in SCHEMAS.items():
-        for where, found in described(name, schema):
-            assert found.get("description") or "$ref" in found, where
+        for where, result in described(name, schema):
+            assert result.get("description") or "$ref" in result, where
 
 
 def test_files_are_texts_or_bytes_as_they_are_said_to_be() -> None:
@@ -510,7 +510,7 @@ def test_files_are_texts_or_bytes_as_they_are_said_to_be() -> None:
 
 def raised() -> set[str]:
     """Every code that the service gives an issue: the strings that `Issue` is made with."""
-    found: set[str] = set()
+    result: set[str] = set()
     texts = (file.read_text(encoding="utf-8") for file in SERVICE.rglob("*.py"))
     for text in filter(re.compile(r"\bIssue\(|\b_refusal\(|\bcode = ").search, texts):
         for node in ast.walk(ast.parse(text)):
@@ -523,8 +523,8 @@ def raised() -> set[str]:
             choices = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]
             # The first argument of another `_refusal` is a pointer.
             words = {str(c.value) for c in choices if isinstance(c, ast.Constant)}
-            found |= {word for word in words if not word.startswith("/")}
-    return found
+            result |= {word for word in words if not word.startswith("/")}
+    return result
 
 
 def test_every_code_is_explained_and_nothing_else() -> None:

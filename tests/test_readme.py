@@ -29,7 +29,7 @@ MODELS = {
 }
 """The model of each kind of surface."""
 
-CARRIED = {"colors", "uvs", "attributes"}
+CHANNELS = {"colors", "uvs", "attributes"}
 MEMBER = {"name", "color", "matrix"}
 """Fields of a member of a group."""
 
@@ -45,7 +45,7 @@ class Block(NamedTuple):
 
 
 BLOCKS = [Block(*found) for found in re.findall(r"^```(\w+)\n(.*?)^```$", README, re.M | re.S)]
-SHOWN = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json", "text"}]
+OUTPUT_PAIRS = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json", "text"}]
 REQUESTS = [block for block in BLOCKS if block.language == "sh" and "curl" in block.text]
 
 
@@ -77,7 +77,7 @@ def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: 
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
     sent = set(tmp_path.iterdir())
     response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
-    shown = [after.text for before, after in SHOWN if before is request_]
+    shown = [after.text for before, after in OUTPUT_PAIRS if before is request_]
     if shown:
         assert numbers(response) == numbers(shown[0])
         return
@@ -91,7 +91,7 @@ def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: 
 
 
 def test_programs_print_the_output_that_the_page_shows() -> None:
-    programs = [pair for pair in SHOWN if pair[0].language == "python"]
+    programs = [pair for pair in OUTPUT_PAIRS if pair[0].language == "python"]
     assert len(programs) == 2
     for source, shown in programs:
         with redirect_stdout(StringIO()) as printed:
@@ -129,11 +129,11 @@ def test_names_in_tables_exist() -> None:
 
 
 def test_channels_are_listed_for_the_kinds_that_have_them() -> None:
-    carry = {kind for kind, model in MODELS.items() if set(model.model_fields) >= CARRIED}
+    carry = {kind for kind, model in MODELS.items() if set(model.model_fields) >= CHANNELS}
     paragraph = (
         section("Kinds of surfaces").partition("Surfaces of patches")[2].partition("\n\n")[0]
     )
-    assert set(re.findall(r"`(\w+)`", paragraph)) >= carry | CARRIED
+    assert set(re.findall(r"`(\w+)`", paragraph)) >= carry | CHANNELS
 
 
 def test_the_map_of_the_house_shows_every_room() -> None:

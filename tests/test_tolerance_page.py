@@ -72,11 +72,11 @@ def test_responses_are_within_the_requested_tolerance(
         assert 0 < float(bound[1]) <= 0.01
         assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
         return
-    told: dict[str, Any] = json.loads(response)
+    reported: dict[str, Any] = json.loads(response)
     if "/estimate" in command:
-        assert told["accepted"]
+        assert reported["accepted"]
         return
-    report = told["report"]
+    report = reported["report"]
     assert report["deviation_bound"] > 0
     request = json.loads(command.split("-d '")[1].rpartition("'")[0])
     if "relative_tolerance" in request:

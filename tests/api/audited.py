@@ -120,8 +120,8 @@ def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
                 yield "POST", path, body, {"content_type": "application/json"}
         for kind in ("application/x-npy", "model/x-oogl", "text/x-teapot", name.encode().hex()):
             yield "POST", "/v1/surfaces", name.encode(), {"content_type": kind}
-        told = {"x_forwarded_for": name, "x_forwarded_host": name, "forwarded": f"for={name}"}
-        forged = {"host": name, "referer": name, "origin": name, "if_none_match": name, **told}
+        reported = {"x_forwarded_for": name, "x_forwarded_host": name, "forwarded": f"for={name}"}
+        forged = {"host": name, "referer": name, "origin": name, "if_none_match": name, **reported}
         yield "GET", "/v1/surfaces/saddle/mesh.glb", b"", forged
 
 

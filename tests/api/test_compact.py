@@ -17,16 +17,16 @@ BOTH = "quantize=true&compression=meshopt"
 
 def test_by_url_and_by_body(client: Client) -> None:
     options, encode = MeshOptions((5, 5)), EncodeOptions(None, True, "meshopt")
-    wanted = render(find("saddle").surface(), options, BY_NAME["glb"], encode)
-    got = client.get(f"{SADDLE}.glb?resolution=5&{BOTH}", {"Accept-Encoding": "identity"})
-    assert got.content == wanted
+    expected = render(find("saddle").surface(), options, BY_NAME["glb"], encode)
+    actual = client.get(f"{SADDLE}.glb?resolution=5&{BOTH}", {"Accept-Encoding": "identity"})
+    assert actual.content == expected
     surface = client.get("/v1/surfaces/saddle").json()["surface"]
     body = {"surface": surface, "resolution": 5, "quantize": True, "compression": "meshopt"}
     posted = client.post("/v1/mesh?format=glb", body)
-    assert posted.content == wanted
-    bound = read_glb(wanted).document["asset"]["extras"]["report"]["deviation_bound"]
+    assert posted.content == expected
+    bound = read_glb(expected).document["asset"]["extras"]["report"]["deviation_bound"]
     plain = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
-    for response in (got, posted):
+    for response in (actual, posted):
         assert response.headers["surface-deviation-bound"] == repr(bound) != plain
 
 

@@ -12,10 +12,13 @@ from tests.api.client import Client, client_of
 
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 OURS, OTHER = "https://example.com", "https://example.org"
-ASKED = {"Access-Control-Request-Method": "POST", "Access-Control-Request-Headers": "content-type"}
+PREFLIGHT = {
+    "Access-Control-Request-Method": "POST",
+    "Access-Control-Request-Headers": "content-type",
+}
 
 
-def of(origin: str) -> dict[str, str]:
+def origin_header(origin: str) -> dict[str, str]:
     return {"Origin": origin}
 
 
@@ -29,7 +32,7 @@ def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]
         yield client.get(url, headers)
 
 
-@pytest.mark.parametrize("headers", [{}, of(OURS), of("null")])
+@pytest.mark.parametrize("headers", [{}, origin_header(OURS), origin_header("null")])
 def test_any_origin_may_read_and_a_request_without_one_is_answered_alike(
     headers: dict[str, str],
 ) -> None:
@@ -56,12 +59,12 @@ def test_every_header_of_ours_is_exposed() -> None:
 def test_some_origins_may_read() -> None:
     settings = Settings(cors_origins=(OURS, "https://example.net"))
     with client_of(create_app(settings)) as client:
-        for response in answers(client, of(OURS)):
+        for response in answers(client, origin_header(OURS)):
             assert response.headers["access-control-allow-origin"] == OURS
             assert response.headers["access-control-expose-headers"]
             assert response.headers["timing-allow-origin"] == f"{OURS}, https://example.net"
             assert "Origin" in response.headers["vary"]
-        for headers in ({}, of(OTHER)):
+        for headers in ({}, origin_header(OTHER)):
             for response in answers(client, headers):
                 assert "access-control-allow-origin" not in response.headers
                 assert "timing-allow-origin" not in response.headers
@@ -70,11 +73,11 @@ def test_some_origins_may_read() -> None:
 
 def test_no_origin_may_read() -> None:
     with client_of(create_app(Settings(cors_origins=()))) as client:
-        for response in answers(client, of(OURS)):
+        for response in answers(client, origin_header(OURS)):
             assert response.headers["cross-origin-resource-policy"] == "same-origin"
             assert not [n for n in response.headers if "origin" in n and not n.startswith("cross-")]
             assert "Origin" not in response.headers.get("vary", "")
-        asked = client.request("OPTIONS", "/v1/mesh", headers={**of(OURS), **ASKED})
+        asked = client.request("OPTIONS", "/v1/mesh", headers={**origin_header(OURS), **PREFLIGHT})
         assert asked.status_code == 405
 
 
@@ -86,7 +89,7 @@ def test_an_internal_error_is_readable_and_reveals_nothing(
 
     monkeypatch.setattr("service.surface.examples.Example.surface", fail)
     with client_of(create_app(Settings())) as client:
-        response = client.get("/v1/surfaces/tveit/mesh.glb", of(OURS))
+        response = client.get("/v1/surfaces/tveit/mesh.glb", origin_header(OURS))
     assert (response.status_code, response.json()["code"]) == (500, "internal_error")
     assert response.headers["content-type"] == "application/problem+json"
     assert response.headers["access-control-allow-origin"] == "*"
@@ -96,7 +99,7 @@ def test_an_internal_error_is_readable_and_reveals_nothing(
 
 @pytest.mark.parametrize("url", ["/v1/mesh", MESH, "/nothing"])
 def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
-    response = client.request("OPTIONS", url, headers={**of(OURS), **ASKED})
+    response = client.request("OPTIONS", url, headers={**origin_header(OURS), **PREFLIGHT})
     assert (response.status_code, response.content) == (204, b"")
     assert response.headers["access-control-allow-origin"] == "*"
     assert response.headers["access-control-allow-methods"] == "GET, HEAD, POST"
@@ -108,7 +111,7 @@ def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
 def test_preflight_requests_of_other_origins_are_refused() -> None:
     with client_of(create_app(Settings(cors_origins=(OURS,)))) as client:
         ours, other = (
-            client.request("OPTIONS", "/v1/mesh", headers={**of(origin), **ASKED})
+            client.request("OPTIONS", "/v1/mesh", headers={**origin_header(origin), **PREFLIGHT})
             for origin in (OURS, OTHER)
         )
     assert ours.headers["access-control-allow-origin"] == OURS
@@ -117,6 +120,6 @@ def test_preflight_requests_of_other_origins_are_refused() -> None:
 
 
 def test_an_ordinary_options_request_reaches_the_router(client: Client) -> None:
-    response = client.request("OPTIONS", "/v1/mesh", headers=of(OURS))
+    response = client.request("OPTIONS", "/v1/mesh", headers=origin_header(OURS))
     assert response.status_code == 405
     assert response.headers["access-control-allow-origin"] == "*"

@@ -17,8 +17,8 @@ def test_vertices_agree_with_points(client: Client) -> None:
     asked = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}
     points = client.post("/v1/points", asked).json()
     for name in NAMES:
-        found = np.array(mesh["attributes"][name])
-        np.testing.assert_allclose(found[:, 0], points[name], rtol=1e-9, atol=1e-12)
+        result = np.array(mesh["attributes"][name])
+        np.testing.assert_allclose(result[:, 0], points[name], rtol=1e-9, atol=1e-12)
     assert mesh["report"]["curvature"] == {
         short: [float(np.min(mesh["attributes"][name])), float(np.max(mesh["attributes"][name]))]
         for short, name in zip(("gaussian", "mean"), NAMES, strict=True)

@@ -59,11 +59,11 @@ def test_an_array_is_the_net_that_its_lists_would_be(
     surface = {"control_net": WAVE.tolist()} | fields
     if rational:
         surface["weights"] = array[..., 3].tolist()
-    wanted = client.post("/v1/mesh?format=glb", {"surface": surface} | options)
-    assert wanted.status_code == 200
+    expected = client.post("/v1/mesh?format=glb", {"surface": surface} | options)
+    assert expected.status_code == 200
     for order in (np.ascontiguousarray, np.asfortranarray):
-        found = posted(client, saved(order(array)), NPY, f"format=glb&{query}")
-        assert found.content == wanted.content
+        result = posted(client, saved(order(array)), NPY, f"format=glb&{query}")
+        assert result.content == expected.content
 
 
 def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -> None:
@@ -80,20 +80,20 @@ def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -
 
 def test_single_precision_is_the_net_that_its_numbers_are(client: Client) -> None:
     array = WAVE.astype(np.float32)
-    wanted = client.post("/v1/mesh", {"surface": {"control_net": array.tolist()}})
+    expected = client.post("/v1/mesh", {"surface": {"control_net": array.tolist()}})
     for dtype in ("<f4", ">f4", ">f8"):
-        assert posted(client, saved(array.astype(dtype)), NPY).content == wanted.content
+        assert posted(client, saved(array.astype(dtype)), NPY).content == expected.content
 
 
 def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
     flat = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 0]]]
-    wanted = client.post("/v1/mesh", {"surface": {"control_net": flat}}).json()
+    expected = client.post("/v1/mesh", {"surface": {"control_net": flat}}).json()
     oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
     teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
     for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
-        found = posted(client, content, media_type).json()
+        result = posted(client, content, media_type).json()
         for name in ("vertices", "faces", "normals"):
-            assert found[name] == wanted[name]
+            assert result[name] == expected[name]
 
 
 def test_a_group_of_patches_stands_where_its_control_points_are(client: Client) -> None:
@@ -115,11 +115,11 @@ def test_estimates_are_those_of_the_surface(client: Client) -> None:
     response = client.request(
         "POST", "/v1/estimate?resolution=2,3&format=glb", saved(net()), {"Content-Type": NPY}
     )
-    wanted = client.post(
+    expected = client.post(
         "/v1/estimate?format=glb",
         {"surface": {"control_net": net().tolist()}, "resolution": [2, 3]},
     )
-    assert response.json() == wanted.json()
+    assert response.json() == expected.json()
 
 
 def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -> None:
@@ -197,8 +197,8 @@ def test_the_limits_of_the_service_hold_for_files() -> None:
             (b"1\n" + b"1 " * 9 + b"\n1\n0 0 0", TEAPOT, "too_many_control_points"),
         ):
             response = posted(client, content, media_type)
-            found = response.json()["errors"][0]["code"] if response.status_code != 200 else None
-            assert found == code
+            result = response.json()["errors"][0]["code"] if response.status_code != 200 else None
+            assert result == code
 
 
 @pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])

@@ -23,9 +23,9 @@ def ask(client: Client, **fields: Any) -> Any:
 
 
 def test_a_square(client: Client) -> None:
-    found = ask(client, surface={"control_net": NET}, rays=DOWN)
-    bounds = found.pop("t_bounds")
-    assert found == {
+    result = ask(client, surface={"control_net": NET}, rays=DOWN)
+    bounds = result.pop("t_bounds")
+    assert result == {
         "reached": [True, True], "counts": [1, 0], "ray": [0], "t": [0.5],
         "positions": [[0.25, 0.5, 0]], "uv": [[0.25, 0.5]], "normals": [[0, 0, 1]],
         "kind": ["crossing"], "entering": [True],
@@ -37,9 +37,9 @@ def test_members_of_a_group_have_patches_of_their_own_numbers(client: Client) ->
     member = {"type": "bezier", "control_net": NET}
     placed = {"surface": member, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]}
     group = {"type": "group", "members": [{"surface": member}, placed]}
-    found = ask(client, surface=group, rays=DOWN, hits="all")
-    assert found["patch"] == [1, 0]
-    assert found["t"] == [0.25, 0.5]
+    result = ask(client, surface=group, rays=DOWN, hits="all")
+    assert result["patch"] == [1, 0]
+    assert result["t"] == [0.25, 0.5]
     assert ask(client, surface=group, rays=DOWN)["patch"] == [1]
 
 

@@ -56,7 +56,7 @@ class Watch:
         monkeypatch.setattr(MeshWork, "run", watched)
 
 
-def together(ask: Callable[[int], int]) -> list[int]:
+def send_together(ask: Callable[[int], int]) -> list[int]:
     """The statuses of requests that are sent at the same time."""
     statuses: list[int] = []
     asking = [
@@ -90,7 +90,7 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
 
     monkeypatch.setattr(meshes_by_url, "surface_of", found)
     monkeypatch.setattr(SurfaceStore, "get", read)
-    statuses = together(lambda each: client.get(f"{url}&resolution={each + 1}").status_code)
+    statuses = send_together(lambda each: client.get(f"{url}&resolution={each + 1}").status_code)
     assert statuses == [200] * COUNT
     assert len(reads) == 1
     assert all(each is seen[0] for each in seen)

@@ -43,27 +43,27 @@ def is_about(interval: dict[str, float], truth: float, width: float = 1e-6) -> b
 
 
 def test_a_brick(client: Client) -> None:
-    found = ask(client, surface=brick(FACES))
-    assert is_about(found["area"], 22)
-    assert is_about(found["volume"], 6, 1e-12)
-    assert all(is_about(*each) for each in zip(found["centroid"], (0.5, 1, 1.5), strict=True))
-    assert found["closed"]
-    assert found["reached"]
-    assert found["parts"][0]["volume"] == found["volume"]
+    result = ask(client, surface=brick(FACES))
+    assert is_about(result["area"], 22)
+    assert is_about(result["volume"], 6, 1e-12)
+    assert all(is_about(*each) for each in zip(result["centroid"], (0.5, 1, 1.5), strict=True))
+    assert result["closed"]
+    assert result["reached"]
+    assert result["parts"][0]["volume"] == result["volume"]
 
 
 def test_an_open_brick_and_a_turned_face(client: Client) -> None:
-    found = ask(client, surface=brick(FACES[:5]))
-    assert "volume" not in found
-    assert [edge["patch"] for edge in found["faulty_edges"]] == [0, 1, 2, 3]
-    assert all(edge["open"] for edge in found["faulty_edges"])
-    (border,) = found["boundaries"]
+    result = ask(client, surface=brick(FACES[:5]))
+    assert "volume" not in result
+    assert [edge["patch"] for edge in result["faulty_edges"]] == [0, 1, 2, 3]
+    assert all(edge["open"] for edge in result["faulty_edges"])
+    (border,) = result["boundaries"]
     assert is_about(border["length"], 10)
     assert border["first_edge"] == {"patch": 0, "side": "v=1", "uv": [[0, 1], [1, 1]]}
     turned = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
-    found = ask(client, surface=brick(turned))
-    assert (found["open_edges"], found["inconsistent_edges"]) == (0, 8)
-    assert not any(edge["open"] for edge in found["faulty_edges"])
+    result = ask(client, surface=brick(turned))
+    assert (result["open_edges"], result["inconsistent_edges"]) == (0, 8)
+    assert not any(edge["open"] for edge in result["faulty_edges"])
 
 
 @pytest.mark.parametrize("name", sorted(set(EXAMPLES) - SLOW)[::2])
@@ -74,12 +74,12 @@ def test_every_example(client: Client, name: str) -> None:
         issue = response.json()["errors"][0]
         assert (issue["code"], issue["pointer"]) == ("not_parametric", "/surface")
         return
-    found = response.json()
-    assert found["reached"]
-    assert found["closed"] == (found["open_edges"] + found["inconsistent_edges"] == 0)
-    assert ("volume" in found) == found["closed"]
+    result = response.json()
+    assert result["reached"]
+    assert result["closed"] == (result["open_edges"] + result["inconsistent_edges"] == 0)
+    assert ("volume" in result) == result["closed"]
     if name == "sphere":
-        assert is_about(found["volume"], 4 / 3 * pi, 1e-2)
+        assert is_about(result["volume"], 4 / 3 * pi, 1e-2)
 
 
 @pytest.mark.parametrize(
@@ -111,9 +111,9 @@ def test_narrow_intervals_are_refused_with_those_that_can_be_reached(client: Cli
     assert (issue.code, issue.pointer, issue.got) == ("too_costly", "/tolerance", "1e-09")
     least, _, rest = issue.needed.removeprefix("at least ").partition(": ")
     assert rest == f"{least} for the area"
-    found = orjson.loads(plan_measure(surface, MeasureQuery(float(least)), few).run())
-    assert found["reached"]
-    assert is_about(found["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(least))
+    result = orjson.loads(plan_measure(surface, MeasureQuery(float(least)), few).run())
+    assert result["reached"]
+    assert is_about(result["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(least))
     example = client.get("/openapi.json").json()["components"]["responses"]["InvalidRequest"]
     response = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
     assert response["errors"][0]["code"] == "too_costly"
@@ -125,6 +125,6 @@ def test_measures_that_reach_no_tolerance_have_wide_intervals() -> None:
     with pytest.raises(TooLarge) as refused:
         plan_measure(surface, query, Limits(max_multiplications=1_000_000))
     assert refused.value.issues[0].pointer == "/surface"
-    found = orjson.loads(plan_measure(surface, query, Limits(max_multiplications=10**8)).run())
-    assert not found["reached"]
-    assert found["area"]["low"] < found["area"]["value"] < found["area"]["high"]
+    result = orjson.loads(plan_measure(surface, query, Limits(max_multiplications=10**8)).run())
+    assert not result["reached"]
+    assert result["area"]["low"] < result["area"]["value"] < result["area"]["high"]

@@ -42,10 +42,10 @@ def test_type_may_be_left_out_and_a_number_stands_for_both_directions(client: Cl
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format) -> None:
     document = {"surface": BEZIER, "resolution": 4}
-    wanted = render(SURFACE, MeshOptions((4, 4)), fmt)
+    expected = render(SURFACE, MeshOptions((4, 4)), fmt)
     format_by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
     by_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
-    assert format_by_name.content == by_type.content == wanted
+    assert format_by_name.content == by_type.content == expected
     url = f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4"
     format_by_suffix = client.get(url, {"Accept-Encoding": "identity"})
     assert format_by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
@@ -102,9 +102,9 @@ def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
     mesh = client.post("/v1/mesh", {"surface": surface, "resolution": [2, 4], "weld": False}).json()
     i, j = np.divmod(np.arange(3 * 5), 5)
     u, v = i / 2, j / 4
-    wanted = [np.column_stack((u, v, 0 * u)), np.column_stack((u, 1 + v, 0 * u))]
-    wanted.append(np.column_stack((1 + u, 1 + u * v, 0 * u)))
-    np.testing.assert_allclose(mesh["vertices"], np.concatenate(wanted), atol=1e-15)
+    expected = [np.column_stack((u, v, 0 * u)), np.column_stack((u, 1 + v, 0 * u))]
+    expected.append(np.column_stack((1 + u, 1 + u * v, 0 * u)))
+    np.testing.assert_allclose(mesh["vertices"], np.concatenate(expected), atol=1e-15)
     unused = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
     assert unused
     assert unused < set(range(30, 35)), "samples at the pole"

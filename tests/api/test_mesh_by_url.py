@@ -116,7 +116,7 @@ def test_server_timing_names_steps_and_hits(fresh: Client) -> None:
 
 def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -> None:
     url = "/v1/surfaces/utah-teapot/mesh.json?resolution=8"
-    wanted = render(find("utah-teapot").surface(), MeshOptions((8, 8)), BY_NAME["json"])
+    expected = render(find("utah-teapot").surface(), MeshOptions((8, 8)), BY_NAME["json"])
     tags = set()
     decoders: dict[str, Callable[[bytes], bytes]] = {
         "identity": bytes,
@@ -127,9 +127,9 @@ def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -
         for _ in range(2):
             response = fresh.raw(url, {"Accept-Encoding": coding})
             assert response.headers.get("content-encoding", "identity") == coding
-            assert decoded(response.content) == wanted
+            assert decoded(response.content) == expected
             assert response.headers["content-length"] == str(len(response.content))
-        assert (len(response.content) < len(wanted) / 3) == (coding != "identity")
+        assert (len(response.content) < len(expected) / 3) == (coding != "identity")
         tags.add(response.headers["etag"])
     assert len(tags) == 3
 
@@ -231,11 +231,11 @@ def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
 
 def test_long_responses_are_sent_completely_from_the_cache(client: Client) -> None:
     url = "/v1/surfaces/saddle/mesh.glb?resolution=300"
-    wanted = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
-    assert len(wanted) > 2 << 20
+    expected = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
+    assert len(expected) > 2 << 20
     for _ in range(2):
         response = client.raw(url, PLAIN)
-        assert response.content == wanted
+        assert response.content == expected
     assert response.headers["server-timing"] == "cache;desc=hit"
 
 

@@ -21,9 +21,9 @@ ALLOWED = tuple(
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    found = tmp_path_factory.mktemp("audited")
-    (found / "secret").write_text("the secret of the house", encoding="utf-8")
-    return found
+    result = tmp_path_factory.mktemp("audited")
+    (result / "secret").write_text("the secret of the house", encoding="utf-8")
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +31,8 @@ def audited(folder: Path) -> Mapping[str, Any]:
     root = Path(service.__file__).parents[1]
     done = run_python("-m", "tests.api.audited", str(folder), check=False, cwd=root)
     assert done.returncode == 0, done.stderr
-    found: Mapping[str, Any] = json.loads(done.stdout)
-    return found
+    result: Mapping[str, Any] = json.loads(done.stdout)
+    return result
 
 
 def test_the_audit_sees_forbidden_events(audited: Mapping[str, Any]) -> None:

@@ -60,9 +60,9 @@ def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
     announced = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
     assert announced == sorted({name for name in FILES if re.match(r"page/.*\.js", name)} - {MAIN})
     (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
-    (told,) = re.findall(r'data-media-types="([^"]+)"', text)
+    (reported,) = re.findall(r'data-media-types="([^"]+)"', text)
     read = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
-    assert json.loads(unescape(told)) == read | {"txt": "text/x-teapot"}
+    assert json.loads(unescape(reported)) == read | {"txt": "text/x-teapot"}
     assert accepted.split(",") == [".json", *(f".{suffix}" for suffix in read), ".txt"]
 
 

@@ -27,19 +27,19 @@ def ask(client: Client, **fields: Any) -> Any:
 
 def test_saddle_in_closed_form(client: Client) -> None:
     """z = uv at (0, 0) and (0, 1)."""
-    found = ask(client, uv=[[0, 0], [0, 1]], derivatives=2)
+    result = ask(client, uv=[[0, 0], [0, 1]], derivatives=2)
     half = math.sqrt(0.5)
     normals, curvatures = [[0.0, 0.0, 1.0], [-half, 0.0, half]], [[1.0, -1.0], [0.5, -0.5]]
-    assert found["positions"] == [[0, 0, 0], [0, 1, 0]]
-    assert found["du"] == [[1, 0, 0], [1, 0, 1]]
-    assert found["dv"] == [[0, 1, 0], [0, 1, 0]]
-    assert found["duv"] == [[0, 0, 1], [0, 0, 1]]
-    assert found["duu"] == found["dvv"] == [[0, 0, 0], [0, 0, 0]]
-    np.testing.assert_allclose(found["normals"], normals, atol=1e-15)
-    np.testing.assert_allclose(found["gaussian_curvature"], [-1.0, -0.25], atol=1e-15)
-    np.testing.assert_allclose(found["mean_curvature"], [0, 0], atol=1e-15)
-    np.testing.assert_allclose(found["principal_curvatures"], curvatures, atol=1e-15)
-    assert found["degenerate"] == [False, False]
+    assert result["positions"] == [[0, 0, 0], [0, 1, 0]]
+    assert result["du"] == [[1, 0, 0], [1, 0, 1]]
+    assert result["dv"] == [[0, 1, 0], [0, 1, 0]]
+    assert result["duv"] == [[0, 0, 1], [0, 0, 1]]
+    assert result["duu"] == result["dvv"] == [[0, 0, 0], [0, 0, 0]]
+    np.testing.assert_allclose(result["normals"], normals, atol=1e-15)
+    np.testing.assert_allclose(result["gaussian_curvature"], [-1.0, -0.25], atol=1e-15)
+    np.testing.assert_allclose(result["mean_curvature"], [0, 0], atol=1e-15)
+    np.testing.assert_allclose(result["principal_curvatures"], curvatures, atol=1e-15)
+    assert result["degenerate"] == [False, False]
 
 
 def test_columns_come_with_the_order_of_derivatives(client: Client) -> None:
@@ -59,9 +59,9 @@ def test_zero_has_no_sign(client: Client) -> None:
 def test_results_of_many_points_are_in_order(client: Client) -> None:
     """The query is too long for the event loop."""
     uv = np.random.default_rng(2).random((3000, 2))
-    found = ask(client, uv=uv.tolist(), derivatives=2)
+    result = ask(client, uv=uv.tolist(), derivatives=2)
     np.testing.assert_allclose(
-        found["positions"], np.stack([*uv.T, uv[:, 0] * uv[:, 1]], axis=1), atol=1e-15
+        result["positions"], np.stack([*uv.T, uv[:, 0] * uv[:, 1]], axis=1), atol=1e-15
     )
 
 
@@ -116,6 +116,6 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     if model.domain is not None:
         place = {"uv": [[float(model.domain.u[0]), float(model.domain.v[0])]]}
     fields = {"patch": 0} if model.domain is None else {}
-    found = client.post("/v1/points", {**document, "derivatives": 2, **place, **fields}).json()
+    result = client.post("/v1/points", {**document, "derivatives": 2, **place, **fields}).json()
     first = 0 if model.order is None else int(np.argmin(model.order))
-    np.testing.assert_allclose(found["positions"][0], batch.corners[first, 0], atol=1e-12)
+    np.testing.assert_allclose(result["positions"][0], batch.corners[first, 0], atol=1e-12)

@@ -25,16 +25,16 @@ def ask(client: Client, **fields: Any) -> Any:
 
 
 def test_a_square(client: Client) -> None:
-    found = ask(client, surface={"control_net": NET}, points=[[0.25, 0.5, 2], [3, 0.5, 0]])
-    assert found["positions"] == [[0.25, 0.5, 0], [1, 0.5, 0]]
-    assert found["distances"] == [2, 2]
-    assert found["uv"] == [[0.25, 0.5], [1, 0.5]]
-    assert "patch" not in found
-    assert found["on_boundary"] == [False, True]
-    assert found["normals"] == [[0, 0, 1]] * 2
-    assert found["reached"] == [True] * 2
-    assert found["tied"] == [False] * 2
-    for low, high in found["distance_bounds"]:
+    result = ask(client, surface={"control_net": NET}, points=[[0.25, 0.5, 2], [3, 0.5, 0]])
+    assert result["positions"] == [[0.25, 0.5, 0], [1, 0.5, 0]]
+    assert result["distances"] == [2, 2]
+    assert result["uv"] == [[0.25, 0.5], [1, 0.5]]
+    assert "patch" not in result
+    assert result["on_boundary"] == [False, True]
+    assert result["normals"] == [[0, 0, 1]] * 2
+    assert result["reached"] == [True] * 2
+    assert result["tied"] == [False] * 2
+    for low, high in result["distance_bounds"]:
         assert 2 - 1e-8 < low <= 2 <= high < 2 + 1e-13
 
 
@@ -49,11 +49,11 @@ def test_signs_of_a_closed_and_of_an_open_surface(client: Client) -> None:
 
 
 def test_a_curve_in_the_plane(client: Client) -> None:
-    found = ask(client, curve=QUARTER, points=[[3, 4], [5, -1]])
-    assert found["positions"] == [pytest.approx([0.6, 0.8]), [1, 0]]
-    assert found["tangents"] == [pytest.approx([-0.8, 0.6]), [0, 1]]
-    assert found["parameters"][1] == 0
-    assert "patch" not in found
+    result = ask(client, curve=QUARTER, points=[[3, 4], [5, -1]])
+    assert result["positions"] == [pytest.approx([0.6, 0.8]), [1, 0]]
+    assert result["tangents"] == [pytest.approx([-0.8, 0.6]), [0, 1]]
+    assert result["parameters"][1] == 0
+    assert "patch" not in result
 
 
 @pytest.mark.parametrize("name", sorted(EXAMPLES)[1::2])
@@ -67,9 +67,9 @@ def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -
         assert response.json()["errors"][0]["code"] == "not_parametric"
         assert response.json()["errors"][0]["pointer"] == "/surface"
         return
-    found = response.json()
-    assert max(found["distances"]) < 2e-9 * np.ptp(mesh["vertices"], axis=0).max()
-    low, high = np.array(found["distance_bounds"]).T
+    result = response.json()
+    assert max(result["distances"]) < 2e-9 * np.ptp(mesh["vertices"], axis=0).max()
+    low, high = np.array(result["distance_bounds"]).T
     assert (low <= high).all()
 
 
@@ -119,12 +119,12 @@ def npy(array: object, dtype: str = "<f8") -> bytes:
 def test_points_in_a_file_of_numpy(client: Client) -> None:
     points = [[0, 0, 0.5], [0, 2, 1]]
     surface = client.get("/v1/surfaces/sphere").json()["surface"]
-    wanted = ask(client, surface=surface, points=points, sign=True, relative_tolerance=1e-6)
+    expected = ask(client, surface=surface, points=points, sign=True, relative_tolerance=1e-6)
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&sign=true&relative_tolerance=1e-6"
         response = client.request("POST", f"/v1/project{query}", npy(points, dtype), NPY)
-        assert response.json() == wanted, response.text
+        assert response.json() == expected, response.text
 
 
 @pytest.mark.parametrize(

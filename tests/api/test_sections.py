@@ -24,23 +24,23 @@ def ask(client: Client, **fields: Any) -> Any:
 
 
 def test_a_square(client: Client) -> None:
-    found = ask(client, surface=SQUARE, planes=MIDDLE)
-    assert [len(section["polylines"]) for section in found["sections"]] == [1, 1, 0]
-    (line,) = found["sections"][0]["polylines"]
+    result = ask(client, surface=SQUARE, planes=MIDDLE)
+    assert [len(section["polylines"]) for section in result["sections"]] == [1, 1, 0]
+    (line,) = result["sections"][0]["polylines"]
     assert line == {"closed": False, "points": [[0.25, 1, 0], [0.25, 0, 0]]}
-    assert found["sections"][1]["normal"] == [1, 0, 0]
+    assert result["sections"][1]["normal"] == [1, 0, 0]
     points = {"normals": [[2, 0, 0]], "points": [[0.25, 7, 0], [0.5, 0, 8], [3, 0, 0]]}
-    assert ask(client, surface=SQUARE, planes=points) == found
+    assert ask(client, surface=SQUARE, planes=points) == result
 
 
 def test_patches_in_the_plane_have_the_numbers_of_the_request(client: Client) -> None:
     up = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
     group = {"type": "group", "members": [{"surface": SQUARE}, {"surface": SQUARE, "matrix": up}]}
     planes = {"normals": [[0, 0, 1]], "offsets": [0, 1, 2]}
-    found = ask(client, surface=group, planes=planes)["sections"]
-    assert [section["coplanar"] for section in found] == [[0], [1], []]
-    assert [len(section["polylines"]) for section in found] == [1, 1, 0]
-    assert found[1]["polylines"][0]["closed"]
+    result = ask(client, surface=group, planes=planes)["sections"]
+    assert [section["coplanar"] for section in result] == [[0], [1], []]
+    assert [len(section["polylines"]) for section in result] == [1, 1, 0]
+    assert result[1]["polylines"][0]["closed"]
 
 
 @pytest.mark.parametrize("fmt", SECTION_FORMATS, ids=lambda fmt: fmt.name)
@@ -69,14 +69,14 @@ def test_the_tolerance_holds(client: Client) -> None:
     arc = {"control_net": [[[1, 0, 0], [1, 0, 2]], [[1, 1, 0], [1, 1, 2]], [[0, 1, 0], [0, 1, 2]]],
            "weights": [[1, 1], [0.5**0.5] * 2, [1, 1]]}  # fmt: skip
     for tolerance in (1e-2, 1e-6):
-        found = ask(
+        result = ask(
             client,
             surface=arc,
             planes={"normals": [[0, 0.6, 0.8]], "points": [[0, 0, 1]]},
             tolerance=tolerance,
         )
-        assert found["report"]["deviation_bound"] <= tolerance
-        (line,) = found["sections"][0]["polylines"]
+        assert result["report"]["deviation_bound"] <= tolerance
+        (line,) = result["sections"][0]["polylines"]
         points = np.array(line["points"])
         assert np.hypot(*points[:, :2].T) == pytest.approx(1, abs=1e-11)
         middles = (points[1:] + points[:-1]) / 2
@@ -111,11 +111,11 @@ def test_limits() -> None:
         fine = client.post("/v1/intersect", {**hills, "planes": _many(500)})
         tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
         swept = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
-    found = [response.json()["errors"][0] for response in (many, fine, swept)]
-    assert [error["code"] for error in found] == [
+    result = [response.json()["errors"][0] for response in (many, fine, swept)]
+    assert [error["code"] for error in result] == [
         "too_many_planes", "too_many_vertices", "not_parametric",
     ]  # fmt: skip
-    assert [error["pointer"] for error in found] == ["/planes", "/planes", "/surface"]
+    assert [error["pointer"] for error in result] == ["/planes", "/planes", "/surface"]
 
 
 def _many(count: int) -> Any:

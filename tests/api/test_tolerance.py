@@ -18,12 +18,14 @@ FLAT = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
 CAMERA = {"position": [1, 1, 20], "field_of_view": 0.8, "height": 500}
 
 
-def asked(client: Client, fmt: str = "json", surface: Any = WAVE, **options: Any) -> httpx.Response:
+def request_mesh(
+    client: Client, fmt: str = "json", surface: Any = WAVE, **options: Any
+) -> httpx.Response:
     return client.post(f"/v1/mesh?format={fmt}", {"surface": surface, **options})
 
 
 def test_the_tolerance_holds_and_a_header_has_the_bound(client: Client) -> None:
-    posted = asked(client, "stl", tolerance=0.01)
+    posted = request_mesh(client, "stl", tolerance=0.01)
     fetched = client.get("/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.05")
     for response, tolerance in ((posted, 0.01), (fetched, 0.05)):
         assert response.status_code == 200
@@ -64,11 +66,11 @@ def test_queries_name_the_parameter(client: Client) -> None:
 def test_limits_hold_for_meshes_by_tolerance(client: Client) -> None:
     for limits in (Settings(max_vertices=100), Settings(max_response_bytes=20_000)):
         with client_of(create_app(limits)) as small:
-            response = asked(small, tolerance=2e-3)
+            response = request_mesh(small, tolerance=2e-3)
             assert response.status_code == 422
             assert response.json()["code"] == "result_too_large"
             assert response.json()["errors"][0]["pointer"] == "/tolerance"
-    assert asked(client, tolerance=2e-3).status_code == 200
+    assert request_mesh(client, tolerance=2e-3).status_code == 200
 
 
 VALUES = st.one_of(

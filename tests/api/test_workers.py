@@ -53,23 +53,23 @@ class Work:
         self.run = call
 
 
-async def rest() -> None:
+async def run_tasks() -> None:
     """Lets all tasks run until they wait."""
     for _ in range(10):
         await asyncio.sleep(0)
 
 
 @asynccontextmanager
-async def lent(**chosen: Any) -> AsyncIterator[Workers]:
+async def lend_workers(**chosen: Any) -> AsyncIterator[Workers]:
     """Workers; checks at the end that all threads and memory are released."""
     workers = workers_of(**chosen)
     yield workers
-    await rest()
+    await run_tasks()
     assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
 
 
 async def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
-    async with lent() as workers:
+    async with lend_workers() as workers:
         job = Job(workers)
         names = []
         for long in (False, True):
@@ -99,7 +99,7 @@ async def test_work_that_is_longer_than_its_cost_says_leaves_the_event_loop(
         checkpoint()
         return "done"
 
-    async with lent() as workers:
+    async with lend_workers() as workers:
         job = Job(workers)
         assert await job.run(Work(call=call, long=False), "mesh") == "done"
         assert [place is threading.main_thread() for place in places] == [True, False]
@@ -108,7 +108,7 @@ async def test_work_that_is_longer_than_its_cost_says_leaves_the_event_loop(
 
 async def test_short_works_take_turns_on_the_event_loop() -> None:
     """After their time, the event loop serves other tasks that are ready."""
-    async with lent() as workers:
+    async with lend_workers() as workers:
         rounds: list[int] = []
         now = 0
 
@@ -132,7 +132,7 @@ async def test_short_works_take_turns_on_the_event_loop() -> None:
 
 
 async def test_requests_are_served_in_order_of_arrival() -> None:
-    async with lent(threads=3) as workers:
+    async with lend_workers(threads=3) as workers:
         order: list[str] = []
 
         async def hold(name: str, amount: int) -> None:
@@ -149,11 +149,11 @@ async def test_requests_are_served_in_order_of_arrival() -> None:
 
 
 async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
-    async with lent(max_queue=4) as workers:
+    async with lend_workers(max_queue=4) as workers:
         assert workers.retry_after() == 1
         start = await workers.acquire(10)
         waiting = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
-        await rest()
+        await run_tasks()
         assert (workers.waiting, workers.retry_after()) == (4, 5)
         with pytest.raises(Busy):
             await workers.acquire(10)
@@ -167,14 +167,14 @@ async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
 
 
 async def test_a_thread_that_begins_computes_alone_for_a_while() -> None:
-    async with lent(threads=3) as workers:
+    async with lend_workers(threads=3) as workers:
         long = await workers.acquire(10)
         short = asyncio.create_task(workers.acquire(10))
-        await rest()
+        await run_tasks()
         assert not short.done()
         assert await short - long >= ALONE_SECONDS
         third = asyncio.create_task(workers.acquire(10))
-        await rest()
+        await run_tasks()
         workers.release_thread(short.result())
         assert (await third) - short.result() < ALONE_SECONDS, "the long one is not in its way"
         for start in (long, third.result()):
@@ -187,7 +187,7 @@ def test_cancelled_requests_release_threads_and_memory(asks: list[tuple[int, int
     """A request that is cancelled before, while or after it gets a thread leaves nothing behind."""
 
     async def scenario() -> None:
-        async with lent(threads=2) as workers:
+        async with lend_workers(threads=2) as workers:
 
             async def hold(amount: int) -> None:
                 start = await workers.acquire(amount)
@@ -209,7 +209,7 @@ def test_cancelled_requests_release_threads_and_memory(asks: list[tuple[int, int
 
 
 async def test_bodies_have_a_quarter_and_never_wait() -> None:
-    async with lent() as workers:
+    async with lend_workers() as workers:
         large, small, third = Job(workers), Job(workers), Job(workers)
         most = workers.max_body * 9 // 10
         with pytest.raises(TooLarge) as refused:
@@ -238,7 +238,7 @@ def entry(name: str, size: int) -> CachedResponse:
 
 
 async def test_cached_responses_are_dropped_unless_they_are_being_sent() -> None:
-    async with lent(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
+    async with lend_workers(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
         cache: ResponseCache = workers._cache
         read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
         for each in (read, *unread):
@@ -246,13 +246,13 @@ async def test_cached_responses_are_dropped_unless_they_are_being_sent() -> None
         cache.begin(read)
         first = asyncio.create_task(workers.acquire(workers.max_memory))
         second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
-        await rest()
+        await run_tasks()
         assert first.done()
         assert not second.done()
         assert cache.holds(read)
         assert not all(cache.holds(each) for each in unread)
         workers.release_thread(first.result())
-        await rest()
+        await run_tasks()
         assert not second.done(), "a thread is free, memory is not"
         cache.end(read)
         await second
@@ -264,7 +264,7 @@ async def test_cached_responses_are_dropped_unless_they_are_being_sent() -> None
 @pytest.mark.parametrize("leaves", [True, False])
 async def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: bool) -> None:
     """The client goes away, or the deadline passes; the thread ends at its next checkpoint."""
-    async with lent(request_timeout=0.2) as workers:
+    async with lend_workers(request_timeout=0.2) as workers:
         gone = asyncio.Event()
 
         async def receive() -> dict[str, str]:
@@ -297,7 +297,7 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
     monkeypatch.setattr(module, "trim_heap", lambda: calls.append(1))
     monkeypatch.setattr(module, "TRIM_PAUSE", 0.01)
     counts = []
-    async with lent() as workers:
+    async with lend_workers() as workers:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
             jobs = [Job(workers) for _ in sizes]
             for job, size in zip(jobs, sizes, strict=True):
@@ -332,7 +332,7 @@ def test_failed_work_keeps_no_local_variables() -> None:
             raise ArithmeticError from None  # the error refers to the first one and its frames
 
     async def scenario() -> None:
-        async with lent() as workers:
+        async with lend_workers() as workers:
             job = Job(workers)
             with pytest.raises(ArithmeticError) as failed:
                 await job.run(Work(1000, work), "x")

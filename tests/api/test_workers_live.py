@@ -55,9 +55,9 @@ class Looping:
 
 @pytest.fixture
 def looping(monkeypatch: pytest.MonkeyPatch) -> Iterator[Looping]:
-    made = Looping(monkeypatch)
-    yield made
-    made.gate.set()
+    built = Looping(monkeypatch)
+    yield built
+    built.gate.set()
 
 
 class Service:
@@ -131,7 +131,7 @@ def serving(**chosen: Any) -> Iterator[Service]:
         yield Service(url, apps[0].state.services.workers, clients)
 
 
-def until(condition: Callable[[], bool]) -> None:
+def wait_until(condition: Callable[[], bool]) -> None:
     """Waits until a condition is true."""
     deadline = time.monotonic() + 20
     while not condition():
@@ -142,14 +142,14 @@ def until(condition: Callable[[], bool]) -> None:
 def test_a_client_that_leaves_leaves_the_queue(looping: Looping) -> None:
     with serving() as service:
         computed = service.posted(LONG)
-        until(lambda: looping.calls == 1)
+        wait_until(lambda: looping.calls == 1)
         leaving, staying = service.posted(LONG), service.posted(LONG)
-        until(lambda: service.workers.waiting == 2)
+        wait_until(lambda: service.workers.waiting == 2)
         leaving.leave()
-        until(lambda: service.workers.waiting == 1)
+        wait_until(lambda: service.workers.waiting == 1)
         looping.gate.set()
         assert [client.read_response()[0] for client in (computed, staying)] == [200, 200]
-        until(service.given_back)
+        wait_until(service.given_back)
         assert (looping.calls, looping.stopped) == (2, 0)
 
 
@@ -157,16 +157,16 @@ def test_the_last_waiting_client_that_leaves_cancels_the_work(looping: Looping) 
     with serving() as service:
         first, second = service.got(SADDLE), service.got(SADDLE)
         other = service.got(SADDLE.replace("glb", "stl"))
-        until(lambda: looping.calls == 1 and service.workers.waiting == 1)
+        wait_until(lambda: looping.calls == 1 and service.workers.waiting == 1)
         first.leave()
-        until(lambda: service.got("/health/live").read_response()[0] == 200)
+        wait_until(lambda: service.got("/health/live").read_response()[0] == 200)
         assert looping.stopped == 0
         second.leave()
-        until(lambda: (looping.calls, looping.stopped) == (2, 1))
+        wait_until(lambda: (looping.calls, looping.stopped) == (2, 1))
         again = service.got(SADDLE)
         looping.gate.set()
         assert [client.read_response()[0] for client in (other, again)] == [200, 200]
-        until(service.given_back)
+        wait_until(service.given_back)
         assert (looping.calls, looping.stopped) == (3, 1)
 
 
@@ -176,23 +176,23 @@ def test_the_deadline_holds_for_computing_and_waiting_requests(looping: Looping)
         refusals = [client.refusal() for client in clients]
         assert [(status, code) for status, code, _ in refusals] == [(503, "out_of_time")] * 3
         assert all(seconds >= 1 for _, _, seconds in refusals)
-        until(service.given_back)
+        wait_until(service.given_back)
         assert looping.stopped == looping.calls >= 1
 
 
 def test_small_requests_do_not_wait_for_large_ones(looping: Looping) -> None:
     with serving(max_queue=1) as service:
         computed = service.posted(LONG)
-        until(lambda: looping.calls == 1)
+        wait_until(lambda: looping.calls == 1)
         waiting = service.posted(LONG)
-        until(lambda: service.workers.waiting == 1)
+        wait_until(lambda: service.workers.waiting == 1)
         assert service.posted(SHORT).read_response()[0] == 200
         assert service.posted(SHORT, "/v1/estimate").read_response()[0] == 200
         for small in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
             assert service.got(small).read_response()[0] == 200
         looping.gate.set()
         assert [client.read_response()[0] for client in (computed, waiting)] == [200, 200]
-        until(service.given_back)
+        wait_until(service.given_back)
 
 
 def test_slow_readers_hold_the_memory_of_their_response_only() -> None:
@@ -200,13 +200,13 @@ def test_slow_readers_hold_the_memory_of_their_response_only() -> None:
     with serving() as service:
         for leaves in (False, True):
             client = service.posted(long, "/v1/mesh?format=stl")
-            until(lambda: service.workers.computing == 0 < service.workers.used)
-            until(lambda: service.workers.used == 84 + 50 * 2 * 400**2)
+            wait_until(lambda: service.workers.computing == 0 < service.workers.used)
+            wait_until(lambda: service.workers.used == 84 + 50 * 2 * 400**2)
             if leaves:
                 client.leave()
             else:
                 assert len(client.read_response()[2]) == 84 + 50 * 2 * 400**2
-            until(service.given_back)
+            wait_until(service.given_back)
 
 
 @pytest.mark.parametrize("error", [RuntimeError(), InvalidRequest(Issue("code", "No."))])
@@ -220,7 +220,7 @@ def test_failed_requests_release_threads_and_memory(
     with serving() as service:
         for client in (service.posted(LONG), service.posted(SHORT), service.got(SADDLE)):
             assert client.read_response()[0] in (422, 500)
-        until(service.given_back)
+        wait_until(service.given_back)
 
 
 def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
@@ -228,17 +228,17 @@ def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
         begun = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
         first, second = service.connected(), service.connected()
         first.post(begun, "/v1/mesh", length=10**7)
-        until(lambda: service.workers.used > 10_000_000)
+        wait_until(lambda: service.workers.used > 10_000_000)
         second.post(begun, "/v1/mesh", length=10**7)
         assert second.refusal() == (429, "busy", 1)
         assert service.posted(SHORT).read_response()[0] == 200
         first.leave()
-        until(service.given_back)
+        wait_until(service.given_back)
         third = service.connected()
         third.post(begun + b", 0" * 100_000, "/v1/mesh", length=10**7)
         status, _, body = third.read_response()
         assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
-        until(service.given_back)
+        wait_until(service.given_back)
 
 
 def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
@@ -250,16 +250,16 @@ def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
         gc.disable()
         try:
             gone = service.posted(LONG)
-            until(lambda: looping.calls == 1)
+            wait_until(lambda: looping.calls == 1)
             gone.leave()
-            until(lambda: looping.stopped == 1)
+            wait_until(lambda: looping.stopped == 1)
             for client in (service.posted({"surface": many}), service.posted(SHORT)):
                 assert client.read_response()[0] in (200, 422)
                 client.leave()
             half = service.connected()
             half.post(b'{"surface": ', "/v1/mesh", length=10**6)
             half.leave()
-            until(service.given_back)
+            wait_until(service.given_back)
             time.sleep(0.1)  # the connections end
             gc.set_debug(gc.DEBUG_SAVEALL)
             gc.collect()

@@ -100,7 +100,7 @@ def test_product_of_polynomials_is_the_product_of_their_values(first: Array, sec
     net = exact.exact_net(np.moveaxis(product, 0, -1))
     one, other = exact.exact_net(first), exact.exact_net(second)
     for u, v in ((Fraction(0), Fraction(1)), (Fraction(1, 3), Fraction(3, 4))):
-        found = exact.surface_point(net, u, v)
+        result = exact.surface_point(net, u, v)
         factors = exact.surface_point(one, u, v), exact.surface_point(other, u, v)
-        for value, a, b in zip(found, *factors, strict=True):
+        for value, a, b in zip(result, *factors, strict=True):
             assert abs(value - a * b) <= Fraction(64 * 4 * ULP)

@@ -12,7 +12,7 @@ from service.bases.cache import ArrayCache
 KIB = 1024
 
 
-def of(size: int, value: float = 0.0) -> Callable[[], NDArray[np.float64]]:
+def array_builder(size: int, value: float = 0.0) -> Callable[[], NDArray[np.float64]]:
     """A builder of an array of `size` bytes."""
     return lambda: np.full(size // 8, value)
 
@@ -25,7 +25,7 @@ def never() -> NDArray[np.float64]:
 def test_builds_once_and_returns_the_same_read_only_array() -> None:
     """The second call returns the array of the first."""
     cache = ArrayCache(64 * KIB)
-    first = cache.array("key", of(KIB))
+    first = cache.array("key", array_builder(KIB))
     assert cache.array("key", never) is first
     assert not first.flags.writeable
 
@@ -34,9 +34,9 @@ def test_the_least_recently_used_goes_first() -> None:
     """Getting an array makes it the most recently used."""
     cache = ArrayCache(8 * KIB)
     for name in range(8):
-        cache.array(name, of(KIB, name))
+        cache.array(name, array_builder(KIB, name))
     cache.array(0, never)
-    cache.array(8, of(KIB))
+    cache.array(8, array_builder(KIB))
     cache.array(0, never)
     with pytest.raises(AssertionError, match="built again"):
         cache.array(1, never)
@@ -46,7 +46,7 @@ def test_never_holds_more_than_its_capacity() -> None:
     """The cache counts its bytes correctly, too."""
     cache = ArrayCache(10 * KIB)
     for name in range(100):
-        cache.array(name, of(8 * (1 + name % 128)))
+        cache.array(name, array_builder(8 * (1 + name % 128)))
         assert cache.nbytes <= cache.capacity
     assert cache.nbytes == sum(8 * (1 + name % 128) for name in range(100)[-len(cache) :])
 
@@ -57,7 +57,7 @@ def test_a_builder_that_fails_leaves_nothing_behind() -> None:
     with pytest.raises(AssertionError):
         cache.array("key", never)
     assert (len(cache), cache.nbytes) == (0, 0)
-    assert cache.array("key", of(KIB, 5))[0] == 5
+    assert cache.array("key", array_builder(KIB, 5))[0] == 5
 
 
 def test_threads_get_the_right_arrays_while_others_evict() -> None:
@@ -69,7 +69,7 @@ def test_threads_get_the_right_arrays_while_others_evict() -> None:
         start.wait()
         for step in range(2000):
             name = (step * 7 + offset) % 40
-            array = cache.array(name, of(KIB, name))
+            array = cache.array(name, array_builder(KIB, name))
             if array[0] != name or array[-1] != name or array.flags.writeable:
                 wrong.append(name)
 

@@ -34,10 +34,10 @@ def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> Non
     exact, breaks = fractions(vector.knots), fractions(knots.breaks(*vector))
     for k, (a, b) in enumerate(pairwise(breaks)):
         for t in (Fraction(0), Fraction(1, 3), Fraction(5, 8)):
-            wanted = spline_point(vectors_of(points), exact, vector.degree, a + (b - a) * t)
-            got = curve_point(vectors_of(lowered[k]), t)
+            expected = spline_point(vectors_of(points), exact, vector.degree, a + (b - a) * t)
+            actual = curve_point(vectors_of(lowered[k]), t)
             np.testing.assert_allclose(
-                [float(x) for x in got], [float(x) for x in wanted], atol=1e-13
+                [float(x) for x in actual], [float(x) for x in expected], atol=1e-13
             )
 
 
@@ -47,13 +47,13 @@ def test_reversed_curves_have_the_same_bits(vector: KnotVector, seed: int, ratio
     points = points_for(vector.points, seed)
     weights = weights_for(vector.points, seed) if rational else None
     turned = 3 - vector.knots[::-1]
-    there, heavy = extract_bezier_points(points, *vector, weights)
+    there, weighted = extract_bezier_points(points, *vector, weights)
     back, heavy_back = extract_bezier_points(
         points[::-1], turned, vector.degree, None if weights is None else weights[::-1]
     )
     np.testing.assert_array_equal(back[::-1, ::-1], there)
-    if heavy is not None and heavy_back is not None:
-        np.testing.assert_array_equal(heavy_back[::-1, ::-1], heavy)
+    if weighted is not None and heavy_back is not None:
+        np.testing.assert_array_equal(heavy_back[::-1, ::-1], weighted)
     np.testing.assert_array_equal(
         build_operators(turned, vector.degree)[::-1, ::-1, ::-1], build_operators(*vector)
     )
@@ -92,10 +92,10 @@ def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> 
     weights = knots.wrap_points(weights_for(7, 1), 3) if rational else None
     vector = knots.periodic_knots(7, 3) / 7
     assert len(set(np.diff(vector))) > 1
-    lowered, heavy = extract_bezier_points(points, vector, 3, weights)
+    lowered, weighted = extract_bezier_points(points, vector, 3, weights)
     np.testing.assert_array_equal(lowered[0, 0], lowered[-1, -1])
-    if heavy is not None:
-        assert heavy[0, 0] == heavy[-1, -1]
+    if weighted is not None:
+        assert weighted[0, 0] == weighted[-1, -1]
 
 
 def test_other_ends_stay_apart() -> None:
@@ -116,12 +116,12 @@ def test_chunks_give_the_same_points(degree: int, monkeypatch: pytest.MonkeyPatc
     vector[degree + 5 : degree + 8] = vector[degree + 5]
     count = len(vector) - degree - 1
     points, weights = points_for(count, 2, 3), weights_for(count, 2, 3)
-    at_once, heavy = extract_bezier_points(points, vector, degree, weights)
+    at_once, weighted = extract_bezier_points(points, vector, degree, weights)
     monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
     MESH_PLANS.clear()
     in_turn, other = extract_bezier_points(points, vector, degree, weights)
     np.testing.assert_array_equal(in_turn, at_once)
-    np.testing.assert_array_equal(other, heavy)
+    np.testing.assert_array_equal(other, weighted)
 
 
 def test_extractions_are_cached_by_knots_and_closure() -> None:

@@ -45,8 +45,8 @@ def test_spans_are_right_continuous() -> None:
     vector = np.array([0, 0, 0, 1, 1, 2, 4, 4, 4.0])
     np.testing.assert_array_equal(knot.spans(vector, 2), [2, 4, 5])
     np.testing.assert_array_equal(knot.breaks(vector, 2), [0, 1, 2, 4])
-    found = knot.find_span(vector, 2, [0, np.nextafter(1, 0), 1, 1.5, 2, 3.9, 4])
-    np.testing.assert_array_equal(found, [2, 2, 4, 4, 5, 5, 5])
+    result = knot.find_span(vector, 2, [0, np.nextafter(1, 0), 1, 1.5, 2, 3.9, 4])
+    np.testing.assert_array_equal(result, [2, 2, 4, 4, 5, 5, 5])
 
 
 @given(knot_vectors(parted=True), st.lists(fraction_of, max_size=4))
@@ -57,8 +57,8 @@ def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[f
     exact = fractions(vector.knots)
     for row, parameter in enumerate(t):
         (at,) = fractions([parameter])
-        wanted = [float(x) for x in basis_values(exact, vector.degree, at)]
+        expected = [float(x) for x in basis_values(exact, vector.degree, at)]
         assert span[row] == span_of(exact, vector.degree, at)
-        got = np.zeros(vector.points)
-        got[span[row] - vector.degree : span[row] + 1] = values[row]
-        np.testing.assert_allclose(got, wanted, atol=1e-15)
+        actual = np.zeros(vector.points)
+        actual[span[row] - vector.degree : span[row] + 1] = values[row]
+        np.testing.assert_allclose(actual, expected, atol=1e-15)

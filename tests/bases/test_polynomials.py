@@ -48,7 +48,7 @@ def bits(net: Net) -> tuple[bytes, bytes | None]:
     return points.tobytes(), None if weights is None else weights.tobytes()
 
 
-def turned(net: Net) -> Net:
+def reverse_net(net: Net) -> Net:
     points, weights = net
     return points[::-1].copy(), None if weights is None else weights[::-1].copy()
 
@@ -65,7 +65,7 @@ def test_elevation_keeps_the_curve(net: Net, more: int) -> None:
 @given(curves(), st.integers(1, 6))
 def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) -> None:
     degree = len(net[0]) - 1 + more
-    assert bits(turned(elevate(turned(net), degree))) == bits(elevate(net, degree))
+    assert bits(reverse_net(elevate(reverse_net(net), degree))) == bits(elevate(net, degree))
 
 
 def test_the_highest_degree_loses_nothing() -> None:
@@ -102,10 +102,10 @@ def test_equal_points_stay_one_point(count: int, x: float, weight: float, t: flo
     """Equal points stay equal bit for bit with any weights, because poles are found by equality."""
     points = np.full((count, 3), x)
     weights = np.linspace(1, weight, count)
-    for loads in (None, weights):
-        net = (points, loads)
-        for made in (elevate(net, count + 9), *split(net, t), restrict(net, t / 2, t)):
-            assert (made[0] == x).all()
+    for point_weights in (None, weights):
+        net = (points, point_weights)
+        for built in (elevate(net, count + 9), *split(net, t), restrict(net, t / 2, t)):
+            assert (built[0] == x).all()
 
 
 def test_other_axes_are_kept() -> None:

@@ -52,12 +52,12 @@ def test_other_knots_give_the_same_curve(
     assert parts.min() >= 0
     np.testing.assert_allclose(parts.sum(axis=0), 1, rtol=1e-14)
     points, weights = points_for(count, seed), weights_for(count, seed)
-    made, loads = combine(points, weights, index, parts)
-    assert loads is not None
+    built, point_weights = combine(points, weights, index, parts)
+    assert point_weights is not None
     for a, b in pairwise(fractions(breaks(target, raised))):
         for t in (a, a + (b - a) * Fraction(3, 8)):
             np.testing.assert_allclose(
-                exact(made, loads, target, raised, t),
+                exact(built, point_weights, target, raised, t),
                 exact(points, weights, knots, degree, t),
                 atol=4e-12,
             )
@@ -72,9 +72,9 @@ def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int)
     own = raise_knots(knots, degree, degree, low, high)
     count = len(own) - degree - 1
     points, weights = points_for(count, seed), weights_for(count, seed)
-    made, loads = combine(points, weights, *find_refinement(own, degree, own, degree))
-    np.testing.assert_array_equal(made, points)
-    np.testing.assert_array_equal(loads, weights)
+    built, point_weights = combine(points, weights, *find_refinement(own, degree, own, degree))
+    np.testing.assert_array_equal(built, points)
+    np.testing.assert_array_equal(point_weights, weights)
 
 
 @given(knot_vectors(), seeds, st.integers(1, 4))
@@ -84,8 +84,8 @@ def test_elevation_keeps_the_bits_of_the_ends(vector: KnotVector, seed: int, mor
     own = raise_knots(knots, degree, degree, low, high)
     points = points_for(len(own) - degree - 1, seed)
     target = raise_knots(own, degree, degree + more, low, high)
-    made, _ = combine(points, None, *find_refinement(own, degree, target, degree + more))
-    np.testing.assert_array_equal(made[[0, -1]], points[[0, -1]])
+    built, _ = combine(points, None, *find_refinement(own, degree, target, degree + more))
+    np.testing.assert_array_equal(built[[0, -1]], points[[0, -1]])
 
 
 def test_the_highest_degree_loses_nothing() -> None:
@@ -93,9 +93,11 @@ def test_the_highest_degree_loses_nothing() -> None:
     points, weights = points_for(8, 2), weights_for(8, 2)
     target = raise_knots(knots, 3, 64, 0.0, 4.0)
     index, parts = find_refinement(knots, 3, target, 64)
-    made, loads = combine(points, weights, index, parts)
-    assert loads is not None
+    built, point_weights = combine(points, weights, index, parts)
+    assert point_weights is not None
     for t in (Fraction(1, 3), Fraction(2), Fraction(15, 4)):
         np.testing.assert_allclose(
-            exact(made, loads, target, 64, t), exact(points, weights, knots, 3, t), atol=4e-12
+            exact(built, point_weights, target, 64, t),
+            exact(points, weights, knots, 3, t),
+            atol=4e-12,
         )

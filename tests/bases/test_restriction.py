@@ -57,7 +57,9 @@ def test_cells_are_in_order_and_have_the_same_values() -> None:
         k, column = divmod(number, 3)
         middle = (u[k] + u[k + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
         right = surface_point(whole, Fraction(middle[0]), Fraction(middle[1]))
-        found = surface_point(exact_net(cell), half, half)
-        np.testing.assert_allclose([float(x) for x in found], [float(x) for x in right], rtol=1e-14)
+        result = surface_point(exact_net(cell), half, half)
+        np.testing.assert_allclose(
+            [float(x) for x in result], [float(x) for x in right], rtol=1e-14
+        )
     corner = curve_point([row[0] for row in whole], Fraction(1, 4))
     np.testing.assert_allclose(cells[3, 0, 0], [float(x) for x in corner], rtol=1e-15)

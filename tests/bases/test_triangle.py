@@ -57,9 +57,9 @@ def test_samples_are_correctly_rounded(divisions: int) -> None:
 def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
     """Each value has an error of a few units in its last place, also the smallest."""
     places = triangles.places(divisions)
-    found = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions))
+    result = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions))
     truth = np.array([exact_basis(degree, place) for place in places]).astype(float).T
-    np.testing.assert_allclose(found, truth, rtol=1e-14 * (degree + 1), atol=0)
+    np.testing.assert_allclose(result, truth, rtol=1e-14 * (degree + 1), atol=0)
 
 
 @pytest.mark.parametrize("degree", [1, 3, 20, 64])
@@ -137,6 +137,6 @@ def test_the_tensor_net_is_the_same_polynomial(degree: int, i: int, j: int) -> N
     u, v = i / 5, j / 5
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
     square = triangle_polynomials.tensor_net(net)[0]
-    found = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ square)
+    result = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ square)
     truth = triangle_basis.triangle_bernstein(degree, place)[:, 0] @ net[0]
-    np.testing.assert_allclose(found, truth, atol=1e-15)
+    np.testing.assert_allclose(result, truth, atol=1e-15)

@@ -54,13 +54,13 @@ def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) 
         surface = json.loads(output.read_bytes())["surface"]
         assert surface["type"] == "patches"
         assert [len(surface["patches"]), len(surface["patches"][0])] == [2, 4]
-    wanted = plan_conversion(
+    expected = plan_conversion(
         find("saddle").surface(),
         (Elevate((2, 3)), Reverse("u"), Split(v=0.5), Transpose()),
         SizeLimits(),
     ).run()
     assert main(["convert", "saddle", "-o", str(output), *flags]) == 0
-    assert output.read_bytes() == wanted
+    assert output.read_bytes() == expected
     assert main(["mesh", str(output), "-o", str(tmp_path / "out.glb")]) == 0
 
 

@@ -16,5 +16,5 @@ def test_local_and_remote_output_are_equal(server: str, tmp_path: Path) -> None:
         assert main([*command, "-o", str(ours)]) == 0
         assert main([*command, "-o", str(theirs), "--url", server]) == 0
         assert ours.read_bytes() == theirs.read_bytes()
-    told = json.loads(ours.read_bytes())
-    assert (told["vertices"], told["quads"], told["accepted"]) == (12, 6, True)
+    reported = json.loads(ours.read_bytes())
+    assert (reported["vertices"], reported["quads"], reported["accepted"]) == (12, 6, True)

@@ -44,8 +44,8 @@ def files(folder: Path) -> list[str]:
 def test_example_in_every_format_by_suffix(tmp_path: Path, fmt: Format) -> None:
     output = tmp_path / f"saddle.{fmt.suffix}"
     assert main(["mesh", "saddle", "-o", str(output), "--resolution", "3,4"]) == 0
-    wanted = render(find("saddle").surface(), MeshOptions((3, 4)), fmt)
-    assert output.read_bytes() == wanted
+    expected = render(find("saddle").surface(), MeshOptions((3, 4)), fmt)
+    assert output.read_bytes() == expected
     assert files(tmp_path) == [output.name]
 
 

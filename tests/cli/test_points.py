@@ -25,11 +25,11 @@ def test_an_example_at_places_of_the_command_line(
     capsysbinary: pytest.CaptureFixture[bytes],
 ) -> None:
     flags = ("--uv", "0.5,0.5", "--uv", "0,1", "--derivatives", "2")
-    found = run_points("saddle", *flags, capsysbinary=capsysbinary)
-    assert found["positions"] == [[0, 0, 0], [-1, 1, -1]]
-    assert found["gaussian_curvature"] == [-1, pytest.approx(-1 / 9)]
+    result = run_points("saddle", *flags, capsysbinary=capsysbinary)
+    assert result["positions"] == [[0, 0, 0], [-1, 1, -1]]
+    assert result["gaussian_curvature"] == [-1, pytest.approx(-1 / 9)]
     query = PointsQuery(np.array([[0.5, 0.5], [0.0, 1.0]]), None, 2)
-    assert found == json.loads(plan_points(find("saddle").surface(), query).run())
+    assert result == json.loads(plan_points(find("saddle").surface(), query).run())
 
 
 def test_flags_replace_fields_of_the_file(
@@ -38,8 +38,8 @@ def test_flags_replace_fields_of_the_file(
     file = tmp_path / "request.json"
     file.write_text(json.dumps({"surface": SADDLE, "uv": [[0, 0]], "derivatives": 0}), "utf-8")
     assert run_points(str(file), capsysbinary=capsysbinary) == {"positions": [[-1, -1, 1]]}
-    found = run_points(str(file), "--uv", "1,1", capsysbinary=capsysbinary)
-    assert found == {"positions": [[1, 1, 1]]}
+    result = run_points(str(file), "--uv", "1,1", capsysbinary=capsysbinary)
+    assert result == {"positions": [[1, 1, 1]]}
 
 
 def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[bytes]) -> None:

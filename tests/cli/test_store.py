@@ -34,10 +34,10 @@ def test_urls_are_printed_and_respond(
     np.save(files, NET.astype(np.float32))
     for arguments in ([net], [net], [str(files), "--name", "sail"]):
         assert main(["store", *arguments, "--url", server]) == 0
-        found = printed(capsys)
-        assert found["id"] == ID
-        assert found["self"] == f"{server}/v1/surfaces/{ID}"
-        assert httpx.get(found["self"]).json()["surface"]["control_net"] == NET.tolist()
+        result = printed(capsys)
+        assert result["id"] == ID
+        assert result["self"] == f"{server}/v1/surfaces/{ID}"
+        assert httpx.get(result["self"]).json()["surface"]["control_net"] == NET.tolist()
 
 
 @pytest.mark.parametrize(

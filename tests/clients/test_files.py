@@ -28,8 +28,8 @@ def test_an_array_becomes_a_mesh(server: str, tmp_path: Path) -> None:
     np.save(tmp_path / "net.npy", net)
     url = f"{server}/v1/mesh?type=bspline&format=glb&resolution=1"
     surface = BsplineSurface(net, (3, 3), ("clamped", "clamped"))
-    wanted = render(surface, MeshOptions((1, 1)), BY_NAME["glb"])
-    assert posted(url, tmp_path / "net.npy", "application/x-npy") == wanted
+    expected = render(surface, MeshOptions((1, 1)), BY_NAME["glb"])
+    assert posted(url, tmp_path / "net.npy", "application/x-npy") == expected
 
 
 @pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkB.bez"])

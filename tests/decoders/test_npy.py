@@ -68,9 +68,9 @@ def put_together(tree: Mapping[str, Any]) -> NDArray[Any]:
 def test_saved_arrays_come_back_bit_for_bit(array: NDArray[Any], version: tuple[int, int]) -> None:
     tree = decode(saved(array, version), None, MOST)
     assert tree["type"] == ("bezier" if array.ndim == 3 else "patches")
-    found = put_together(tree)
-    assert (found.dtype.itemsize, found.shape) == (array.dtype.itemsize, array.shape)
-    assert found.astype(array.dtype).tobytes() == array.tobytes()
+    result = put_together(tree)
+    assert (result.dtype.itemsize, result.shape) == (array.dtype.itemsize, array.shape)
+    assert result.astype(array.dtype).tobytes() == array.tobytes()
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -118,20 +118,20 @@ def damaged(draw: st.DrawFn) -> bytes:
 
 @given(damaged())
 def test_damaged_files_are_refused_or_read_as_numpy_does_with_little_memory(content: bytes) -> None:
-    found = None
+    result = None
     tracemalloc.start()
     try:
         with suppress(SurfaceError):
-            found = put_together(decode(content, None, MOST))
+            result = put_together(decode(content, None, MOST))
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
     assert peak < 1 << 18
-    if found is not None:
-        assert found.nbytes <= len(content)
+    if result is not None:
+        assert result.nbytes <= len(content)
         with np.errstate(all="ignore"):
             expected = np.load(io.BytesIO(content), allow_pickle=False)
-        assert found.tobytes() == expected.tobytes()
+        assert result.tobytes() == expected.tobytes()
 
 
 def test_every_truncation_is_refused() -> None:

@@ -10,10 +10,10 @@ from service.errors import SurfaceError
 
 
 def read(text: bytes, most: int = 10**6) -> list[float]:
-    found: list[float] = read_numbers(
+    result: list[float] = read_numbers(
         text, 0, len(text), most, lambda: too_many("more", most)
     ).tolist()
-    return found
+    return result
 
 
 @pytest.mark.parametrize("piece", [1, 2, 7, 64, 1 << 16])

@@ -30,7 +30,7 @@ MOST = 1_000_000
 GEOMVIEW = Path("/usr/share/geomview/geom")
 
 
-def written(surface: Surface, *overlays: Any) -> bytes:
+def encode_exact(surface: Surface, *overlays: Any) -> bytes:
     """The exact patches of a surface as OOGL."""
     options = MeshOptions(overlays=overlays)
     return render(surface, options, BY_NAME["oogl"], EncodeOptions("bez"))
@@ -50,7 +50,7 @@ def batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | No
     return tree["vertices"][grids], None if weights is None else weights[grids]
 
 
-def lowered(name: str) -> PatchModel:
+def lower_example(name: str) -> PatchModel:
     model = find(name).surface().lower()
     assert isinstance(model, PatchModel)
     return model
@@ -58,8 +58,8 @@ def lowered(name: str) -> PatchModel:
 
 @pytest.mark.parametrize("name", ["utah-teapot", "bourke-1111", "saddle", "tveit"])
 def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
-    points, weights = batch(written(find(name).surface()))
-    (expected,) = lowered(name).batches
+    points, weights = batch(encode_exact(find(name).surface()))
+    (expected,) = lower_example(name).batches
     assert expected.weights is None
     assert weights is None
     np.testing.assert_array_equal(points, expected.points)
@@ -67,8 +67,8 @@ def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "cylinder"])
 def test_rational_patches_come_back_within_a_rounding(name: str) -> None:
-    points, weights = batch(written(find(name).surface(), "control_net", "boundary"))
-    (expected,) = lowered(name).batches
+    points, weights = batch(encode_exact(find(name).surface(), "control_net", "boundary"))
+    (expected,) = lower_example(name).batches
     np.testing.assert_array_equal(weights, expected.weights)
     np.testing.assert_allclose(points, expected.points, rtol=1e-15, atol=0)
 
@@ -89,10 +89,10 @@ def test_corners_carry_colours_and_texture_coordinates() -> None:
 
 
 def test_colours_of_ours_come_back_at_the_corners() -> None:
-    content = written(find("bourke-1111-colors").surface())
+    content = encode_exact(find("bourke-1111-colors").surface())
     assert b"CBEZ" in content
     tree = decode(content, None, MOST)
-    again = written(validate_document(MeshRequest, {"surface": tree}).to_surface())
+    again = encode_exact(validate_document(MeshRequest, {"surface": tree}).to_surface())
     assert again == content
 
 

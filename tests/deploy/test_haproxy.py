@@ -14,8 +14,8 @@ DEFAULTS = Settings()
 
 def seconds(name: str) -> float:
     """One of HAProxy's times."""
-    (found,) = re.findall(rf"\b{name} (\d+)(ms|s)\b", TEXT)
-    return int(found[0]) / (1000 if found[1] == "ms" else 1)
+    (result,) = re.findall(rf"\b{name} (\d+)(ms|s)\b", TEXT)
+    return int(result[0]) / (1000 if result[1] == "ms" else 1)
 
 
 def number(name: str) -> int:

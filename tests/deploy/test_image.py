@@ -14,8 +14,8 @@ def test_image_keeps_surfaces_where_its_user_may_write() -> None:
     (folder,) = (line.split()[1] for line in lines if line.startswith("VOLUME"))
     assert f"USER {USER}:{USER}" in lines
     assert f"SURFACE_STORE={folder}" in dockerfile
-    (made,) = (line for line in lines if line.startswith("RUN install"))
-    assert {f"--owner={USER}", f"--group={USER}", folder} <= set(made.split())
+    (built,) = (line for line in lines if line.startswith("RUN install"))
+    assert {f"--owner={USER}", f"--group={USER}", folder} <= set(built.split())
     compose = load(DEPLOY / "compose.yaml")
     assert compose["services"]["surface"]["volumes"] == [f"surfaces:{folder}"]
     assert "surfaces" in compose["volumes"]

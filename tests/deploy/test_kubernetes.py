@@ -27,7 +27,7 @@ overlays = pytest.mark.parametrize("overlay", OVERLAYS)
 
 
 @cache
-def built(overlay: str) -> dict[tuple[str, str], Manifest]:
+def build_overlay(overlay: str) -> dict[tuple[str, str], Manifest]:
     """The manifests of an overlay, by kind and name, after validation."""
     text = run(program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
     manifests = list(yaml.safe_load_all(text))
@@ -40,17 +40,17 @@ def built(overlay: str) -> dict[tuple[str, str], Manifest]:
 
 
 def of_kind(overlay: str, kind: str) -> list[Manifest]:
-    return [each for (kind_of, _), each in built(overlay).items() if kind_of == kind]
+    return [each for (kind_of, _), each in build_overlay(overlay).items() if kind_of == kind]
 
 
-def the(overlay: str, kind: str) -> Manifest:
+def find_only(overlay: str, kind: str) -> Manifest:
     """The only one of its kind."""
     (only,) = of_kind(overlay, kind)
     return only
 
 
 def pod_of(overlay: str) -> Any:
-    return the(overlay, "Deployment")["spec"]["template"]["spec"]
+    return find_only(overlay, "Deployment")["spec"]["template"]["spec"]
 
 
 def container_of(overlay: str) -> Any:
@@ -60,7 +60,7 @@ def container_of(overlay: str) -> Any:
 
 def settings_in(overlay: str) -> Settings:
     """The service's settings from the variables of the pod."""
-    config = the(overlay, "ConfigMap")
+    config = find_only(overlay, "ConfigMap")
     reference = {"configMapRef": {"name": config["metadata"]["name"]}}
     assert reference in container_of(overlay)["envFrom"]
     return settings_of(config["data"])
@@ -68,9 +68,9 @@ def settings_in(overlay: str) -> Settings:
 
 @overlays
 def test_all_objects_are_in_one_namespace_of_restricted_pods(overlay: str) -> None:
-    namespace = the(overlay, "Namespace")
+    namespace = find_only(overlay, "Namespace")
     assert namespace["metadata"]["labels"]["pod-security.kubernetes.io/enforce"] == "restricted"
-    for (kind, _), each in built(overlay).items():
+    for (kind, _), each in build_overlay(overlay).items():
         if kind != "Namespace":
             assert each["metadata"]["namespace"] == namespace["metadata"]["name"]
 
@@ -83,7 +83,7 @@ def test_image_is_of_this_version(overlay: str) -> None:
 @overlays
 def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
     pod = pod_of(overlay)
-    account = the(overlay, "ServiceAccount")
+    account = find_only(overlay, "ServiceAccount")
     assert pod["serviceAccountName"] == account["metadata"]["name"]
     assert account["automountServiceAccountToken"] is False
     assert pod["automountServiceAccountToken"] is False
@@ -111,10 +111,12 @@ def test_limits_leave_room_for_the_settings(overlay: str) -> None:
 
 @overlays
 def test_service_finds_the_pods(overlay: str) -> None:
-    template = the(overlay, "Deployment")["spec"]["template"]
-    service = the(overlay, "Service")["spec"]
+    template = find_only(overlay, "Deployment")["spec"]["template"]
+    service = find_only(overlay, "Service")["spec"]
     assert service["selector"].items() <= template["metadata"]["labels"].items()
-    assert the(overlay, "Deployment")["spec"]["selector"]["matchLabels"] == service["selector"]
+    assert (
+        find_only(overlay, "Deployment")["spec"]["selector"]["matchLabels"] == service["selector"]
+    )
     ports = {each["name"]: each["containerPort"] for each in container_of(overlay)["ports"]}
     assert {port["targetPort"] for port in service["ports"]} <= ports.keys()
     assert ports["http"] == settings_in(overlay).port
@@ -140,7 +142,7 @@ def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
     }
     nothing = policies.pop("nothing")
     assert nothing == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
-    labels = the(overlay, "Service")["spec"]["selector"]
+    labels = find_only(overlay, "Service")["spec"]["selector"]
     for spec in policies.values():
         assert spec["podSelector"]["matchLabels"] == labels
         for rule in spec.get("ingress", []):
@@ -158,9 +160,9 @@ def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
 
 def test_a_volume_has_one_replica() -> None:
     """Two replicas would not see each other's surfaces, or could not both mount the volume."""
-    claim = the("local", "PersistentVolumeClaim")
+    claim = find_only("local", "PersistentVolumeClaim")
     assert claim["spec"]["accessModes"] == ["ReadWriteOnce"]
-    deployment = the("local", "Deployment")["spec"]
+    deployment = find_only("local", "Deployment")["spec"]
     assert deployment["replicas"] == 1
     assert deployment["strategy"] == {"type": "Recreate"}
     (volume,) = pod_of("local")["volumes"]
@@ -173,14 +175,14 @@ def test_a_volume_has_one_replica() -> None:
 
 
 def test_in_production_replicas_share_a_bucket_and_one_may_go() -> None:
-    deployment = the("production", "Deployment")
-    scaling = the("production", "HorizontalPodAutoscaler")["spec"]
+    deployment = find_only("production", "Deployment")
+    scaling = find_only("production", "HorizontalPodAutoscaler")["spec"]
     assert "replicas" not in deployment["spec"], "the autoscaler says how many"
     target = scaling["scaleTargetRef"]
     assert (target["kind"], target["name"]) == ("Deployment", deployment["metadata"]["name"])
     assert scaling["minReplicas"] >= 2
     assert deployment["spec"]["strategy"]["rollingUpdate"] == {"maxUnavailable": 0, "maxSurge": 1}
-    budget = the("production", "PodDisruptionBudget")["spec"]
+    budget = find_only("production", "PodDisruptionBudget")["spec"]
     assert budget["maxUnavailable"] < scaling["minReplicas"]
     assert budget["selector"] == deployment["spec"]["selector"]
     settings = settings_in("production")
@@ -203,7 +205,7 @@ def test_in_production_keys_are_a_file_that_may_change() -> None:
 
 
 def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
-    ingress = the("production", "Ingress")["spec"]
+    ingress = find_only("production", "Ingress")["spec"]
     (rule,) = ingress["rules"]
     assert ingress["tls"][0]["hosts"] == [rule["host"]]
     paths = rule["http"]["paths"]
@@ -218,14 +220,14 @@ def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
     inside = {"/health/live", "/health/ready", "/metrics"}
     assert {path for path in routes | inside if path and not reached(path)} == inside
-    annotations = the("production", "Ingress")["metadata"]["annotations"]
+    annotations = find_only("production", "Ingress")["metadata"]["annotations"]
     seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
     assert seconds > settings_in("production").request_timeout
 
 
 def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:
-    service = the("monitored", "Service")
-    monitor = the("monitored", "ServiceMonitor")["spec"]
+    service = find_only("monitored", "Service")
+    monitor = find_only("monitored", "ServiceMonitor")["spec"]
     assert monitor["selector"]["matchLabels"].items() <= service["metadata"]["labels"].items()
     assert service["metadata"]["labels"][monitor["jobLabel"]] == "surface-service"
     (endpoint,) = monitor["endpoints"]
@@ -235,4 +237,4 @@ def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:
 
 def test_alerts_are_those_of_prometheus() -> None:
     alerts = load(DEPLOY / "prometheus" / "alerts.yaml")
-    assert the("monitored", "PrometheusRule")["spec"] == alerts
+    assert find_only("monitored", "PrometheusRule")["spec"] == alerts

@@ -110,8 +110,8 @@ def scraped() -> set[str]:
     """Names of all samples of an application, also of families that have no samples yet."""
     with client_of(create_app(Settings())) as client:
         client.get("/v1/surfaces/saddle/mesh.glb?resolution=2")
-        found = client.get("/metrics").text
-    return {name for family in families(found) for name in _names(family.name, family.type)}
+        result = client.get("/metrics").text
+    return {name for family in families(result) for name in _names(family.name, family.type)}
 
 
 def _names(name: str, kind: str) -> Iterator[str]:
@@ -160,8 +160,8 @@ def test_prometheus_parses_the_numbers(promtool: str) -> None:
     with client_of(create_app(Settings())) as client:
         for url in ("/v1/surfaces/saddle/mesh.glb", "/v1/surfaces/saddle/mesh.glb", "/nowhere"):
             client.get(url)
-        found = client.get("/metrics").text
-    run(promtool, "check", "metrics", stdin=found)
+        result = client.get("/metrics").text
+    run(promtool, "check", "metrics", stdin=result)
 
 
 def test_each_alert_fires_when_it_should_and_no_other(promtool: str, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ LINES = [line.partition("=") for line in UNIT.read_text(encoding="utf-8").splitl
 SETTINGS = settings_of(variables(DEPLOY / "systemd" / "surface.env.example"))
 
 
-def the(name: str) -> str:
+def read_value(name: str) -> str:
     (value,) = (value for key, _, value in LINES if key == name)
     return value
 
@@ -36,16 +36,16 @@ def test_systemd_accepts_the_unit(unit: Path) -> None:
 
 def test_it_is_confined(unit: Path) -> None:
     """systemd's own rating is from 0, confined, to 10, exposed."""
-    told = run(program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit)
-    (mark,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", told)
+    reported = run(program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit)
+    (mark,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", reported)
     assert float(mark) <= 1.5
 
 
 def test_limits_leave_room_for_the_settings() -> None:
-    assert the("MemoryMax") == "1G"
-    check_limits(SETTINGS, 1 << 30, int(the("TimeoutStopSec")))
-    assert SETTINGS.max_connections < int(the("LimitNOFILE"))
+    assert read_value("MemoryMax") == "1G"
+    check_limits(SETTINGS, 1 << 30, int(read_value("TimeoutStopSec")))
+    assert SETTINGS.max_connections < int(read_value("LimitNOFILE"))
 
 
 def test_it_stores_where_it_may_write() -> None:
-    assert f"SURFACE_STORE=%S/{the('StateDirectory')} " in the("Environment")
+    assert f"SURFACE_STORE=%S/{read_value('StateDirectory')} " in read_value("Environment")

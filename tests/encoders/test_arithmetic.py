@@ -15,7 +15,7 @@ OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1
 PROGRAM = "from service.encoders.arithmetic import arithmetic; print(arithmetic())"
 
 
-def told(core: str) -> str:
+def name_with_core(core: str) -> str:
     """The name in a process whose BLAS computes as for another processor."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": core}
     return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
@@ -25,4 +25,4 @@ def test_another_processor_is_another_arithmetic() -> None:
     if not any(library["internal_api"] == "openblas" for library in threadpool_info()):
         pytest.skip("only OpenBLAS can compute as for another processor")
     one, other = OLD_CORES[platform.machine()]
-    assert told(one) != told(other)
+    assert name_with_core(one) != name_with_core(other)

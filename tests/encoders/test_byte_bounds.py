@@ -35,25 +35,25 @@ COMPACT: list[dict[str, Any]] = [
 AWKWARD = -1.2345678901234567e-305
 """A float64 with the largest number of characters."""
 
-each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
+each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 
 
-def written(
-    known: Format, mesh: Mesh, compact: Sequence[dict[str, Any]] = COMPACT
+def measure_forms(
+    fmt: Format, mesh: Mesh, compact: Sequence[dict[str, Any]] = COMPACT
 ) -> list[tuple[int, int]]:
     """Bytes of the mesh, and their predicted bound, in every form of a format that can hold it.
 
     How well a `compact` form compresses is not predicted.
     """
     sizes = []
-    choices = [EncodeOptions(form) for form in (FORMS if known.name == "oogl" else [None])]
-    choices += [replace(choices[0], **choice) for choice in compact if known.compact]
+    choices = [EncodeOptions(form) for form in (FORMS if fmt.name == "oogl" else [None])]
+    choices += [replace(choices[0], **choice) for choice in compact if fmt.compact]
     for options in choices:
         try:
-            length = len(known.encode(on_grid(mesh) if options.quantize else mesh, options))
+            length = len(fmt.encode(on_grid(mesh) if options.quantize else mesh, options))
         except UnsupportedByFormat:
             continue
-        sizes.append((length, known.byte_bound(size_of(mesh), options)))
+        sizes.append((length, fmt.byte_bound(size_of(mesh), options)))
     return sizes
 
 
@@ -65,7 +65,7 @@ def on_grid(mesh: Mesh) -> Mesh:
 @each_format
 @settings(max_examples=12)
 @given(data=st.data())
-def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None:
+def test_never_longer_than_the_bound(fmt: Format, data: st.DataObject) -> None:
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
     mesh = silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
     mesh = with_overlays(mesh) if data.draw(st.booleans()) else mesh
@@ -76,13 +76,13 @@ def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None
         )
     )
     mesh = replace(mesh, name=data.draw(st.text(max_size=20)), positions=positions)
-    for length, bound in written(known, mesh):
+    for length, bound in measure_forms(fmt, mesh):
         assert length <= bound
 
 
 @each_format
 @pytest.mark.parametrize("patches", ["one", "many"])
-def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
+def test_the_worst_numbers_fit(fmt: Format, patches: str) -> None:
     mesh = sheet(20) if patches == "one" else silo(3, 1)
     awful = np.full_like(mesh.positions, AWKWARD)
     awful_normals = np.full_like(mesh.positions, -1.1754944e-38).astype(np.float32)
@@ -104,27 +104,27 @@ def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
         for d in (1, 2, 3, 4, 5, 16)
     )
     colors = np.full((len(awful), 4), 1.1754944e-38)
-    for length, bound in written(known, mesh):
+    for length, bound in measure_forms(fmt, mesh):
         assert length <= bound
     mesh = replace(mesh, colors=colors, attributes=attributes)
-    for length, bound in written(known, mesh):
+    for length, bound in measure_forms(fmt, mesh):
         assert length <= bound
 
 
 @each_format
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
-def test_the_bound_is_not_far_above_the_size(known: Format, faces: Faces) -> None:
+def test_the_bound_is_not_far_above_the_size(fmt: Format, faces: Faces) -> None:
     mesh = silo(48, 16, faces)
     assert mesh.normals is not None
     turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     turned = replace(mesh, positions=mesh.positions @ turn, normals=mesh.normals @ turn)
-    for made in (turned, carrying(turned)):
+    for built in (turned, carrying(turned)):
         kept = replace(
-            made,
-            colors=made.colors if "colors" in known.carries else None,
-            attributes=made.attributes if "attribute" in known.carries else (),
+            built,
+            colors=built.colors if "colors" in fmt.carries else None,
+            attributes=built.attributes if "attribute" in fmt.carries else (),
         )
-        for length, bound in written(known, single(kept) if known.single else kept, ()):
+        for length, bound in measure_forms(fmt, single(kept) if fmt.single else kept, ()):
             assert length <= bound <= 3 * length
 
 

@@ -91,9 +91,9 @@ def check_triangles(form: str, name: str) -> None:
     loaded: list[trimesh.Trimesh] = list(scene.geometry.values())
     mesh = build_mesh(form, fmt)
     corners = (mesh.positions + mesh.origin)[mesh.triangles]
-    found = np.concatenate([own.triangles for own in loaded])
-    assert found.shape == corners.shape
-    np.testing.assert_allclose(found, corners, rtol=0, atol=1e-5 if fmt.single else 0)
+    result = np.concatenate([own.triangles for own in loaded])
+    assert result.shape == corners.shape
+    np.testing.assert_allclose(result, corners, rtol=0, atol=1e-5 if fmt.single else 0)
     for own in loaded:
         if isinstance(own.visual, TextureVisuals):
             assert mesh.uvs is not None

@@ -34,12 +34,12 @@ def test_a_position_of_two_colors_has_two_lines() -> None:
     mesh = silo(5, 2)
     either = np.random.default_rng(2).integers(0, 2, (len(mesh.positions), 3)).astype(np.float64)
     mesh = replace(mesh, colors=either)
-    found = records(mesh)
-    v = numbers(found, "v")
+    result = records(mesh)
+    v = numbers(result, "v")
     assert mesh.report.vertices > len(np.unique(v[:, :3], axis=0))
     assert len(np.unique(v, axis=0)) == len(v) > len(np.unique(v[:, :3], axis=0))
     assert mesh.colors is not None
-    for face, vertices in zip(corners(found), mesh.triangles.tolist(), strict=True):
+    for face, vertices in zip(corners(result), mesh.triangles.tolist(), strict=True):
         for (a, *_), vertex in zip(face, vertices, strict=True):
             np.testing.assert_array_equal(v[a], [*mesh.positions[vertex], *mesh.colors[vertex]])
 
@@ -52,10 +52,10 @@ def test_corners_name_existing_elements_only(uvs: bool, normals: bool, corner: s
     mesh = silo()
     mesh = mesh if uvs else replace(mesh, uvs=None)
     mesh = mesh if normals else replace(mesh, normals=None)
-    found = records(mesh)
-    first = next(words for words in found if words[0] == "f")
+    result = records(mesh)
+    first = next(words for words in result if words[0] == "f")
     assert first[1] == corner
-    kinds = {words[0] for words in found}
+    kinds = {words[0] for words in result}
     assert ("vt" in kinds, "vn" in kinds) == (uvs, normals)
 
 

@@ -53,10 +53,10 @@ def test_a_vertex_is_position_normal_color_texture(
     assert mesh.uvs is not None
     assert mesh.colors is not None
     content = encode(mesh, form)
-    found = lines(content)
-    assert found[1].startswith(f"{{ = {prefix}{form.upper()} ")
+    result = lines(content)
+    assert result[1].startswith(f"{{ = {prefix}{form.upper()} ")
     order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
-    for line, k in zip(found[2:18], order.tolist(), strict=True):
+    for line, k in zip(result[2:18], order.tolist(), strict=True):
         color = [*mesh.colors[k].tolist(), 1.0]
         expected = [*mesh.positions[k], *mesh.normals[k], *color, *mesh.uvs[k], *tail]
         np.testing.assert_allclose([float(x) for x in line.split()], expected, rtol=1e-7)

@@ -88,8 +88,8 @@ def test_corners_have_their_colors(tmp_path: Path) -> None:
             for u, v in pairs
         ]
     )
-    found = np.hstack([read.vertices, read.colors])
-    distance = np.abs(expected[:, None] - found).max(axis=-1)
+    result = np.hstack([read.vertices, read.colors])
+    distance = np.abs(expected[:, None] - result).max(axis=-1)
     assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
 
 

@@ -18,47 +18,47 @@ from service.surface.batches import ChannelKind
 from service.surface.examples import find
 from tests.meshes import carrying, silo, with_overlays, without_faces
 
-each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
+each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 
 
 def test_every_module_that_writes_a_format_is_in_the_registry() -> None:
-    bounds = {known.byte_bound for known in FORMATS}
-    for found in iter_modules(service.encoders.__path__, "service.encoders."):
-        module = import_module(found.name)
+    bounds = {fmt.byte_bound for fmt in FORMATS}
+    for result in iter_modules(service.encoders.__path__, "service.encoders."):
+        module = import_module(result.name)
         bound = getattr(module, "byte_bound", None)
         if bound and "size" in signature(bound).parameters:
-            assert bound in bounds, f"service/encoders/registry.py lacks {found.name}"
+            assert bound in bounds, f"service/encoders/registry.py lacks {result.name}"
 
 
 def test_media_types_differ_and_have_no_parameters() -> None:
-    media_types = [known.media_type for known in FORMATS]
+    media_types = [fmt.media_type for fmt in FORMATS]
     assert len(set(media_types)) == len(media_types)
     assert not any(";" in media_type for media_type in media_types)
 
 
 @each_format
-def test_quads_are_written_or_refused(known: Format) -> None:
+def test_quads_are_written_or_refused(fmt: Format) -> None:
     mesh = silo(faces="quads")
-    if known.quads:
-        assert known.encode(mesh, EncodeOptions())
+    if fmt.quads:
+        assert fmt.encode(mesh, EncodeOptions())
         return
     with pytest.raises(UnsupportedByFormat) as refused:
-        known.encode(mesh, EncodeOptions())
+        fmt.encode(mesh, EncodeOptions())
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer) == ("unsupported_by_format", "/faces")
 
 
 @each_format
-def test_overlays_are_written_by_the_formats_that_state_them(known: Format) -> None:
+def test_overlays_are_written_by_the_formats_that_state_them(fmt: Format) -> None:
     bare, decorated = silo(), with_overlays(silo())
-    differ = known.encode(bare, EncodeOptions()) != known.encode(decorated, EncodeOptions())
-    assert differ == known.overlays
+    differ = fmt.encode(bare, EncodeOptions()) != fmt.encode(decorated, EncodeOptions())
+    assert differ == fmt.overlays
 
 
 @each_format
 @pytest.mark.parametrize("kind", ["colors", "uvs", "attribute"])
 def test_channels_are_written_by_the_formats_that_state_them(
-    known: Format, kind: ChannelKind
+    fmt: Format, kind: ChannelKind
 ) -> None:
     """The form of OOGL that can store most channels."""
     options = EncodeOptions("off")
@@ -68,12 +68,12 @@ def test_channels_are_written_by_the_formats_that_state_them(
         "uvs": replace(full, uvs=None),
         "attribute": replace(full, attributes=()),
     }
-    differ = known.encode(full, options) != known.encode(lacking[kind], options)
-    assert differ == (kind in known.carries)
+    differ = fmt.encode(full, options) != fmt.encode(lacking[kind], options)
+    assert differ == (kind in fmt.carries)
 
 
 @each_format
-def test_strided_arrays_are_accepted(known: Format) -> None:
+def test_strided_arrays_are_accepted(fmt: Format) -> None:
     mesh = silo()
     assert mesh.normals is not None
     assert mesh.uvs is not None
@@ -86,26 +86,26 @@ def test_strided_arrays_are_accepted(known: Format) -> None:
         triangles=mesh.triangles.repeat(2, axis=0)[::2],
         welds=mesh.welds.repeat(2)[::2],
     )
-    assert known.encode(strided, EncodeOptions()) == known.encode(mesh, EncodeOptions())
+    assert fmt.encode(strided, EncodeOptions()) == fmt.encode(mesh, EncodeOptions())
 
 
-@pytest.mark.parametrize("known", [f for f in FORMATS if f.name != "oogl"], ids=lambda f: f.name)
-def test_a_mesh_without_faces_is_still_a_file(known: Format) -> None:
-    assert known.encode(without_faces(silo()), EncodeOptions())
+@pytest.mark.parametrize("fmt", [f for f in FORMATS if f.name != "oogl"], ids=lambda f: f.name)
+def test_a_mesh_without_faces_is_still_a_file(fmt: Format) -> None:
+    assert fmt.encode(without_faces(silo()), EncodeOptions())
 
 
 def test_memory_is_free_at_once() -> None:
     """Arrays in a cycle would wait for the garbage collector, which may not come for minutes."""
     surface, options = find("saddle").surface(), MeshOptions(resolution=(4, 4))
-    for known in FORMATS:
-        render(surface, options, known)  # fills caches that stay
+    for fmt in FORMATS:
+        render(surface, options, fmt)  # fills caches that stay
     gc.collect()
     gc.disable()
     gc.freeze()  # older objects need not be examined
     try:
-        for known in FORMATS:
-            render(surface, options, known)
-            assert gc.collect() == 0, known.name
+        for fmt in FORMATS:
+            render(surface, options, fmt)
+            assert gc.collect() == 0, fmt.name
     finally:
         gc.unfreeze()
         gc.enable()

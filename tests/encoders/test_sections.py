@@ -44,11 +44,11 @@ def test_byte_bounds(teapot: Sections) -> None:
 
 def test_json(teapot: Sections) -> None:
     document = json.loads(encoded(teapot, "json"))
-    for found, section in zip(document["sections"], teapot.sections, strict=True):
-        assert [line["closed"] for line in found["polylines"]] == [
+    for result, section in zip(document["sections"], teapot.sections, strict=True):
+        assert [line["closed"] for line in result["polylines"]] == [
             line.closed for line in section.polylines
         ]
-        for line, polyline in zip(found["polylines"], section.polylines, strict=True):
+        for line, polyline in zip(result["polylines"], section.polylines, strict=True):
             assert np.array_equal(line["points"], polyline.points)
             assert (line["points"][0] == line["points"][-1]) == polyline.closed
     assert document["report"]["points"] == teapot.point_count
@@ -87,8 +87,8 @@ def test_glb_has_a_strip_for_each_polyline(teapot: Sections) -> None:
     content = read_glb(encoded(teapot, "glb"))
     strips = [p for mesh in content.document["meshes"] for p in mesh["primitives"]]
     points = [content.array(p["attributes"]["POSITION"]).astype(float) for p in strips]
-    found = [np.linalg.norm(np.diff(each, axis=0), axis=1).sum() for each in points]
-    assert found == pytest.approx(lengths(teapot), rel=1e-6)
+    result = [np.linalg.norm(np.diff(each, axis=0), axis=1).sum() for each in points]
+    assert result == pytest.approx(lengths(teapot), rel=1e-6)
     assert {p["mode"] for p in strips} == {3}
     assert len(content.document["nodes"]) == 4
 
@@ -98,8 +98,8 @@ def test_obj_lines_return_to_their_beginning(teapot: Sections) -> None:
     assert [word[1] for word in words if word[0] == "o"] == [f"utah-teapot-{k}" for k in range(3)]
     points = np.array([word[1:] for word in words if word[0] == "v"], float)
     lines = [np.array(word[1:], int) - 1 for word in words if word[0] == "l"]
-    found = [np.linalg.norm(np.diff(points[line], axis=0), axis=1).sum() for line in lines]
-    assert found == pytest.approx(lengths(teapot), rel=1e-12)
+    result = [np.linalg.norm(np.diff(points[line], axis=0), axis=1).sum() for line in lines]
+    assert result == pytest.approx(lengths(teapot), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["glb", "gltf"])

@@ -102,8 +102,8 @@ def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
         (s,), rows = knots.evaluate_basis(vector, 2, [u])
         (t,), columns = knots.evaluate_basis(knots.uniform_knots(5, 3), 3, [v])
         window = surface.control_net[s - 2 : s + 1, t - 3 : t + 1]
-        wanted = np.einsum("i,j,ijd->d", rows[0], columns[0], window)
-        np.testing.assert_allclose(place, wanted, atol=1e-13)
+        expected = np.einsum("i,j,ijd->d", rows[0], columns[0], window)
+        np.testing.assert_allclose(place, expected, atol=1e-13)
 
 
 def test_on_a_seam_uvs_keep_both_ends() -> None:

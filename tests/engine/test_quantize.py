@@ -29,7 +29,7 @@ def square(x: float = 0.0, size: float = 1.0) -> BezierSurface:
     return BezierSurface(SQUARE * size + [x, 0, 0])
 
 
-def placed(*surfaces: BezierSurface, matrix: Array | None = None) -> GroupModel:
+def build_group(*surfaces: BezierSurface, matrix: Array | None = None) -> GroupModel:
     members = [Member(s, name=str(k), matrix=matrix) for k, s in enumerate(surfaces)]
     model = GroupSurface(tuple(members)).lower()
     assert isinstance(model, GroupModel)
@@ -49,11 +49,11 @@ def test_every_example_with_all_that_can_be_drawn_fits_its_grid(example: str) ->
     model = find(example).surface().lower()
     options = replace(EVERYTHING, isocurves=(0, 0)) if is_swept(example) else EVERYTHING
     if isinstance(model, GroupModel):
-        made: Mesh | Scene = build_scene(model, options, single=True)
+        built: Mesh | Scene = build_scene(model, options, single=True)
         steps = find_grid_steps(model, options)
     else:
-        made, steps = build(model, options, single=True), find_grid_steps(model, options)
-    on = quantize(made, model, options)
+        built, steps = build(model, options, single=True), find_grid_steps(model, options)
+    on = quantize(built, model, options)
     for mesh, step in zip([on] if isinstance(on, Mesh) else on.meshes, steps, strict=True):
         assert mesh.step == step
         on_a_grid(mesh)
@@ -103,12 +103,12 @@ def test_models_that_meet_have_one_grid_step() -> None:
     small, large, far = square(), square(1.0, 40.0), square(100.0)
     alone = [find_grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
     assert alone[0] == alone[2] < alone[1]
-    assert find_grid_steps(placed(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
+    assert find_grid_steps(build_group(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
     # A member in front of a part of the large one does not share an edge with it.
     before = square(20.0)
-    assert find_grid_steps(placed(before, large), COARSE) == (alone[0], alone[1])
+    assert find_grid_steps(build_group(before, large), COARSE) == (alone[0], alone[1])
     # A chain of neighbours: each meets the next.
-    chain = find_grid_steps(placed(small, large, square(41.0)), COARSE)
+    chain = find_grid_steps(build_group(small, large, square(41.0)), COARSE)
     assert chain == (alone[1],) * 3
 
 
@@ -135,7 +135,7 @@ def test_neighbours_of_a_group_still_meet_bit_for_bit() -> None:
     left = rng.uniform(-1, 1, (4, 4, 3))
     right = rng.uniform(-1, 1, (4, 4, 3)) * 7
     right[0] = left[-1]
-    model = placed(BezierSurface(left), BezierSurface(right))
+    model = build_group(BezierSurface(left), BezierSurface(right))
     on = quantize(build_scene(model, COARSE, single=True), model, COARSE)
     assert isinstance(on, Scene)
     one, other = on.meshes

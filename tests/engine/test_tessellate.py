@@ -74,10 +74,10 @@ def test_teapot_has_no_cracks_by_position() -> None:
     for resolution in ((16, 16), (3, 7), (1, 1), (5, 4)):
         mesh = mesh_of("utah-teapot", weld=False, resolution=resolution)
         welded = mesh_of("utah-teapot", resolution=resolution)
-        found = topology(welded_by_position(welded.positions, welded.triangles))
-        assert found == shape_of(welded)
+        result = topology(welded_by_position(welded.positions, welded.triangles))
+        assert result == shape_of(welded)
         # At one division the two halves of the handle are one and the same sheet.
-        assert found.non_manifold == 0 or resolution == (1, 1)
+        assert result.non_manifold == 0 or resolution == (1, 1)
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
 
 
@@ -137,9 +137,9 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
         np.testing.assert_array_equal(mesh.quads, expected)
         assert len(mesh.triangles) == 0
     else:
-        found = {tuple(np.roll(t, -int(np.argmin(t)))) for t in mesh.triangles.tolist()}
+        result = {tuple(np.roll(t, -int(np.argmin(t)))) for t in mesh.triangles.tolist()}
         both = [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, d), (b, c, d))]
-        assert found == {
+        assert result == {
             tuple(np.roll(t, -int(np.argmin(t)))) for t in np.concatenate(both).tolist()
         }
         assert len(mesh.triangles) == 2 * ru * rv

@@ -29,16 +29,16 @@ def nearest(
     times the greatest gap between its samples.
     """
     each = max(200, samples // len(sheets))
-    found, gaps = [], []
+    result, gaps = [], []
     for sheet in sheets:
         places = sheet.samples(each)
         at = sheet.at(places)
         tree = cKDTree(at)
         gaps.append(float(tree.query(np.unique(at, axis=0), 2)[0][:, 1].max()))
-        found.append((places, *tree.query(points - sheet.origin, starts)))
-    best = np.min([distance[:, 0] for _, distance, _ in found], axis=0)
+        result.append((places, *tree.query(points - sheet.origin, starts)))
+    best = np.min([distance[:, 0] for _, distance, _ in result], axis=0)
     likely = best.copy()
-    for sheet, gap, (places, distance, rows) in zip(sheets, gaps, found, strict=True):
+    for sheet, gap, (places, distance, rows) in zip(sheets, gaps, result, strict=True):
         which = np.flatnonzero(distance[:, 0] <= likely + 4 * gap)
         if len(which):
             x, begin = points[which] - sheet.origin, places[rows[which]]
@@ -75,8 +75,8 @@ def _zoomed(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> A
         moved = np.take_along_axis(around, nearest_one[..., None], axis=2)[:, :, 0]
         places = np.where(better[..., None], moved, places)
         distance = np.minimum(distance, least)
-    found: Array = distance.min(axis=1)
-    return found
+    result: Array = distance.min(axis=1)
+    return result
 
 
 def least_distance(

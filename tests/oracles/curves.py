@@ -20,8 +20,8 @@ def exact_points(points: Any, weights: Any = None) -> list[Vector]:
     rows = [tuple(Fraction(float(x)) for x in point) for point in points]
     if weights is None:
         return rows
-    loads = [Fraction(float(w)) for w in weights]
-    return [(*(w * x for x in row), w) for row, w in zip(rows, loads, strict=True)]
+    point_weights = [Fraction(float(w)) for w in weights]
+    return [(*(w * x for x in row), w) for row, w in zip(rows, point_weights, strict=True)]
 
 
 def projected(value: Vector, dimension: int) -> Vector:
@@ -80,7 +80,9 @@ def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> fl
             all_, fewer = bernstein(count - 1, t), bernstein(count - 2, t)
             weight, *values = (mpmath.fdot(all_, column) for column in columns)
             slope, *firsts = (mpmath.fdot(fewer, step) for step in steps)
-            found = ((d - x / weight * slope) / weight for x, d in zip(values, firsts, strict=True))
-            return mpmath.sqrt(mpmath.fsum(found, squared=True))
+            result = (
+                (d - x / weight * slope) / weight for x, d in zip(values, firsts, strict=True)
+            )
+            return mpmath.sqrt(mpmath.fsum(result, squared=True))
 
         return float(mpmath.quad(speed, [0, *breaks, 1]))

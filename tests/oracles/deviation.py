@@ -72,10 +72,10 @@ def _from_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
     offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2), axis=-1).reshape(-1, 2)
     for _ in range(ROUNDS):
         around = sheet.inside((tops[:, np.newaxis] + offsets * reach).reshape(-1, 2))
-        found = soup.distances(sheet.at(around)).reshape(len(tops), -1)
-        best = found.argmax(axis=1)
+        result = soup.distances(sheet.at(around)).reshape(len(tops), -1)
+        best = result.argmax(axis=1)
         tops = around.reshape(len(tops), -1, 2)[np.arange(len(tops)), best]
-        heights = found[np.arange(len(tops)), best]
+        heights = result[np.arange(len(tops)), best]
         reach = reach / 4
     top = int(heights.argmax())
     return Found(
@@ -94,8 +94,8 @@ def seen_deviation(
     for sheet in sheets:
         points = sheet.at(sheet.samples(count))
         away = np.linalg.norm(points - (eye - sheet.origin), axis=1)
-        found = Soup(corners - sheet.origin).distances(points)
-        largest = max(largest, float((found / np.maximum(away, near)).max()))
+        result = Soup(corners - sheet.origin).distances(points)
+        largest = max(largest, float((result / np.maximum(away, near)).max()))
     return largest
 
 
@@ -114,8 +114,8 @@ def mesh_to_surface(
     points = np.einsum("wk,tki->twi", weights, corners).reshape(-1, 3)
     best = np.full(len(points), np.inf)
     for sheet in sheets:
-        found = _descended(sheet, *_seeds(sheet, count), points - sheet.origin, starts=1)
-        np.minimum(best, found, out=best)
+        result = _descended(sheet, *_seeds(sheet, count), points - sheet.origin, starts=1)
+        np.minimum(best, result, out=best)
     order = np.argsort(-best, kind="stable")
     many = [(sheet, *_seeds(sheet, 16 * count)) for sheet in sheets]
     largest = 0.0
@@ -124,16 +124,16 @@ def mesh_to_surface(
         if best[rows[0]] <= largest:
             break
         for sheet, places, tree in many:
-            found = _descended(sheet, places, tree, points[rows] - sheet.origin, starts=4)
-            best[rows] = np.minimum(best[rows], found)
+            result = _descended(sheet, places, tree, points[rows] - sheet.origin, starts=4)
+            best[rows] = np.minimum(best[rows], result)
         largest = max(largest, float(best[rows].max()))
     rows = np.flatnonzero(best > doubt)
     if len(rows):
         for sheet in sheets:
-            found = _descended(
+            result = _descended(
                 sheet, *_seeds(sheet, MULTITUDE), points[rows] - sheet.origin, starts=8
             )
-            best[rows] = np.minimum(best[rows], found)
+            best[rows] = np.minimum(best[rows], result)
         largest = float(best.max())
     return largest
 
@@ -193,10 +193,10 @@ def _steps(a: Array, b: Array, apart: Array) -> list[Array]:
     e, g = e * (1 + 1e-9) + 1e-300, g * (1 + 1e-9) + 1e-300
     zero = np.zeros_like(p)
     area, across = e * g - f * f, e + g - 2 * f + 1e-300
-    found = [
+    result = [
         ((g * p - f * q) / area, (e * q - f * p) / area),
         (p / e, zero),
         (zero, q / g),
         ((p - q) / across, (q - p) / across),
     ]
-    return [np.stack(step, axis=1) for step in found]
+    return [np.stack(step, axis=1) for step in result]

@@ -80,9 +80,11 @@ class Soup:
     def guess(self, points: Array) -> Array:
         """Distances (m,) that may be too large, never too small."""
         _, rows = self.tree.query(points, k=min(NEAREST, len(self.owner)))
-        found = self.owner[np.asarray(rows).reshape(len(points), -1)]
-        pairs = to_triangles(np.repeat(points, found.shape[1], axis=0), self.corners[found.ravel()])
-        nearest: Array = pairs.reshape(found.shape).min(axis=1)
+        result = self.owner[np.asarray(rows).reshape(len(points), -1)]
+        pairs = to_triangles(
+            np.repeat(points, result.shape[1], axis=0), self.corners[result.ravel()]
+        )
+        nearest: Array = pairs.reshape(result.shape).min(axis=1)
         return nearest
 
     def distances(self, points: Array) -> Array:
@@ -94,19 +96,19 @@ class Soup:
 
         Where a distance is no more than the largest, it may be a guess.
         """
-        found = self.guess(points)
-        order = np.argsort(-found, kind="stable")
+        result = self.guess(points)
+        order = np.argsort(-result, kind="stable")
         largest, done, block = 0.0, 0, 32
-        while done < len(order) and found[order[done]] > largest:
+        while done < len(order) and result[order[done]] > largest:
             rows = order[done : done + block]
-            found[rows] = self._true(points[rows], found[rows])
-            largest = max(largest, float(found[rows].max()))
+            result[rows] = self._true(points[rows], result[rows])
+            largest = max(largest, float(result[rows].max()))
             done, block = done + block, 2 * block
-        return found, largest
+        return result, largest
 
     def _true(self, points: Array, guesses: Array) -> Array:
         """The least of the distances to all triangles in balls that are within the guess."""
-        found = guesses.copy()
+        result = guesses.copy()
         for tree, triangles, radius in self.balls:
             reach = guesses * (1 + 1e-9) + radius
             near = tree.query_ball_point(points, reach, return_sorted=False)
@@ -114,8 +116,8 @@ class Soup:
             if counts.any():
                 rows = np.repeat(np.arange(len(points)), counts)
                 chosen = triangles[np.concatenate([np.array(r, dtype=np.intp) for r in near])]
-                np.minimum.at(found, rows, to_triangles(points[rows], self.corners[chosen]))
-        return found
+                np.minimum.at(result, rows, to_triangles(points[rows], self.corners[chosen]))
+        return result
 
 
 def _balls(corners: Array) -> list[tuple[cKDTree, Index, float]]:

@@ -38,10 +38,10 @@ def exact_net(points: Any, weights: Any = None) -> Net:
     net = _in_fractions(*_key(points))
     if weights is None:
         return [[*row] for row in net]
-    loads = _in_fractions(*_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis]))
+    point_weights = _in_fractions(*_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis]))
     return [
         [_homogeneous(point, w) for point, (w,) in zip(row, ws, strict=True)]
-        for row, ws in zip(net, loads, strict=True)
+        for row, ws in zip(net, point_weights, strict=True)
     ]
 
 

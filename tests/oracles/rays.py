@@ -25,7 +25,7 @@ def crossings(
     sheets: Sequence[Sheet], origins: Array, directions: Array, samples: int = 4000
 ) -> tuple[Ints, Array, Array]:
     """The rays (n,) of crossings, their t (n,), and the errors of t."""
-    found: list[tuple[Ints, Array, Array]] = [(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))]
+    result: list[tuple[Ints, Array, Array]] = [(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))]
     each = max(100, samples // len(sheets))
     for sheet in sheets:
         cells, low, high = _cells(sheet, each)
@@ -37,8 +37,8 @@ def crossings(
                 continue
             o, d = origins[rows][ray] - sheet.origin, directions[rows][ray]
             hit, t, error = _newton(sheet, cells[cell].mean(axis=1), o, d, (low, high))
-            found.append((ray[hit] + first, t, error))
-    ray, t, error = (np.concatenate(each) for each in zip(*found, strict=True))
+            result.append((ray[hit] + first, t, error))
+    ray, t, error = (np.concatenate(each) for each in zip(*result, strict=True))
     return ray, t, error
 
 

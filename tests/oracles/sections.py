@@ -15,8 +15,8 @@ HALVINGS = 50
 
 def crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count: int = 60) -> Array:
     """Points (m, 3) of all sheets in the plane, on count + 1 lines in both directions of each."""
-    found = [_of_sheet(sheet, normal, offset, count) for sheet in sheets]
-    return np.concatenate(found)
+    result = [_of_sheet(sheet, normal, offset, count) for sheet in sheets]
+    return np.concatenate(result)
 
 
 def _of_sheet(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:

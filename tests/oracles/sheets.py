@@ -261,9 +261,9 @@ def spline_basis(knots: Array, degree: int) -> Basis:
     spans = np.array([s for s in range(degree, last + 1) if knots[s] < knots[s + 1]])
 
     def values(t: Array) -> Array:
-        found = np.searchsorted(knots[spans], t, side="right") - 1
+        result = np.searchsorted(knots[spans], t, side="right") - 1
         row = np.zeros((len(t), len(knots) - 1))
-        row[np.arange(len(t)), spans[np.maximum(found, 0)]] = 1.0
+        row[np.arange(len(t)), spans[np.maximum(result, 0)]] = 1.0
         for p in range(1, degree + 1):
             n = row.shape[1] - 1
             low, high = knots[p : p + n] - knots[:n], knots[p + 1 : p + 1 + n] - knots[1 : 1 + n]
@@ -344,21 +344,21 @@ def _patch_sheets(surface: PatchSurface) -> list[Sheet]:
 
 
 def _model_sheets(model: PatchModel) -> list[Sheet]:
-    found: list[Sheet] = []
+    result: list[Sheet] = []
     for batch in model.batches:
-        loads: Sequence[Array | None] = (
+        point_weights: Sequence[Array | None] = (
             [None] * batch.count if batch.weights is None else list(batch.weights)
         )
         make = bezier_sheet if isinstance(batch, TensorPatches) else triangle_sheet
-        found += [make(net, w) for net, w in zip(batch.points, loads, strict=True)]
-    return found
+        result += [make(net, w) for net, w in zip(batch.points, point_weights, strict=True)]
+    return result
 
 
 def _homogeneous(net: Array, weights: Array | None) -> tuple[Array, Array]:
     """(wx, wy, wz, w) about the middle of the net's bounds, and that middle."""
     flat = net.reshape(-1, 3)
     origin = flat.min(axis=0) + (flat.max(axis=0) - flat.min(axis=0)) / 2
-    loads = np.ones(net.shape[:-1]) if weights is None else weights / weights.max()
-    return np.concatenate([(net - origin) * loads[..., np.newaxis], loads[..., np.newaxis]], -1), (
-        origin
-    )
+    point_weights = np.ones(net.shape[:-1]) if weights is None else weights / weights.max()
+    return np.concatenate(
+        [(net - origin) * point_weights[..., np.newaxis], point_weights[..., np.newaxis]], -1
+    ), (origin)

@@ -112,9 +112,9 @@ def test_deviation_of_a_parabola() -> None:
     sheets = [bezier_sheet(net)]
     a, b, c, d = (np.array(p, dtype=float) for p in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
     corners = np.array([[a, b, c], [a, c, d]])
-    found = surface_to_mesh(sheets, corners)
-    assert found.distance == pytest.approx(1, abs=1e-12)
-    assert found.place[0] == pytest.approx(0.5, abs=1e-6)
+    result = surface_to_mesh(sheets, corners)
+    assert result.distance == pytest.approx(1, abs=1e-12)
+    assert result.place[0] == pytest.approx(0.5, abs=1e-6)
     # The plane is nowhere further away than its middle is from the nearest point of the parabola:
     # (u, 4u(1−u)) nearest to (½, 0) solves (u − ½) + 16 u (1 − u)(1 − 2u) = 0.
     u = (1 - sqrt(1 - 1 / 8)) / 2
@@ -149,5 +149,5 @@ def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
         up = np.array([0.0, 0, 1])
         corners = [[p, q, q + up] for p, q in pairwise(rim)]
         corners += [[p, q + up, p + up] for p, q in pairwise(rim)]
-        found = surface_to_mesh(sheets, np.array(corners))
-        assert found.distance == pytest.approx(1 - cos(pi / 16), abs=1e-8)
+        result = surface_to_mesh(sheets, np.array(corners))
+        assert result.distance == pytest.approx(1 - cos(pi / 16), abs=1e-8)

@@ -56,8 +56,8 @@ def test_limit_normal_at_an_apex_depends_on_the_ruling() -> None:
     cone = [[[1, 0, 0], [0, 0, 1]], [[0, 1, 0], [0, 0, 1]]]
     side = 1 / math.sqrt(3)
     for u in (Fraction(0), Fraction(1, 2), Fraction(1)):
-        found = limits.limit_normal(cone, None, (u, Fraction(1)), (0, -1))
-        assert found == pytest.approx((side, side, side), abs=1e-15)
+        result = limits.limit_normal(cone, None, (u, Fraction(1)), (0, -1))
+        assert result == pytest.approx((side, side, side), abs=1e-15)
 
 
 def test_limit_normal_divides_twice() -> None:
@@ -68,10 +68,10 @@ def test_limit_normal_divides_twice() -> None:
 
 def test_topology_of_a_tetrahedron() -> None:
     """Closed, one piece, Euler characteristic 2, volume 1/6."""
-    found = topology(TETRAHEDRON)
-    assert (found.vertices, found.edges, found.faces, found.euler) == (4, 6, 4, 2)
-    assert found.watertight
-    assert found.components == 1
+    result = topology(TETRAHEDRON)
+    assert (result.vertices, result.edges, result.faces, result.euler) == (4, 6, 4, 2)
+    assert result.watertight
+    assert result.components == 1
     assert volume(CORNERS, np.array(TETRAHEDRON)) == pytest.approx(1 / 6)
 
 
@@ -88,9 +88,9 @@ def test_topology_of_a_cube_of_squares() -> None:
     """Polygons of any length; the vertices welded by their position."""
     corners = np.concatenate([face.reshape(4, 3) for face in cube()])
     squares = np.array([[4 * k, 4 * k + 2, 4 * k + 3, 4 * k + 1] for k in range(6)])
-    found = topology(welded_by_position(corners, squares))
-    assert found.watertight
-    assert (found.vertices, found.edges, found.faces) == (8, 12, 6)
+    result = topology(welded_by_position(corners, squares))
+    assert result.watertight
+    assert (result.vertices, result.edges, result.faces) == (8, 12, 6)
 
 
 def test_winding_agreement_has_a_sign() -> None:
@@ -115,6 +115,6 @@ def test_quadrics_at_a_known_point(
     normal: tuple[float, float, float],
 ) -> None:
     """A point on the surface, its residual zero and its normal known by hand."""
-    off, found = quadric(np.array([point]))
+    off, result = quadric(np.array([point]))
     assert off[0] == pytest.approx(0, abs=1e-15)
-    assert found[0] == pytest.approx(normal, abs=1e-15)
+    assert result[0] == pytest.approx(normal, abs=1e-15)

@@ -113,7 +113,7 @@ def normals(found: list[Jet]) -> np.ndarray:
     return np.array([unit(n) if any(n) else (math.nan,) * 3 for n in vectors])
 
 
-def turned(net: np.ndarray, symmetry: int) -> np.ndarray:
+def apply_symmetry(net: np.ndarray, symmetry: int) -> np.ndarray:
     """One of the six symmetries: rotated `symmetry % 3` times, reflected from 3 on.
 
     Axis 0 of the net holds the control points. A rotation takes corner r to s, s to t, t to r.

@@ -19,7 +19,7 @@ from service.surface.examples import EXAMPLES
 FORMAT = {fmt.name: fmt for fmt in FORMATS}
 
 
-def answered(example: str, accuracy: Accuracy, name: str = "glb") -> MeshFile:
+def render_within(example: str, accuracy: Accuracy, name: str = "glb") -> MeshFile:
     return plan_mesh(
         EXAMPLES[example].surface(), MeshOptions(accuracy=accuracy), FORMAT[name]
     ).run()
@@ -35,16 +35,16 @@ def bound_of(response: MeshFile) -> float:
     ("example", "most"), [("utah-teapot", 900), ("sphere", 300), ("tea-service", 1500)]
 )
 def test_the_mesh_keeps_to_its_triangles_and_uses_most_of_them(example: str, most: int) -> None:
-    found = answered(example, Accuracy(max_triangles=most))
-    assert found.report is not None
-    assert 0.8 * most < found.report.triangles <= most
+    result = render_within(example, Accuracy(max_triangles=most))
+    assert result.report is not None
+    assert 0.8 * most < result.report.triangles <= most
 
 
 def test_no_mesh_by_tolerance_is_nearer_with_as_many_triangles() -> None:
     most = 400
-    found = bound_of(answered("saddle", Accuracy(max_triangles=most)))
+    result = bound_of(render_within("saddle", Accuracy(max_triangles=most)))
     for factor in (0.98, 0.9, 0.7):
-        other = answered("saddle", Accuracy(tolerance=found * factor))
+        other = render_within("saddle", Accuracy(tolerance=result * factor))
         assert other.report is not None
         assert other.report.triangles > most
 
@@ -52,15 +52,15 @@ def test_no_mesh_by_tolerance_is_nearer_with_as_many_triangles() -> None:
 @pytest.mark.parametrize("name", ["glb", "stl", "obj", "json"])
 def test_the_file_keeps_to_its_bytes(name: str) -> None:
     most = 60_000
-    found = answered("saddle", Accuracy(max_bytes=most), name)
-    assert 0.8 * most < len(found.content) <= most
+    result = render_within("saddle", Accuracy(max_bytes=most), name)
+    assert 0.8 * most < len(result.content) <= most
 
 
 def test_of_two_budgets_both_are_kept() -> None:
-    few = answered("saddle", Accuracy(max_triangles=100, max_bytes=60_000))
+    few = render_within("saddle", Accuracy(max_triangles=100, max_bytes=60_000))
     assert few.report is not None
     assert few.report.triangles <= 100
-    small = answered("saddle", Accuracy(max_triangles=10_000, max_bytes=6_000))
+    small = render_within("saddle", Accuracy(max_triangles=10_000, max_bytes=6_000))
     assert len(small.content) <= 6_000
 
 
@@ -72,18 +72,18 @@ def test_the_issue_names_the_least_budget_that_is_enough(option: str) -> None:
         return Accuracy(max_triangles=most)
 
     with pytest.raises(InvalidRequest) as refused:
-        answered("utah-teapot", within(1))
+        render_within("utah-teapot", within(1))
     (issue,) = refused.value.issues
     assert issue.got == f"1 {option.removeprefix('max_').removesuffix('s')}"
     assert (issue.code, issue.pointer) == ("budget_too_small", f"/{option}")
     numbers = re.search(r"\d+", issue.needed or "")
     assert numbers is not None
     least = int(numbers.group())
-    found = answered("utah-teapot", within(least))
-    assert found.report is not None
-    assert (found.report.triangles if option == "max_triangles" else len(found.content)) == least
+    result = render_within("utah-teapot", within(least))
+    assert result.report is not None
+    assert (result.report.triangles if option == "max_triangles" else len(result.content)) == least
     with pytest.raises(InvalidRequest):
-        answered("utah-teapot", within(least - 1))
+        render_within("utah-teapot", within(least - 1))
 
 
 def test_a_flat_surface_is_met_by_its_fewest_triangles() -> None:
@@ -97,19 +97,19 @@ def test_a_flat_surface_is_met_by_its_fewest_triangles() -> None:
 
 def test_the_same_budget_gives_the_same_bytes() -> None:
     accuracy = Accuracy(max_triangles=700)
-    assert answered("torus", accuracy).content == answered("torus", accuracy).content
+    assert render_within("torus", accuracy).content == render_within("torus", accuracy).content
 
 
 def test_sweeps_have_no_budget() -> None:
     with pytest.raises(InvalidRequest) as refused:
-        answered("trefoil-tube", Accuracy(max_triangles=1000))
+        render_within("trefoil-tube", Accuracy(max_triangles=1000))
     assert refused.value.issues[0].code == "not_parametric"
     assert refused.value.issues[0].pointer == "/max_triangles"
 
 
 @pytest.mark.parametrize("budget", [Accuracy(max_triangles=500), Accuracy(max_bytes=30_000)])
 def test_a_budget_may_be_bounded_from_both_sides(budget: Accuracy) -> None:
-    report = answered("saddle", replace(budget, two_sided=True)).report
+    report = render_within("saddle", replace(budget, two_sided=True)).report
     assert report is not None
     assert report.deviation_bound is not None
     assert report.mesh_deviation_bound is not None
@@ -122,7 +122,7 @@ def test_a_search_takes_at_most_the_work_of_a_request() -> None:
     effort = Effort(limit=1e8)
     work = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
     build = AdaptiveMesher(work, *work.lower(), effort).build
-    made, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
-    assert 300 < made.report.triangles < 5000
+    built, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
+    assert 300 < built.report.triangles < 5000
     # A mesh that is begun before the work runs out is completed; no other is begun.
     assert 3e7 < effort.spent < 1.2e8

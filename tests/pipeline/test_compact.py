@@ -37,24 +37,24 @@ each_form = pytest.mark.parametrize("encode", FORMS.values(), ids=FORMS.keys())
 WAVES = np.array([[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)], dtype=float)
 
 
-def by(**accuracy: Any) -> MeshOptions:
+def mesh_options(**accuracy: Any) -> MeshOptions:
     return MeshOptions(accuracy=Accuracy(**accuracy))
 
 
 def corners(gltf: Gltf) -> Array:
     """Corners (T, 3, 3) of all triangles as they are stored, in model coordinates."""
-    found = []
+    result = []
     for node in gltf.document["nodes"][1:]:
         (primitive,) = gltf.document["meshes"][node["mesh"]]["primitives"]
         if primitive["mode"] != 4:
             continue
         stored = gltf.array(primitive["attributes"]["POSITION"]).astype(np.float64)
         places = stored * node.get("scale", [1.0] * 3) + node.get("translation", [0.0] * 3)
-        found.append(places[gltf.array(primitive["indices"]).reshape(-1, 3)])
-    return np.concatenate(found)
+        result.append(places[gltf.array(primitive["indices"]).reshape(-1, 3)])
+    return np.concatenate(result)
 
 
-@pytest.mark.parametrize("options", [MeshOptions((5, 5)), by(relative_tolerance=0.01)])
+@pytest.mark.parametrize("options", [MeshOptions((5, 5)), mesh_options(relative_tolerance=0.01)])
 def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
     surface = find("bourke-1111").surface()
     plain = plan_mesh(surface, options, GLB).run()
@@ -66,14 +66,14 @@ def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
     assert bound == response.report.deviation_bound
     assert bound is not None
     assert bound != plain.report.deviation_bound
-    found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 50)
-    assert found.distance <= bound
+    result = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 50)
+    assert result.distance <= bound
 
 
 @each_form
 @pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
 def test_a_tolerance_holds_for_the_written_file(encode: EncodeOptions, tolerance: float) -> None:
-    response = plan_mesh(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).run()
+    response = plan_mesh(BezierSurface(WAVES), mesh_options(tolerance=tolerance), GLB, encode).run()
     assert response.report is not None
     assert response.report.deviation_bound is not None
     assert response.report.deviation_bound <= tolerance
@@ -82,27 +82,27 @@ def test_a_tolerance_holds_for_the_written_file(encode: EncodeOptions, tolerance
 def test_tolerances_near_the_grid_step_hold_or_are_refused() -> None:
     surface = find("heated-panel").surface()
     moved = find_grid_error(surface.lower(), MeshOptions())
-    options = by(tolerance=2.2 * moved)
+    options = mesh_options(tolerance=2.2 * moved)
     response = plan_mesh(surface, options, GLB, QUANTIZED).run()
     assert response.report is not None
     bound = response.report.deviation_bound
     assert bound is not None
     assert bound <= 2.2 * moved
     gltf = read_glb(bytes(response.content))
-    found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
-    assert found.distance <= bound
+    result = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
+    assert result.distance <= bound
     for tolerance in (1.9 * moved, 0.5 * moved):
         with pytest.raises(InvalidRequest) as refused:
-            render(surface, by(tolerance=tolerance), GLB, QUANTIZED)
+            render(surface, mesh_options(tolerance=tolerance), GLB, QUANTIZED)
         assert [(i.code, i.pointer) for i in refused.value.issues] == [
             ("tolerance_too_small", "/tolerance")
         ]
-        assert render(surface, by(tolerance=10 * tolerance), GLB, QUANTIZED)
+        assert render(surface, mesh_options(tolerance=10 * tolerance), GLB, QUANTIZED)
 
 
 @each_form
 def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) -> None:
-    surface, options = BezierSurface(WAVES), by(max_bytes=9_000)
+    surface, options = BezierSurface(WAVES), mesh_options(max_bytes=9_000)
     plain, small = (
         plan_mesh(surface, options, GLB, form).run() for form in (EncodeOptions(), encode)
     )
@@ -128,7 +128,7 @@ def test_files_are_as_long_as_predicted_at_most(
 @pytest.mark.parametrize("example", ["sphere", "torus"])
 def test_closed_surfaces_stay_closed(example: str) -> None:
     surface = find(example).surface()
-    for options in (MeshOptions((12, 12)), by(relative_tolerance=2e-3)):
+    for options in (MeshOptions((12, 12)), mesh_options(relative_tolerance=2e-3)):
         content = render(surface, options, GLB, QUANTIZED)
         report = read_glb(content).document["asset"]["extras"]["report"]
         assert report["watertight"]
@@ -138,7 +138,7 @@ def test_closed_surfaces_stay_closed(example: str) -> None:
         assert loaded.is_watertight
 
 
-@pytest.mark.parametrize("options", [MeshOptions((7, 7)), by(tolerance=0.02)])
+@pytest.mark.parametrize("options", [MeshOptions((7, 7)), mesh_options(tolerance=0.02)])
 def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
     """Both grids contain zero, and both have the same step."""
     left = np.array([[[i, j, (i + j * j) % 3] for j in range(4)] for i in range(4)]) / 0.7
@@ -147,8 +147,8 @@ def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
     right[0] = left[-1]
     rows = []
     for net in (left, right):
-        made = corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
-        rows.append({tuple(point) for point in made.reshape(-1, 3).tolist()})
+        built = corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
+        rows.append({tuple(point) for point in built.reshape(-1, 3).tolist()})
     # The second begins where the first one ends, which is not a multiple of the step.
     edge = max(point[0] for point in rows[0])
     shared = {point for point in rows[0] if point[0] == edge}
@@ -196,22 +196,22 @@ def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPa
 
 @each_form
 @pytest.mark.parametrize(
-    "options", [MeshOptions(), by(relative_tolerance=1e-3), by(max_bytes=9000)]
+    "options", [MeshOptions(), mesh_options(relative_tolerance=1e-3), mesh_options(max_bytes=9000)]
 )
 def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptions) -> None:
     surface = find("saddle").surface()
-    found = plan_estimate(surface, options, encode).run()
-    assert {name for name, _, _ in found.sizes} == {"glb", "gltf"}
+    result = plan_estimate(surface, options, encode).run()
+    assert {name for name, _, _ in result.sizes} == {"glb", "gltf"}
     others = [(fmt.name,) for fmt in FORMATS if not fmt.compact]
-    assert [refusal.formats for refusal in found.refusals] == others
-    for name, most, _ in found.sizes:
+    assert [refusal.formats for refusal in result.refusals] == others
+    for name, most, _ in result.sizes:
         assert len(render(surface, options, BY_NAME[name], encode)) <= most
 
 
 def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
     surface = find("cone").surface()
     moved = find_grid_error(surface.lower(), MeshOptions())
-    fine, coarse = by(tolerance=2.5 * moved), by(tolerance=100 * moved)
+    fine, coarse = mesh_options(tolerance=2.5 * moved), mesh_options(tolerance=100 * moved)
     glb = (GLB,)
     assert plan_estimate(surface, fine, EncodeOptions(), formats=glb).run().certain
     assert not plan_estimate(surface, fine, QUANTIZED, formats=glb).run().certain

@@ -36,12 +36,12 @@ def check(
 ) -> Estimate:
     """Compares the estimate with the files of all formats."""
     limits = limits or Limits()
-    found = plan_estimate(surface, options, encode, limits).run()
-    sizes = {name: (size, exact) for name, size, exact in found.sizes}
+    result = plan_estimate(surface, options, encode, limits).run()
+    sizes = {name: (size, exact) for name, size, exact in result.sizes}
     answered = 0
     for fmt in FORMATS:
         content, issues = rendered(surface, options, fmt, encode, limits)
-        assert issues_of(found, fmt) == issues
+        assert issues_of(result, fmt) == issues
         if issues:
             continue
         answered += 1
@@ -49,10 +49,10 @@ def check(
         assert len(content) == size if exact else len(content) <= size
         for report in reports(fmt, content):
             for name in COUNTS:
-                wanted = getattr(found.counts, name)
-                assert report[name] == wanted if found.exact else report[name] <= wanted
-    assert found.accepted == (answered > 0)
-    return found
+                expected = getattr(result.counts, name)
+                assert report[name] == expected if result.exact else report[name] <= expected
+    assert result.accepted == (answered > 0)
+    return result
 
 
 def rendered(*request: Any) -> tuple[bytes, set[Issue]]:
@@ -80,10 +80,10 @@ QUADS = ("saddle", "cone", "octahedral-sphere", "trefoil-tube")
     [*((name, "triangles") for name in EXAMPLES), *((name, "quads") for name in QUADS)],
 )
 def test_examples(example: str, faces: Any) -> None:
-    found = check(find(example).surface(), MeshOptions((2, 3), faces=faces))
-    assert found.exact == (example not in INEXACT)
-    exact = [name for name, _, exact in found.sizes if exact]
-    assert exact == (["stl"] if found.exact and faces == "triangles" else [])
+    result = check(find(example).surface(), MeshOptions((2, 3), faces=faces))
+    assert result.exact == (example not in INEXACT)
+    exact = [name for name, _, exact in result.sizes if exact]
+    assert exact == (["stl"] if result.exact and faces == "triangles" else [])
 
 
 @pytest.mark.parametrize(
@@ -111,9 +111,9 @@ def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) 
     hills = BsplineSurface(net, (2, 2))
     members = (Member(hills), *(Member(hills, matrix=np.diag([k, 1, 1, 1.0])) for k in (2, 3)))
     options = MeshOptions((2, 2), curvatures=True, accuracy=accuracy)
-    found = plan_estimate(GroupSurface(members), options).run()
+    result = plan_estimate(GroupSurface(members), options).run()
     plain = plan_estimate(GroupSurface(members), replace(options, curvatures=False)).run()
-    for (name, size, _), (_, before, _) in zip(found.sizes, plain.sizes, strict=True):
+    for (name, size, _), (_, before, _) in zip(result.sizes, plain.sizes, strict=True):
         content, issues = rendered(GroupSurface(members), options, BY_NAME[name])
         assert not issues
         assert len(content) <= size
@@ -124,14 +124,14 @@ def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) 
 
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])
 def test_wires_with_faces_are_bounded(wires: Any) -> None:
-    found = check(find("cone").surface(), MeshOptions((3, 3), isocurves=(1, 2), wires=wires))
-    assert not found.exact
+    result = check(find("cone").surface(), MeshOptions((3, 3), isocurves=(1, 2), wires=wires))
+    assert not result.exact
 
 
 @pytest.mark.parametrize("form", ["cquad", "mesh", "off", "bez"])
 def test_forms_of_oogl(form: Any) -> None:
-    found = check(find("saddle").surface(), MeshOptions((4, 4)), EncodeOptions(form))
-    assert found.accepted
+    result = check(find("saddle").surface(), MeshOptions((4, 4)), EncodeOptions(form))
+    assert result.accepted
 
 
 TOLERANCES = [
@@ -160,31 +160,31 @@ def test_tolerances_and_budgets_are_bounded(
     example: str, accuracy: Accuracy, wires: dict[str, Any]
 ) -> None:
     surface, options = find(example).surface(), MeshOptions(accuracy=accuracy, **wires)
-    found = plan_estimate(surface, options).run()
-    assert not found.exact
-    assert found.accepted
-    sizes = {name: size for name, size, _ in found.sizes}
+    result = plan_estimate(surface, options).run()
+    assert not result.exact
+    assert result.accepted
+    sizes = {name: size for name, size, _ in result.sizes}
     for name in ("glb", "json"):
         content, issues = rendered(surface, options, BY_NAME[name])
-        assert not (issues and found.certain)
+        assert not (issues and result.certain)
         assert len(content) <= sizes[name]
         for report in reports(BY_NAME[name], content) if content else ():
             for count in COUNTS:
-                assert report[count] <= getattr(found.counts, count)
+                assert report[count] <= getattr(result.counts, count)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
     surface = FAMILIES[name].surface(1)
     options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.01), normals=False)
-    found = plan_estimate(surface, options).run()
+    result = plan_estimate(surface, options).run()
     content, issues = rendered(surface, options, BY_NAME["json"])
     if issues:
-        assert not found.certain
+        assert not result.certain
         return
     report = json.loads(content)["report"]
-    assert 2 * report["triangles"] <= found.counts.triangles
-    assert report["vertices"] <= found.counts.vertices
+    assert 2 * report["triangles"] <= result.counts.triangles
+    assert report["vertices"] <= result.counts.vertices
 
 
 def test_certain_and_uncertain_estimates() -> None:
@@ -200,7 +200,7 @@ def test_certain_and_uncertain_estimates() -> None:
     assert not told(max_triangles=200).certain
     assert not told(angle_tolerance=0.1).certain
     assert told(max_triangles=200).counts.triangles == 200
-    assert dict(sized(told(max_bytes=5000)))["glb"] == 5000
+    assert dict(list_sizes(told(max_bytes=5000)))["glb"] == 5000
     # The number of poles is known only after evaluation: few samples cannot be too many.
     for divisions, certain in ((16, True), (200, False)):
         for curvatures in (True, False):
@@ -209,15 +209,15 @@ def test_certain_and_uncertain_estimates() -> None:
     assert plan_estimate(surface, MeshOptions((200, 200), curvatures=True)).run().exact
 
 
-def sized(found: Estimate) -> list[tuple[str, int]]:
+def list_sizes(found: Estimate) -> list[tuple[str, int]]:
     return [(name, size) for name, size, _ in found.sizes]
 
 
 def test_options_that_a_mesh_by_tolerance_excludes_are_refused() -> None:
     options = MeshOptions(accuracy=Accuracy(tolerance=0.1), faces="quads")
-    found = check(find("saddle").surface(), options)
-    assert not found.accepted
-    assert {refusal.issue.code for refusal in found.refusals} == {"conflicting_options"}
+    result = check(find("saddle").surface(), options)
+    assert not result.accepted
+    assert {refusal.issue.code for refusal in result.refusals} == {"conflicting_options"}
     tube = check(find("trefoil-tube").surface(), MeshOptions(accuracy=Accuracy(tolerance=0.1)))
     assert {refusal.issue.code for refusal in tube.refusals} == {"not_parametric"}
 
@@ -227,7 +227,7 @@ def test_copies_in_a_group_are_counted_each_and_stored_once() -> None:
     group = GroupSurface(tuple(Member(teapot, f"{k}", None, None) for k in range(5)))
     one, five = (plan_estimate(s, MeshOptions((8, 8))).run() for s in (teapot, group))
     assert five.counts.triangles == 5 * one.counts.triangles
-    sizes = [{name: size for name, size, _ in found.sizes} for found in (one, five)]
+    sizes = [{name: size for name, size, _ in result.sizes} for result in (one, five)]
     assert sizes[1]["glb"] < 2 * sizes[0]["glb"]
     assert sizes[1]["ply"] > 4.5 * sizes[0]["ply"]
     check(group, MeshOptions((2, 2)))
@@ -245,24 +245,24 @@ def test_limits_are_those_of_the_mesh() -> None:
 
 
 def test_a_mesh_that_is_too_large_is_still_counted() -> None:
-    found = plan_estimate(find("saddle").surface(), MeshOptions((60_000, 60_000))).run()
-    assert not found.accepted
-    assert not found.exact
-    assert found.counts.vertices == 60_001**2
-    (refusal,) = found.refusals
+    result = plan_estimate(find("saddle").surface(), MeshOptions((60_000, 60_000))).run()
+    assert not result.accepted
+    assert not result.exact
+    assert result.counts.vertices == 60_001**2
+    (refusal,) = result.refusals
     assert refusal.formats == tuple(BY_NAME)
     assert (refusal.issue.code, refusal.issue.pointer) == ("too_many_vertices", "/resolution")
-    assert {name: size for name, size, _ in found.sizes}["stl"] == 84 + 50 * 2 * 60_000**2
+    assert {name: size for name, size, _ in result.sizes}["stl"] == 84 + 50 * 2 * 60_000**2
 
 
 def test_the_json_object_has_bytes_and_refusals_by_format() -> None:
     surface, options = find("saddle").surface(), MeshOptions((2, 2), faces="quads")
     formats = [BY_NAME["stl"], BY_NAME["off"]]
-    found: dict[str, Any] = estimate_object(plan_estimate(surface, options, formats=formats).run())
-    assert found["bytes"] == {"off": found["bytes"]["off"]}
-    assert (found["vertices"], found["triangles"], found["quads"]) == (9, 0, 4)
-    assert (found["exact"], found["exact_bytes"], found["accepted"]) == (True, [], True)
-    (refused,) = found["refused"]
+    result: dict[str, Any] = estimate_object(plan_estimate(surface, options, formats=formats).run())
+    assert result["bytes"] == {"off": result["bytes"]["off"]}
+    assert (result["vertices"], result["triangles"], result["quads"]) == (9, 0, 4)
+    assert (result["exact"], result["exact_bytes"], result["accepted"]) == (True, [], True)
+    (refused,) = result["refused"]
     assert refused["formats"] == ["stl"]
     assert (refused["code"], refused["pointer"]) == ("unsupported_by_format", "/faces")
     assert set(refused) == {"formats", "code", "pointer", "detail", "got", "needed"}

@@ -39,8 +39,8 @@ MEBIBYTE = 1 << 20
 @each_format
 def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
     """float32 where files hold float32, float64 elsewhere."""
-    made = build_mesh(patches_of("tveit"), MeshOptions(), fmt)
-    assert made.positions.dtype == (np.float32 if fmt.single else np.float64)
+    built = build_mesh(patches_of("tveit"), MeshOptions(), fmt)
+    assert built.positions.dtype == (np.float32 if fmt.single else np.float64)
 
 
 faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
@@ -78,7 +78,7 @@ def test_meshes_that_a_format_cannot_store_are_refused(
     assert fmt.name in issue.message
 
 
-def refused(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
+def get_refusal(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
     """The refusal of a teapot, without allocating the requested mesh."""
     surface = find("utah-teapot").surface()
     tracemalloc.start()
@@ -97,7 +97,7 @@ def test_too_many_vertices_are_refused_before_anything_is_computed(
     fmt: Format, resolution: tuple[int, int]
 ) -> None:
     """The shapes alone show that the mesh is too large."""
-    (issue,) = refused(MeshOptions(resolution=resolution), fmt, Limits()).issues
+    (issue,) = get_refusal(MeshOptions(resolution=resolution), fmt, Limits()).issues
     assert (issue.code, issue.pointer) == ("too_many_vertices", "/resolution")
     assert "4500000" in issue.needed
 
@@ -106,7 +106,7 @@ def test_too_many_vertices_are_refused_before_anything_is_computed(
 def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> None:
     """The limit of a response counts the bytes of its format."""
     options, limits = MeshOptions(resolution=(64, 64)), Limits(max_bytes=50_000)
-    (issue,) = refused(options, fmt, limits).issues
+    (issue,) = get_refusal(options, fmt, limits).issues
     assert issue.code == "too_many_bytes"
     assert "50000" in issue.needed
 
@@ -118,9 +118,16 @@ def test_a_plan_that_is_kept_is_the_one_that_would_be_made(fmt: Format) -> None:
         size, form, limits = surface.size(), (fmt, EncodeOptions()), Limits()
         for _ in range(2):
             plan = plan_mesh(surface, MeshOptions((3, 3)), *form, limits)
-            made = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
-            told = plan.size, plan.stored, plan.is_certain, plan.is_possible, plan.alone, plan.cost
-            assert told == made
+            built = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
+            reported = (
+                plan.size,
+                plan.stored,
+                plan.is_certain,
+                plan.is_possible,
+                plan.alone,
+                plan.cost,
+            )
+            assert reported == built
             assert plan.surface is surface
             with pytest.raises(TooLarge):
                 plan_mesh(surface, MeshOptions((3, 3)), *form, Limits(max_vertices=15))
@@ -274,5 +281,5 @@ def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
     quads = points.reshape(-1, 4, 3)
     for halves in ([0, 1, 2], [0, 2, 3]), ([1, 2, 3], [1, 3, 0]):
         written = np.concatenate([quads[:, half] for half in halves])
-        found = surface_to_mesh(sheets_of(surface), written).distance
-        assert bounds["off"] < found <= bounds["cquad"] < 3 * found
+        result = surface_to_mesh(sheets_of(surface), written).distance
+        assert bounds["off"] < result <= bounds["cquad"] < 3 * result

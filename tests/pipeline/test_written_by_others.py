@@ -23,7 +23,7 @@ QUARTERS = [0, 0, 0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1, 1, 1]
 ARCS = np.array([(0, -1, 1), (1, -1, HALF), (1, 0, 1), (1, 1, HALF), (0, 1, 1)])
 
 
-def turned(profile: Any, knots: Any, along: Any, scale: float = 1, at: Any = (0, 0, 0)) -> Any:
+def revolve(profile: Any, knots: Any, along: Any, scale: float = 1, at: Any = (0, 0, 0)) -> Any:
     """A profile (radius, height, weight) turned about the z axis, with its full circle of knots."""
     net = [[[x * r, y * r, z] for r, z, _ in profile] for x, y in CIRCLE]
     degree = [2, len(along) - len(profile) - 1]
@@ -33,14 +33,14 @@ def turned(profile: Any, knots: Any, along: Any, scale: float = 1, at: Any = (0,
 
 
 def cylinder(knots: Any = QUARTERS, **place: Any) -> Any:
-    return turned([(1, 0, 1), (1, 2, 1)], knots, [0, 0, 1, 1], **place)
+    return revolve([(1, 0, 1), (1, 2, 1)], knots, [0, 0, 1, 1], **place)
 
 
 def sphere() -> Any:
-    return turned(ARCS, QUARTERS, [0, 0, 0, 1, 1, 2, 2, 2])
+    return revolve(ARCS, QUARTERS, [0, 0, 0, 1, 1, 2, 2, 2])
 
 
-def moved(surface: Any, rows: Any, size: float) -> Any:
+def add_noise(surface: Any, rows: Any, size: float) -> Any:
     """The surface with noise of this size on some control points."""
     net = surface["control_net"].copy()
     net[rows] += np.random.default_rng(7).normal(size=net[rows].shape) * size
@@ -104,11 +104,11 @@ CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
         cylinder((np.array(QUARTERS) * 2 * np.pi * 25.4).tolist(), scale=25.4, at=(1e6, -2e6, 3e5)),
         (False, True, False), 0,
     ),
-    "cylinder, seam up to rounding": (moved(cylinder(), -1, 1e-14), (False, True, False), 0),
-    "cylinder, seam open": (moved(cylinder(), -1, 1e-8), (False, False, False), 0),
+    "cylinder, seam up to rounding": (add_noise(cylinder(), -1, 1e-14), (False, True, False), 0),
+    "cylinder, seam open": (add_noise(cylinder(), -1, 1e-8), (False, False, False), 0),
     "sphere": (sphere(), (True, True, False), 0),
     "sphere, poles up to rounding": (
-        moved(sphere(), np.s_[:, [0, -1], :2], 1e-16), (True, True, False), 0,
+        add_noise(sphere(), np.s_[:, [0, -1], :2], 1e-16), (True, True, False), 0,
     ),
     "sphere of tiny weights": (
         sphere() | {"weights": sphere()["weights"] * 1e-7}, (True, True, False), 0,
@@ -120,7 +120,7 @@ CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
         (True, True, True), 0,
     ),
     "cylinder on degrees, its seam equal up to roundings of its place": (
-        moved(cylinder((np.array(QUARTERS) * 360).tolist(), at=(1e6, 1e6, 0)), -1, 1e-10),
+        add_noise(cylinder((np.array(QUARTERS) * 360).tolist(), at=(1e6, 1e6, 0)), -1, 1e-10),
         (False, True, False), 0,
     ),
     "knots 1e-8 of their range apart, about 1e4": (

@@ -18,18 +18,18 @@ from service.surface.checks import MAX_COORDINATE
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 CAMERA = {"position": [1, 2, 3], "field_of_view": 0.8, "height": 1080}
-SEEN = {"camera": CAMERA, "pixel_tolerance": 0.5}
+CAMERA_OPTIONS = {"camera": CAMERA, "pixel_tolerance": 0.5}
 
 
-def stated(**options: Any) -> Accuracy | None:
+def read_accuracy(**options: Any) -> Accuracy | None:
     """The accuracy in a body with these options."""
     return validate_document(MeshRequest, {"surface": SURFACE, **options}).mesh_options().accuracy
 
 
-def refused(**options: Any) -> list[tuple[str, str]]:
+def list_issues(**options: Any) -> list[tuple[str, str]]:
     """Codes and pointers of the issues of a body."""
     with pytest.raises(InvalidRequest) as refusal:
-        stated(**options)
+        read_accuracy(**options)
     for issue in refusal.value.issues:
         assert issue.got
         assert issue.needed
@@ -63,9 +63,9 @@ def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
             Accuracy(tolerance=0.1, angle_tolerance=0.2, max_triangles=9, two_sided=True),
         ),
         ({"max_bytes": 99, "two_sided": True}, Accuracy(max_bytes=99, two_sided=True)),
-        (SEEN, Accuracy(camera=Camera((1.0, 2.0, 3.0), 0.8, 1080), pixel_tolerance=0.5)),
+        (CAMERA_OPTIONS, Accuracy(camera=Camera((1.0, 2.0, 3.0), 0.8, 1080), pixel_tolerance=0.5)),
         (
-            {**SEEN, "relative_tolerance": 0.5},
+            {**CAMERA_OPTIONS, "relative_tolerance": 0.5},
             Accuracy(
                 relative_tolerance=0.5,
                 camera=Camera((1.0, 2.0, 3.0), 0.8, 1080),
@@ -77,7 +77,7 @@ def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
 def test_the_engine_reads_the_accuracy_of_a_body(
     options: dict[str, Any], wanted: Accuracy | None
 ) -> None:
-    assert stated(**options) == wanted
+    assert read_accuracy(**options) == wanted
 
 
 @pytest.mark.parametrize(
@@ -88,21 +88,21 @@ def test_the_engine_reads_the_accuracy_of_a_body(
         ({"tolerance": 1, "relative_tolerance": 0.1}, "conflicting_options", "/relative_tolerance"),
         ({"camera": CAMERA}, "missing_field", "/pixel_tolerance"),
         ({"pixel_tolerance": 1}, "missing_field", "/camera"),
-        ({**SEEN, "pixel_tolerance": MAX_PIXELS + 1}, "out_of_range", "/pixel_tolerance"),
+        ({**CAMERA_OPTIONS, "pixel_tolerance": MAX_PIXELS + 1}, "out_of_range", "/pixel_tolerance"),
     ],
 )
 def test_conflicting_and_too_large_options_are_refused(
     options: dict[str, Any], code: str, pointer: str
 ) -> None:
-    assert refused(**options)[0] == (code, pointer)
+    assert list_issues(**options)[0] == (code, pointer)
 
 
 @pytest.mark.parametrize("name", accuracy.NAMES)
 def test_null_is_refused_and_a_resolution_beside_it(name: str) -> None:
-    assert refused(**{name: None})[0] == ("null_value", f"/{name}")
-    values: dict[str, Any] = {"two_sided": True, "relative_tolerance": 0.5, **SEEN}
+    assert list_issues(**{name: None})[0] == ("null_value", f"/{name}")
+    values: dict[str, Any] = {"two_sided": True, "relative_tolerance": 0.5, **CAMERA_OPTIONS}
     given = {name: values.get(name, 1)}
-    assert refused(resolution=16, **given) == [("conflicting_options", "/resolution")]
+    assert list_issues(resolution=16, **given) == [("conflicting_options", "/resolution")]
 
 
 @pytest.mark.parametrize("name", accuracy.SEEN)

@@ -40,7 +40,7 @@ def valid(value: Any, grid: NumberGrid) -> bool:
         lengths.setdefault(level, set()).add(len(item))
         return all(right(child, level + 1) for child in item)
 
-    if not right(value, 0) or any(len(found) != 1 for found in lengths.values()):
+    if not right(value, 0) or any(len(result) != 1 for result in lengths.values()):
         return False
     return grid.width is None or lengths[len(grid.levels) - 1] == {grid.width}
 

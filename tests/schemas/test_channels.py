@@ -41,11 +41,11 @@ def surface_of(document: dict[str, Any]) -> Surface:
 def test_channels_that_are_read_are_written_back(
     surface: dict[str, Any], carried: dict[str, Any]
 ) -> None:
-    found = surface_of(surface | carried)
-    again = orjson.loads(orjson.dumps(definition(found), option=orjson.OPT_SERIALIZE_NUMPY))
+    result = surface_of(surface | carried)
+    again = orjson.loads(orjson.dumps(definition(result), option=orjson.OPT_SERIALIZE_NUMPY))
     assert {key: again[key] for key in carried} == carried
     assert patches_of(surface_of(again)).batches[0].channels[0].nets.tolist() == (
-        patches_of(found).batches[0].channels[0].nets.tolist()
+        patches_of(result).batches[0].channels[0].nets.tolist()
     )
 
 

@@ -49,14 +49,14 @@ def test_repeated_keys_are_always_found(value: Any, key: str, other: Any) -> Non
 
 def paths(value: Any, pointer: str = "") -> dict[str, Any]:
     """Every value of a document by its pointer (an oracle for `find_pointer`)."""
-    found = {pointer: value}
+    result = {pointer: value}
     if isinstance(value, dict):
         for key, child in value.items():
-            found |= paths(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
+            result |= paths(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
     elif isinstance(value, list):
         for index, child in enumerate(value):
-            found |= paths(child, f"{pointer}/{index}")
-    return found
+            result |= paths(child, f"{pointer}/{index}")
+    return result
 
 
 @given(VALUES)

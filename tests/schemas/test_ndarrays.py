@@ -71,14 +71,14 @@ def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: 
     values = (numbers.astype("<f8") / 4 if dtype[1:2] == "f" else numbers).astype(dtype)
     values = np.repeat(values, abs(step), axis=-1)[..., ::step]
     expected = outcome(grid, in_lists(values, grid))
-    got = outcome(grid, values)
+    actual = outcome(grid, values)
     if isinstance(expected, np.ndarray):
-        assert isinstance(got, np.ndarray)
-        assert got.dtype == expected.dtype
-        assert got.dtype.isnative
-        assert got.tolist() == expected.tolist()
+        assert isinstance(actual, np.ndarray)
+        assert actual.dtype == expected.dtype
+        assert actual.dtype.isnative
+        assert actual.tolist() == expected.tolist()
     else:
-        assert got == expected
+        assert actual == expected
 
 
 @given(st.sampled_from([10, 15]), st.integers(0, 14), st.sampled_from([np.nan, np.inf, -np.inf]))
@@ -173,9 +173,9 @@ def test_every_kind_of_surface_takes_arrays() -> None:
     members = [{"surface": each, "matrix": np.eye(4)} for each in documents]
     documents.append({"type": "group", "members": members})
     for document in documents:
-        made = validate_document(MeshRequest, {"surface": document}).to_surface()
+        built = validate_document(MeshRequest, {"surface": document}).to_surface()
         text = orjson.dumps(document, default=lambda array: array.tolist())
         text = text.replace(b'"triangles":[[0,1,2]]', b'"triangles":[[[0,1],[2]]]')
-        assert content_key(made) == content_key(
+        assert content_key(built) == content_key(
             validate_document(MeshRequest, {"surface": orjson.loads(text)}).to_surface()
         )

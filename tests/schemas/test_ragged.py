@@ -22,14 +22,14 @@ LIMITS = DocumentLimits(max_control_points=100, max_degree=6)
 def rows(draw: st.DrawFn) -> list[list[int]]:
     """Lists of lists that are the rows of a triangle, or almost."""
     n = draw(st.integers(1, 5))
-    found = [list(range(n - m)) for m in range(n)]
+    result = [list(range(n - m)) for m in range(n)]
     for _ in range(draw(st.integers(0, 2))):
-        row = draw(st.sampled_from(found))
+        row = draw(st.sampled_from(result))
         if draw(st.booleans()):
             row.append(7)
         elif row:
             row.pop()
-    return found
+    return result
 
 
 @given(rows())
@@ -77,9 +77,9 @@ def test_many_triangles_have_one_degree() -> None:
 )
 def test_sizes_are_judged_before_anything_is_opened(value: Any, code: str) -> None:
     grid = TRIANGLES if code == "degree_too_high" else TRIANGLE_NET
-    wanted = [value[0]] if code == "degree_too_high" else value
+    expected = [value[0]] if code == "degree_too_high" else value
     with pytest.raises(ValidationError) as refusal:
-        grid.array(wanted, LIMITS)
+        grid.array(expected, LIMITS)
     assert [issue.code for issue in invalid_request(refusal.value).issues] == [code]
 
 

@@ -35,16 +35,20 @@ def failing() -> logging.LogRecord:
 def test_a_record_is_one_object_in_one_line() -> None:
     line = Records("json").format(failing())
     assert line.isprintable()
-    told = json.loads(line)
-    assert (told["level"], told["logger"], told["message"]) == ("error", "service.x", "it failed")
-    assert told["event"] == "log"
-    assert told["exception"] == "RuntimeError"
-    first, *frames, last = told["traceback"].split("\n")
+    reported = json.loads(line)
+    assert (reported["level"], reported["logger"], reported["message"]) == (
+        "error",
+        "service.x",
+        "it failed",
+    )
+    assert reported["event"] == "log"
+    assert reported["exception"] == "RuntimeError"
+    first, *frames, last = reported["traceback"].split("\n")
     assert "in failing" in first
     assert any(frame.startswith("KeyError: ") for frame in frames)
     assert last == "RuntimeError: the second"
     assert all(len(frame) < MAX_TEXT + 200 for frame in frames)
-    assert "\x1b" not in told["traceback"]
+    assert "\x1b" not in reported["traceback"]
 
 
 def test_text_cannot_be_forged() -> None:
@@ -63,11 +67,11 @@ def test_records_name_the_running_request() -> None:
     assert "request_id" not in json.loads(Records("json").format(record))
     token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
     try:
-        told = json.loads(Records("json").format(record))
+        reported = json.loads(Records("json").format(record))
         assert Records("text").format(record) == "WARNING:  it (id mine)"
     finally:
         current_record.reset(token)
-    ids = told["request_id"], told["trace_id"], told["span_id"]
+    ids = reported["request_id"], reported["trace_id"], reported["span_id"]
     assert ids == ("mine", "1" * 32, "2" * 16)
 
 
@@ -89,10 +93,10 @@ warnings.warn("a warning", stacklevel=1)
 def test_all_messages_go_to_one_stream() -> None:
     done = run_python("-c", PROGRAM, "json")
     assert done.stdout == "a request\n"
-    told = [json.loads(line)["message"] for line in done.stderr.splitlines()]
-    assert told[:2] == ["Started here", "it failed"]
-    assert "a warning" in told[2]
-    assert len(told) == 3
+    reported = [json.loads(line)["message"] for line in done.stderr.splitlines()]
+    assert reported[:2] == ["Started here", "it failed"]
+    assert "a warning" in reported[2]
+    assert len(reported) == 3
 
 
 def test_messages_before_the_log_is_set_up_have_its_form() -> None:
@@ -104,9 +108,9 @@ def test_messages_before_the_log_is_set_up_have_its_form() -> None:
         done = run_python(*command, env=os.environ | settings, check=False)
     assert done.returncode == 1
     *lines, refusal = done.stderr.splitlines()
-    told = [json.loads(line)["message"] for line in lines]
-    assert told[0].startswith("SURFACE_NOTHING is not a setting of")
-    assert "Address already in use" in told[-1]
+    reported = [json.loads(line)["message"] for line in lines]
+    assert reported[0].startswith("SURFACE_NOTHING is not a setting of")
+    assert "Address already in use" in reported[-1]
     assert refusal.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 
 
@@ -144,10 +148,10 @@ def test_lines_are_complete_and_in_order() -> None:
         for number in range(1000):
             log.write(f"{number}\n")
         assert is_written(log)
-        got = b""
-        while got.count(b"\n") < 1000:
-            got += os.read(read, 1 << 16)
-    assert got.decode().split() == [str(number) for number in range(1000)]
+        actual = b""
+        while actual.count(b"\n") < 1000:
+            actual += os.read(read, 1 << 16)
+    assert actual.decode().split() == [str(number) for number in range(1000)]
     assert log.dropped == 0
 
 

@@ -117,7 +117,7 @@ class Client:
     @property
     def problem(self) -> dict[str, Any]:
         """The last answer, which is a problem and the connection's last."""
-        starts = [found.start() for found in STATUS.finditer(self.wire.answer)]
+        starts = [result.start() for result in STATUS.finditer(self.wire.answer)]
         head, _, body = self.wire.answer[starts[-1] :].partition(b"\r\n\r\n")
         lines = head.decode().split("\r\n")
         headers = dict(line.split(": ", 1) for line in lines[1:])

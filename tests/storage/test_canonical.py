@@ -230,8 +230,8 @@ def test_the_content_is_as_documented() -> None:
         b'"surface":{"control_net":null,"name":"\\u00e9","type":"bezier","up":"y"}}'
     )
     content = header + b"\n" + numbers.tobytes()
-    made = surface({"control_net": net, "name": "é"})
-    assert canonical_content(made) == content
+    built = surface({"control_net": net, "name": "é"})
+    assert canonical_content(built) == content
     assert surface_id(content) == sha256(content).hexdigest()
 
 
@@ -242,10 +242,10 @@ def test_ids_are_for_ever() -> None:
 
 def ids() -> dict[str, str]:
     """The ids of the surfaces above and of the built-in ones."""
-    found = {
+    result = {
         name: surface_id(canonical_content(example.surface())) for name, example in EXAMPLES.items()
     }
-    return found | {name: id_of(document) for name, document in ALL.items()}
+    return result | {name: id_of(document) for name, document in ALL.items()}
 
 
 @pytest.mark.parametrize(
@@ -298,10 +298,10 @@ def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) ->
             st.sampled_from(b'0123456789",:[]{}n-.')
         )
     try:
-        made = restore_surface(bytes(content), LIMITS)
+        built = restore_surface(bytes(content), LIMITS)
     except (DamagedObject, InvalidRequest):
         return
-    assert surface_id(canonical_content(made))
+    assert surface_id(canonical_content(built))
 
 
 def test_a_large_surface_is_restored_from_its_bytes() -> None:

@@ -30,8 +30,8 @@ async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
     assert await store.delete(ID)
     assert await store.is_ready()
     assert not await store.has("no id")
-    found = store.operations.totals
-    assert {key: done.count for key, done in found.items()} == {
+    result = store.operations.totals
+    assert {key: done.count for key, done in result.items()} == {
         ("put", "done"): 2,
         ("put", "refused"): 1,
         ("get", "done"): 2,
@@ -40,5 +40,5 @@ async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
         ("delete", "done"): 1,
         ("ask", "done"): 1,
     }
-    assert all(done.seconds > 0 for done in found.values())
+    assert all(done.seconds > 0 for done in result.values())
     assert store.used == 0

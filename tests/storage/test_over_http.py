@@ -11,7 +11,7 @@ from tests.storage.backends import files
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 PATCH = {"surface": {"control_net": NET}}
-MOVED = {"surface": {"control_net": [NET[0], [[1, 0, 1], [1, 1, 0.5]]]}}
+OTHER_PATCH = {"surface": {"control_net": [NET[0], [[1, 0, 1], [1, 1, 0.5]]]}}
 
 
 def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
@@ -20,7 +20,7 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
     with client_of(create_app(Settings(store=str(tmp_path)))) as client:
         stored = client.post("/v1/surfaces", PATCH).json()
         address = stored["links"]["self"]
-        other = client.post("/v1/surfaces", MOVED).json()
+        other = client.post("/v1/surfaces", OTHER_PATCH).json()
         kept = {path.name: path for path in files(tmp_path)}
         kept[stored["id"]].write_bytes(kept[other["id"]].read_bytes())
         mesh = stored["links"]["mesh"]["glb"]
@@ -43,7 +43,7 @@ def test_a_quota_names_the_bytes_left(tmp_path: Path) -> None:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
         (kept,) = files(tmp_path)
         size = kept.stat().st_size
-        response = client.post("/v1/surfaces", MOVED)
+        response = client.post("/v1/surfaces", OTHER_PATCH)
         assert response.status_code == 507
         assert response.json()["code"] == "store_full"
         (error,) = response.json()["errors"]

@@ -19,7 +19,7 @@ def issues_of(**fields: object) -> tuple[Issue, ...]:
     return caught.value.issues
 
 
-def spoilt(value: float, *place: int) -> np.ndarray:
+def replace_coordinate(value: float, *place: int) -> np.ndarray:
     """The flat net with one coordinate replaced."""
     net = FLAT.copy()
     net[place] = value
@@ -60,7 +60,7 @@ def test_is_frozen_and_copies_its_input() -> None:
 
 def test_minus_zero_is_zero() -> None:
     """Equal surfaces have equal bytes."""
-    net = BezierSurface(spoilt(-0.0, 1, 1, 2)).control_net
+    net = BezierSurface(replace_coordinate(-0.0, 1, 1, 2)).control_net
     assert not np.signbit(net).any()
 
 

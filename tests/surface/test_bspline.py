@@ -70,12 +70,12 @@ def test_is_the_surface_of_cox_and_de_boor(
     net = exact_net(surface.control_net, surface.weights)
     exact = fractions(u.knots), fractions(v.knots)
     at = np.array([0.0, 0.75])
-    got = values(model, at)
+    actual = values(model, at)
     for k, (us, vs) in enumerate(zip(*parameters(model, at), strict=True)):
         for a, b in np.ndindex(2, 2):
             place = Fraction(us[a]), Fraction(vs[b])
-            wanted = spline_surface_point(net, exact, surface.degree, place)
-            np.testing.assert_allclose(got[k, a, b], [float(x) for x in wanted], atol=1e-13)
+            expected = spline_surface_point(net, exact, surface.degree, place)
+            np.testing.assert_allclose(actual[k, a, b], [float(x) for x in expected], atol=1e-13)
 
 
 def test_one_span_keeps_its_control_net() -> None:

@@ -166,19 +166,19 @@ def test_any_other_net_is_one_function_over_the_whole_domain(
     net = np.random.default_rng(shape).random((*shape, 2))
     model = spline(u, v, Channels(attributes=(("heat", net),)), rational=True).lower()
     assert model.domain is not None
-    made = tessellate(model, MeshOptions((2, 2), uvs=True))
-    ((_, heat),) = made.attributes
-    assert made.uvs is not None
+    built = tessellate(model, MeshOptions((2, 2), uvs=True))
+    ((_, heat),) = built.attributes
+    assert built.uvs is not None
     low = model.domain.u[0], model.domain.v[0]
     high = model.domain.u[-1], model.domain.v[-1]
     exact = exact_net(net)
-    for place, found in zip(made.uvs.tolist(), heat, strict=True):
+    for place, result in zip(built.uvs.tolist(), heat, strict=True):
         t = [
             (Fraction(x) - Fraction(float(a))) / (Fraction(float(b)) - Fraction(float(a)))
             for x, a, b in zip(place, low, high, strict=True)
         ]
         right = surface_point(exact, min(t[0], Fraction(1)), min(t[1], Fraction(1)))
-        np.testing.assert_allclose(found, [float(x) for x in right], atol=1e-13)
+        np.testing.assert_allclose(result, [float(x) for x in right], atol=1e-13)
 
 
 def test_spline_channels_are_limited() -> None:

@@ -134,31 +134,31 @@ def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
 def test_the_colored_surface_shows_its_height() -> None:
     """The colour is right at every vertex, not only at control points; the surface does not
     change."""
-    made, plain = (
+    built, plain = (
         tessellate(patches_of(name), MeshOptions((8, 8)))
         for name in ("bourke-1111-colors", "bourke-1111")
     )
-    np.testing.assert_array_equal(made.positions, plain.positions)
-    assert made.colors is not None
+    np.testing.assert_array_equal(built.positions, plain.positions)
+    assert built.colors is not None
     (batch,) = patches_of("bourke-1111").batches
     low, high = batch.bounds[0][2], batch.bounds[1][2]
-    share = (made.positions[:, 2:] - low) / (high - low)
+    share = (built.positions[:, 2:] - low) / (high - low)
     expected = (1 - share) * COLD + share * HOT
-    np.testing.assert_allclose(made.colors, expected, atol=1e-15)
+    np.testing.assert_allclose(built.colors, expected, atol=1e-15)
 
 
 def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
     """Colour and temperature are one function; a unit of its texture is a metre of its plan."""
-    made = tessellate(patches_of("heated-panel"), MeshOptions((16, 16)))
-    ((name, temperature),) = made.attributes
+    built = tessellate(patches_of("heated-panel"), MeshOptions((16, 16)))
+    ((name, temperature),) = built.attributes
     assert name == "temperature"
     assert temperature.min() == 20
     assert 50 < temperature.max() < 140
-    assert made.colors is not None
+    assert built.colors is not None
     share = (temperature - 20) / 120
-    np.testing.assert_allclose(made.colors, (1 - share) * COLD + share * HOT, atol=1e-15)
-    assert made.uvs is not None
-    np.testing.assert_allclose(made.uvs, made.positions[:, :2], atol=1e-15)
+    np.testing.assert_allclose(built.colors, (1 - share) * COLD + share * HOT, atol=1e-15)
+    assert built.uvs is not None
+    np.testing.assert_allclose(built.uvs, built.positions[:, :2], atol=1e-15)
 
 
 def test_the_monkey_saddle_is_its_polynomial() -> None:

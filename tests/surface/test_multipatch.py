@@ -88,12 +88,12 @@ def test_parameters_are_those_of_each_surface() -> None:
     model, models = MultipatchSurface(some).lower(), [single.lower() for single in some]
     uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
     number = np.array([0, 1, 2, 0, 2])
-    found = evaluate_points(model, locate(model, PointsQuery(uv, number, 2)), 2)
+    result = evaluate_points(model, locate(model, PointsQuery(uv, number, 2)), 2)
     for k, own in enumerate(models):
         here = number == k
         alone = evaluate_points(own, locate(own, PointsQuery(uv[here], None, 2)), 2)
         for name, column in alone.items():
-            np.testing.assert_array_equal(found[name][here], column)
+            np.testing.assert_array_equal(result[name][here], column)
     mesh = build(model, MeshOptions(resolution=(2, 2), uvs=True, weld=False))
     assert mesh.uvs is not None
     for part, own in zip(mesh.parts, models, strict=True):

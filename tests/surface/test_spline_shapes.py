@@ -57,10 +57,10 @@ def test_models_of_several_splines_are_solids(example: str, least: float, most: 
     """Watertight by resolution, normals outward, and by tolerance."""
     mesh = mesh_of(example, resolution=(4, 4))
     check_winding(mesh)
-    for made in (mesh, mesh_of(example, accuracy=Accuracy(relative_tolerance=1e-3))):
-        check_sound(made)
-        assert made.report.watertight
-        assert least < volume(made.positions, as_triangles(made)) < most
+    for built in (mesh, mesh_of(example, accuracy=Accuracy(relative_tolerance=1e-3))):
+        check_sound(built)
+        assert built.report.watertight
+        assert least < volume(built.positions, as_triangles(built)) < most
 
 
 def test_port_is_the_mirror_of_starboard() -> None:

@@ -51,8 +51,8 @@ def test_channels_follow_into_the_tensor_form() -> None:
     expected = triangle_basis.triangle_bernstein(3, place)[:, 0] @ net
     row = np.array([[(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3]])
     column = np.array([(1 - v) ** 3, 3 * v * (1 - v) ** 2, 3 * v**2 * (1 - v), v**3])
-    found = np.einsum("ui,ijd,j->d", row, channel.nets[0], column)
-    np.testing.assert_allclose(found, expected, atol=1e-15)
+    result = np.einsum("ui,ijd,j->d", row, channel.nets[0], column)
+    np.testing.assert_allclose(result, expected, atol=1e-15)
 
 
 VERTICES = np.array([(x, y, x * y) for x in range(4) for y in range(3)], dtype=float)

@@ -72,6 +72,6 @@ def test_curves_are_those_of_usual_weights(kind: str, power: int, options: Curve
     answers = []
     for w in (1.0, float(np.ldexp(1.0, power))):
         curve = {"type": kind, "control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]}
-        wanted = validate_document(CurveRequest, {"curve": curve}, LIMITS)
-        answers.append(plan_curve(wanted.to_curve(), options, CURVES_BY_NAME["json"]).run())
+        expected = validate_document(CurveRequest, {"curve": curve}, LIMITS)
+        answers.append(plan_curve(expected.to_curve(), options, CURVES_BY_NAME["json"]).run())
     assert answers[0] == answers[1]

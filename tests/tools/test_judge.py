@@ -66,8 +66,8 @@ def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> 
     broken[around] += 3 * bound * normal / np.linalg.norm(normal)
     assert (prove(nets, broken, bound).beyond or 0) > bound
     assert prove(nets, corners, bound).beyond is None
-    found = prove(nets, np.delete(corners, largest, axis=0), bound)
-    assert (found.beyond or 0) > bound, "a triangle is missing"
+    result = prove(nets, np.delete(corners, largest, axis=0), bound)
+    assert (result.beyond or 0) > bound, "a triangle is missing"
 
 
 @pytest.mark.parametrize("family", ["degrees 1 to 8", "rational", "creases", "NURBS",

@@ -21,11 +21,11 @@ def test_a_planted_phrase_is_found(tmp_path: Path, name: str, text: str, line: i
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_text(text, encoding="utf-8")
-    (found,) = check(tmp_path, ())
-    assert found.startswith(f"{name}:{line}: ")
+    (result,) = check(tmp_path, ())
+    assert result.startswith(f"{name}:{line}: ")
     assert check(tmp_path, (Exemption(name, "*", "planted"),)) == []
 
 
 def test_an_unused_exemption_is_reported(tmp_path: Path) -> None:
-    (found,) = check(tmp_path, (Exemption("service/", "so many|so much", "none"),))
-    assert "nothing needs the exemption of 'service/'" in found
+    (result,) = check(tmp_path, (Exemption("service/", "so many|so much", "none"),))
+    assert "nothing needs the exemption of 'service/'" in result

@@ -32,16 +32,16 @@ def stated(name: str, **fields: str) -> str:
 
 def test_the_page_of_licences_lists_the_installed_packages() -> None:
     try:
-        found = page()
+        result = page()
     except PackageNotFoundError as error:
         pytest.skip(f"not installed: {error.name}, which the image's Python needs")
-    assert PAGE.read_text(encoding="utf-8") == found
+    assert PAGE.read_text(encoding="utf-8") == result
 
 
 def test_needed_packages_exclude_development_tools() -> None:
-    found = needed()
-    assert {"fastapi", "starlette", "numpy", "meshopt"} <= found.keys()
-    assert not found.keys() & {"pytest", "ruff", "scipy", "playwright"}
+    result = needed()
+    assert {"fastapi", "starlette", "numpy", "meshopt"} <= result.keys()
+    assert not result.keys() & {"pytest", "ruff", "scipy", "playwright"}
 
 
 def test_an_unclear_licence_must_be_read_first() -> None:
@@ -118,6 +118,6 @@ def test_updates_are_looked_for_wherever_something_is_pinned() -> None:
     ],
 )
 def test_changelog_of_a_release(changelog: str, problem: str) -> None:
-    found = unreleased(changelog, "1.1.0")
-    assert problem in found
-    assert bool(problem) == bool(found)
+    result = unreleased(changelog, "1.1.0")
+    assert problem in result
+    assert bool(problem) == bool(result)

@@ -112,18 +112,18 @@ class Stage:
 
     def meshes(self) -> list[dict[str, Any]]:
         """All meshes in three.js, with positions and normals in world coordinates."""
-        found: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
-        return found
+        result: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
+        return result
 
     def lines(self) -> list[dict[str, Any]]:
         """All lines in three.js."""
-        found: list[dict[str, Any]] = self.page.evaluate("window.viewer.lines()")
-        return found
+        result: list[dict[str, Any]] = self.page.evaluate("window.viewer.lines()")
+        return result
 
     def light(self) -> list[float]:
         """The brightness of the model in the lower and in the upper half of the picture."""
-        found: list[float] = self.page.evaluate("window.viewer.light()")
-        return found
+        result: list[float] = self.page.evaluate("window.viewer.light()")
+        return result
 
 
 @lru_cache(maxsize=1)

@@ -118,5 +118,5 @@ def held(stage: Stage) -> list[dict[str, Any]]:
     `colors` (as the shader gets them: linear), in the world of glTF: right-handed, y up.
     """
     stage.page.wait_for_function("window.held().length > 0")
-    found: list[dict[str, Any]] = stage.page.evaluate("window.held()")
-    return found
+    result: list[dict[str, Any]] = stage.page.evaluate("window.held()")
+    return result

@@ -33,6 +33,6 @@ def complaints(project: Path) -> str:
     compiler = node_package("typescript-7") / "bin" / "tsc"
     command = [program("node"), str(compiler), "--project", str(project)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    told = done.stdout + done.stderr
-    assert bool(told) == bool(done.returncode), "a compiler that fails says why"
-    return told
+    reported = done.stdout + done.stderr
+    assert bool(reported) == bool(done.returncode), "a compiler that fails says why"
+    return reported

@@ -36,15 +36,15 @@ class Watched:
 
 @pytest.fixture(scope="module")
 def watched() -> Iterator[Watched]:
-    made: list[Watched] = []
+    built: list[Watched] = []
 
     def around(app: ASGIApp) -> ASGIApp:
-        made.append(Watched(app))
-        return made[0]
+        built.append(Watched(app))
+        return built[0]
 
     with running_service(around=around) as url:
-        made[0].url = url
-        yield made[0]
+        built[0].url = url
+        yield built[0]
 
 
 @pytest.fixture(scope="module")

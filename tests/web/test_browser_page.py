@@ -114,13 +114,13 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path
     script = compiled.read_text(encoding="utf-8")
     stage = opened(f'{EMPTY}<script type="module">{script}</script>')
     stage.page.wait_for_function("document.body.textContent.includes('away')")
-    told = re.fullmatch(
+    reported = re.fullmatch(
         r"(\d+) triangles, at most ([\d.]+) away; (/v1/surfaces/[0-9a-f]{64}/mesh.glb\?engine=\d+)",
         stage.page.inner_text("body"),
     )
-    assert told is not None
-    assert int(told[1]) > 2
-    assert 0 < float(told[2]) <= 0.01
+    assert reported is not None
+    assert int(reported[1]) > 2
+    assert 0 < float(reported[2]) <= 0.01
     assert stage.complaints == []
 
 
@@ -131,9 +131,9 @@ def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> No
     command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")
     with running_service(build_full_settings()) as server:
         run_shell(command.replace(SERVED_AT, server), tmp_path)
-    made = (tmp_path / TYPES.name).read_text(encoding="utf-8")
+    built = (tmp_path / TYPES.name).read_text(encoding="utf-8")
     ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
-    assert made.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1], "run `make types`"
+    assert built.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1], "run `make types`"
 
 
 def test_meshes_are_kept_as_the_table_says(server: str) -> None:

@@ -90,8 +90,8 @@ def test_the_surface_is_stored_as_the_page_shows(stored: dict[str, Any]) -> None
 
 def test_the_pages_load_stored_meshes(stored: dict[str, Any]) -> None:
     link = SERVED_AT + stored["links"]["mesh"]["glb"]
-    wanted = link.replace("?", f"?resolution={RESOLUTION}&")
-    assert [MODEL.findall(page_of(library)) for library in LIBRARIES] == [[wanted]] * 3
+    expected = link.replace("?", f"?resolution={RESOLUTION}&")
+    assert [MODEL.findall(page_of(library)) for library in LIBRARIES] == [[expected]] * 3
 
 
 def test_positions_and_triangles_are_those_of_the_service(

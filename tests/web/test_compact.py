@@ -54,7 +54,7 @@ def shown(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Shown:
     """The surface in every form as a library read it, with pictures, all on one page."""
     pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
     frames = "".join(f'<iframe name="{name}" src="{name}"></iframe>' for name in FORMS)
-    found: Shown = {}
+    result: Shown = {}
     with site({"/": FRAMES + frames, **pages}) as origin:
         visit(visitor, f"{origin}/", width=480, height=320)
         page = visitor.page
@@ -63,27 +63,27 @@ def shown(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Shown:
             (mesh,) = frame.evaluate("window.held()")
             frame.evaluate(FILL_PIXELS)
             canvas = base64.b64decode(frame.evaluate(PICTURE))
-            found[frame.name] = mesh, canvas or frame.frame_element().screenshot()
+            result[frame.name] = mesh, canvas or frame.frame_element().screenshot()
             visitor.page.evaluate(
                 "name => document.getElementsByName(name)[0].remove()", frame.name
             )
         assert visitor.complaints == []
-    return found
+    return result
 
 
 @pytest.mark.parametrize("form", [name for name in FORMS if name != "plain"])
 def test_libraries_hold_and_draw_the_same(shown: Shown, form: str, viewer: Stage) -> None:
-    (wanted, plain), (found, picture) = shown["plain"], shown[form]
-    places = np.array(wanted["positions"])
-    moved, rows = cKDTree(places).query(found["positions"])
+    (expected, plain), (result, picture) = shown["plain"], shown[form]
+    places = np.array(expected["positions"])
+    moved, rows = cKDTree(places).query(result["positions"])
     assert sorted(rows.tolist()) == list(range(len(places)))
     assert moved.max() <= (MOVED if "quantize" in FORMS[form] else 0) + 1e-6
-    normals = [np.array(mesh["normals"]) for mesh in (wanted, found)]
+    normals = [np.array(mesh["normals"]) for mesh in (expected, result)]
     apart = np.linalg.norm(normals[0][rows] - normals[1], axis=1)
     assert np.degrees(2 * np.arcsin(apart / 2)).max() < NORMAL[form]
-    colors = [np.array(mesh["colors"])[:, :3] for mesh in (wanted, found)]
+    colors = [np.array(mesh["colors"])[:, :3] for mesh in (expected, result)]
     assert np.abs(colors[0][rows] - colors[1]).max() < 1e-5
-    assert faces(found["triangles"], rows) == faces(wanted["triangles"], None)
+    assert faces(result["triangles"], rows) == faces(expected["triangles"], None)
     unlike = difference(viewer, plain, picture)
     assert unlike.inside > 0.02
     assert unlike.mean < 0.1
@@ -103,6 +103,6 @@ def test_the_json_form_and_lines(server: str, stage: Stage) -> None:
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.gltf?resolution=4&{both}")
     (net,) = stage.lines()
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=4&overlays=control_net")
-    (wanted,) = stage.lines()
-    assert net["segments"] == wanted["segments"]
-    assert len(net["positions"]) == len(wanted["positions"])
+    (expected,) = stage.lines()
+    assert net["segments"] == expected["segments"]
+    assert len(net["positions"]) == len(expected["positions"])

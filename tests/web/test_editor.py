@@ -89,8 +89,8 @@ def test_clicks_on_the_surface_tell_parameters_curvature_and_distance(page: Page
     page.wait_for_selector("#probe-row:visible")
     u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
     x, y = 2 * u - 1, 2 * v - 1  # of z = x y, with K = −1 / (1 + x² + y²)²
-    told = page.inner_text("#probe").replace("−", "-")
-    assert float(told.split("K ")[1].split(",")[0]) == pytest.approx(
+    reported = page.inner_text("#probe").replace("−", "-")
+    assert float(reported.split("K ")[1].split(",")[0]) == pytest.approx(
         -1 / (1 + x * x + y * y) ** 2, rel=1e-3
     )
     assert page.is_hidden("#probe-distance-row")
@@ -214,9 +214,9 @@ def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
     page.fill("#weight", "0")
     page.press("#weight", "Enter")
     page.wait_for_selector('html[data-state="refused"]')
-    told = page.inner_text("#problem")
-    assert "needed a number above 0" in told
-    assert "/surface/weights/0/1" in told
+    reported = page.inner_text("#problem")
+    assert "needed a number above 0" in reported
+    assert "/surface/weights/0/1" in reported
     assert value(page, "triangles") == before
     page.fill("#point", "1")
     page.press("#point", "Enter")

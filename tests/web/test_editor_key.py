@@ -106,8 +106,8 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     enter(page, KEY)
     page.wait_for_selector(READY)
     assert page.inner_text("#triangles") == "98"
-    told = [line for line in stage.complaints if "401" not in line]
-    assert told == []
+    reported = [line for line in stage.complaints if "401" not in line]
+    assert reported == []
 
 
 def test_without_keys_the_editor_does_not_ask(editor: Stage) -> None:

@@ -25,7 +25,7 @@ def page(server: str, visitor: Stage) -> Page:
 def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Control points of an example in the scene, and the pairs of them that are joined."""
     document = json_text(definition(find(name).surface())).decode()
-    told: dict[str, Any] = page.evaluate(
+    reported: dict[str, Any] = page.evaluate(
         """async (text) => {
           const { netOf, pointAt } = await import('/page/net.js');
           const surface = JSON.parse(text);
@@ -36,10 +36,10 @@ def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
         }""",
         document,
     )
-    points = np.array([[*point, 0, 0][:3] for point in told["points"]])
-    frames = np.array(told["frames"]).reshape(-1, 4, 4)
+    points = np.array([[*point, 0, 0][:3] for point in reported["points"]])
+    frames = np.array(reported["frames"]).reshape(-1, 4, 4)
     placed = np.einsum("hij,hj->hi", frames, np.column_stack([points, np.ones(len(points))]))
-    return placed[:, :3], np.array(told["edges"]).reshape(-1, 2)
+    return placed[:, :3], np.array(reported["edges"]).reshape(-1, 2)
 
 
 def upright(points: np.ndarray, up: str) -> np.ndarray:
@@ -49,8 +49,8 @@ def upright(points: np.ndarray, up: str) -> np.ndarray:
 def lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
     """Lines as pairs of end points, without lines of length 0, at poles."""
     ends = np.round(points, 6)[pairs] + 0.0
-    found = {frozenset(map(tuple, line.tolist())) for line in ends}
-    return {line for line in found if len(line) == 2}
+    result = {frozenset(map(tuple, line.tolist())) for line in ends}
+    return {line for line in result if len(line) == 2}
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -58,18 +58,18 @@ def test_nets_are_those_that_the_service_draws(page: Page, name: str) -> None:
     """The lines of the overlay `control_net`, which the service computes on its own."""
     model = find(name).surface().lower()
     mesh = build(model, MeshOptions(resolution=(1, 1), overlays=("control_net",)))
-    wanted = set().union(
+    expected = set().union(
         *(
             lines(upright(overlay.positions + mesh.origin, mesh.up), overlay.segments)
             for overlay in mesh.overlays
         )
     )
-    assert lines(*net_of(page, name)) == wanted
+    assert lines(*net_of(page, name)) == expected
 
 
 def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:
     """The document before the change stays unchanged; equal parts are shared."""
-    told = page.evaluate(
+    reported = page.evaluate(
         """async () => {
           const { netOf, weightAt, withPoint, withWeight } = await import('/page/net.js');
           const vertices = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]];
@@ -83,16 +83,16 @@ def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:
           };
         }"""
     )
-    assert told["before"]["vertices"][3] == [1, 1, 0]
-    assert "weights" not in told["before"]
-    assert told["weighed"]["vertices"][3] == [1, 1, 5]
-    assert told["weighed"]["weights"] == [1, 1, 1, 2]
-    assert told["weights"] == [1, 2]
-    assert told["shared"]
+    assert reported["before"]["vertices"][3] == [1, 1, 0]
+    assert "weights" not in reported["before"]
+    assert reported["weighed"]["vertices"][3] == [1, 1, 5]
+    assert reported["weighed"]["weights"] == [1, 1, 1, 2]
+    assert reported["weights"] == [1, 2]
+    assert reported["shared"]
 
 
 def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
-    told = page.evaluate(
+    reported = page.evaluate(
         """async () => {
           const { MeshRequests } = await import('/page/mesh-requests.js');
           const [sent, answered, failed, answers] = [[], [], [], []];
@@ -126,11 +126,16 @@ def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
         }"""
     )
     # c replaced b; C is the result for a document that is no longer open; e replaced d.
-    assert told == {"sent": ["a", "c", "d", "e"], "answered": ["A"], "failed": ["last"], "most": 1}
+    assert reported == {
+        "sent": ["a", "c", "d", "e"],
+        "answered": ["A"],
+        "failed": ["last"],
+        "most": 1,
+    }
 
 
 def test_the_history_is_bounded_and_a_drag_is_one_step(page: Page) -> None:
-    told = page.evaluate(
+    reported = page.evaluate(
         """async () => {
           const { History } = await import('/page/history.js');
           const history = new History({ n: 0 });
@@ -154,7 +159,7 @@ def test_the_history_is_bounded_and_a_drag_is_one_step(page: Page) -> None:
           return { steps, kept, cancelled, undone, reset, last, redo };
         }"""
     )
-    assert told == {
+    assert reported == {
         "steps": 1,
         "kept": 200,
         "cancelled": 500,

@@ -45,10 +45,10 @@ def violations(page: Page) -> list[tuple[str, str, list[Any]]]:
     """Findings of axe on the page: rule, impact and places."""
     if not page.evaluate("'axe' in window"):
         page.evaluate((node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
-    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+    result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
     return [
         (rule["id"], rule["impact"], [node["target"] for node in rule["nodes"]])
-        for rule in found["violations"]
+        for rule in result["violations"]
     ]
 
 

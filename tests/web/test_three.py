@@ -52,11 +52,11 @@ def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> 
     # In the order of the members, because three.js changes equal names.
     waiting = iter(meshes)
     for node in scene.nodes:
-        wanted = upright(place_points(scene.meshes[node.model].positions, node.matrix))
+        expected = upright(place_points(scene.meshes[node.model].positions, node.matrix))
         own = [next(waiting) for _ in scene.meshes[node.model].parts]
-        found = np.concatenate([mesh["positions"] for mesh in own])
+        result = np.concatenate([mesh["positions"] for mesh in own])
         for end in ("min", "max"):
-            bounds = (getattr(points, end)(axis=0) for points in (found, wanted))
+            bounds = (getattr(points, end)(axis=0) for points in (result, expected))
             np.testing.assert_allclose(*bounds, atol=1e-5)  # type: ignore[call-overload]
         assert node.color is not None
         light = linear(np.array(node.color[:3]))

@@ -55,8 +55,8 @@ def test_forms_are_drawn_where_they_are(stage: Stage, form: str) -> None:
     if len(mesh.triangles):
         assert mesh.normals is not None
         assert max(own["longestNormalError"] for own in meshes) < 1e-6
-        found = [np.hstack([own["positions"], own["normals"]]) for own in meshes]
-        same(np.concatenate(found), rows(mesh.up, positions, mesh.normals))
+        result = [np.hstack([own["positions"], own["normals"]]) for own in meshes]
+        same(np.concatenate(result), rows(mesh.up, positions, mesh.normals))
     if mesh.colors is not None:
         light = mesh.colors.astype(float)
         light[:, :3] = linear(light[:, :3])
@@ -67,8 +67,8 @@ def test_forms_are_drawn_where_they_are(stage: Stage, form: str) -> None:
         near(shown, np.hstack([rows(mesh.up, positions), light[:, : colors.shape[1]]]))
         assert form.startswith("group") or painted == meshes
     if mesh.uvs is not None:
-        found = [np.hstack([own["positions"], own["uvs"]]) for own in meshes]
-        same(np.concatenate(found), np.hstack([rows(mesh.up, positions), mesh.uvs]))
+        result = [np.hstack([own["positions"], own["uvs"]]) for own in meshes]
+        same(np.concatenate(result), np.hstack([rows(mesh.up, positions), mesh.uvs]))
     assert [own["name"] for own in lines] == [overlay.name for overlay in mesh.overlays]
     for own, overlay in zip(lines, mesh.overlays, strict=True):
         assert own["type"] == "LineSegments"
@@ -85,6 +85,6 @@ def test_every_curve_is_drawn_where_it_is(stage: Stage, name: str) -> None:
     assert line["type"] == "Line"
     assert {"_arc_length", "_parameter", "_tangent", "position"} == set(line["attributes"])
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
-    told = json.loads(plan_curve(curve, options, CURVES_BY_NAME["json"]).run())
-    points = in_space(np.array(told["points"]))
+    reported = json.loads(plan_curve(curve, options, CURVES_BY_NAME["json"]).run())
+    points = in_space(np.array(reported["points"]))
     np.testing.assert_allclose(line["positions"], rows(curve.up, points), atol=1e-6)

@@ -21,8 +21,8 @@ def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path:
     described = {"extends": str(FOLDER / "tsconfig.json"), "files": ["wrong.js"]}
     project.write_text(json.dumps(described), encoding="utf-8")
     # The only error is that of the invalid call: a text in place of a number.
-    found = [line.rsplit("/", 1)[-1] for line in complaints(project).splitlines()]
-    assert [line.split(": ")[:2] for line in found] == [
+    result = [line.rsplit("/", 1)[-1] for line in complaints(project).splitlines()]
+    assert [line.split(": ")[:2] for line in result] == [
         ["wrong.js(2,11)", "error TS2345"],
         ["wrong.js(3,1)", "error TS2554"],
-    ], found
+    ], result

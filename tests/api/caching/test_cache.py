@@ -24,12 +24,12 @@ def entry(
 
 def test_entries_are_found_and_counted() -> None:
     cache = ResponseCache(ROOM)
-    made = entry("a")
-    assert cache.get(made.subject.url) is None
-    assert cache.put(made, cache.generation)
-    assert cache.get(made.subject.url) is made
-    assert (len(cache), cache.bytes) == (1, made.size)
-    assert made.size > len(made.plain)
+    built = entry("a")
+    assert cache.get(built.subject.url) is None
+    assert cache.put(built, cache.generation)
+    assert cache.get(built.subject.url) is built
+    assert (len(cache), cache.bytes) == (1, built.size)
+    assert built.size > len(built.plain)
 
 
 def test_the_least_recently_used_goes_first() -> None:
@@ -72,49 +72,49 @@ def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
 
 def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
     cache = ResponseCache(ROOM)
-    made = entry("a", 5000)
-    cache.put(made, cache.generation)
+    built = entry("a", 5000)
+    cache.put(built, cache.generation)
     before = cache.bytes
-    assert cache.add(made, "zstd", None).coding == "identity"
+    assert cache.add(built, "zstd", None).coding == "identity"
     assert cache.bytes == before
-    variant = cache.add(made, "gzip", b"x" * 400)
+    variant = cache.add(built, "gzip", b"x" * 400)
     assert (variant.coding, variant.body) == ("gzip", b"x" * 400)
-    assert before + 400 < cache.bytes == made.size
+    assert before + 400 < cache.bytes == built.size
     gone = entry("b", 5000)
     cache.add(gone, "gzip", b"x" * 400)
-    assert cache.bytes == made.size
+    assert cache.bytes == built.size
 
 
 def test_the_number_of_cached_spellings_is_limited() -> None:
     cache = ResponseCache(ROOM)
-    made = entry("a")
-    cache.put(made, cache.generation)
+    built = entry("a")
+    cache.put(built, cache.generation)
     for number in range(3 * ALIASES):
-        cache.alias(made, "/a", str(number).encode(), pinned=number % 2 == 0)
-    found = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
-    assert found[: 2 * ALIASES] == [None] * 2 * ALIASES
-    assert found[2 * ALIASES :] == [(made, number % 2 == 0) for number in range(ALIASES)]
-    cache.alias(made, "/a", b"x" * 10_000, pinned=False)
+        cache.alias(built, "/a", str(number).encode(), pinned=number % 2 == 0)
+    result = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
+    assert result[: 2 * ALIASES] == [None] * 2 * ALIASES
+    assert result[2 * ALIASES :] == [(built, number % 2 == 0) for number in range(ALIASES)]
+    cache.alias(built, "/a", b"x" * 10_000, pinned=False)
     assert cache.find("/a", b"x" * 10_000) is None
     cache.alias(entry("b"), "/b", b"", pinned=False)
     assert cache.find("/b", b"") is None, "an entry that is not kept"
-    assert cache.bytes == made.size
+    assert cache.bytes == built.size
 
 
 def test_a_deleted_surface_leaves_the_cache_with_its_meshes() -> None:
     cache = ResponseCache(ROOM)
-    made = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
+    built = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
     generation = cache.generation
-    for each in made:
+    for each in built:
         cache.put(each, generation)
-    cache.alias(made[0], "/a", b"", pinned=False)
+    cache.alias(built[0], "/a", b"", pinned=False)
     cache.forget("one")
-    assert [cache.holds(each) for each in made] == [False, False, True]
+    assert [cache.holds(each) for each in built] == [False, False, True]
     assert cache.find("/a", b"") is None
-    assert not cache.put(made[0], generation), "begun before it was forgotten"
-    assert cache.put(made[0], cache.generation)
+    assert not cache.put(built[0], generation), "begun before it was forgotten"
+    assert cache.put(built[0], cache.generation)
     cache.forget("nothing")
-    assert cache.bytes == made[0].size + made[2].size
+    assert cache.bytes == built[0].size + built[2].size
 
 
 def test_how_long_a_response_may_be_cached() -> None:
@@ -134,13 +134,13 @@ def test_counted_bytes_are_at_least_the_memory_taken(size: int) -> None:
     try:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
-            made = entry(f"resolution={number}&engine=3", size, f"{number:064x}")
-            cache.put(made, cache.generation)
-            cache.add(made, "zstd", bytes(size // 2))
-            cache.add(made, "gzip", bytes(size // 2 + 1))
+            built = entry(f"resolution={number}&engine=3", size, f"{number:064x}")
+            cache.put(built, cache.generation)
+            cache.add(built, "zstd", bytes(size // 2))
+            cache.add(built, "gzip", bytes(size // 2 + 1))
             for spelling in range(ALIASES):
                 query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
-                cache.alias(made, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
+                cache.alias(built, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
         taken = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
@@ -162,42 +162,42 @@ class Memory(RuleBasedStateMachine):
         late=st.booleans(),
     )
     def put(self, name: str, size: int, surface: str, late: bool) -> None:
-        made = entry(name, size, surface)
-        kept = self.cache.put(made, self.cache.generation - late)
-        assert kept == self.cache.holds(made)
+        built = entry(name, size, surface)
+        kept = self.cache.put(built, self.cache.generation - late)
+        assert kept == self.cache.holds(built)
         assert not (late and kept)
-        self.made.append(made)
+        self.made.append(built)
 
     @precondition(lambda self: self.made)
     @rule(data=st.data(), coding=st.sampled_from(["zstd", "gzip"]), size=st.integers(0, 6000))
     def code(self, data: st.DataObject, coding: Coding, size: int) -> None:
-        made = data.draw(st.sampled_from(self.made))
-        if coding not in made.variants and size <= len(made.plain):
-            self.cache.add(made, coding, bytes(size) if size % 3 else None)
+        built = data.draw(st.sampled_from(self.made))
+        if coding not in built.variants and size <= len(built.plain):
+            self.cache.add(built, coding, bytes(size) if size % 3 else None)
 
     @precondition(lambda self: self.made)
     @rule(data=st.data(), query=st.binary(max_size=1200), pinned=st.booleans())
     def alias(self, data: st.DataObject, query: bytes, pinned: bool) -> None:
-        made = data.draw(st.sampled_from(self.made))
-        self.cache.alias(made, made.subject.surface, query, pinned=pinned)
-        found = self.cache.find(made.subject.surface, query)
-        assert found is None or self.cache.holds(found[0])
+        built = data.draw(st.sampled_from(self.made))
+        self.cache.alias(built, built.subject.surface, query, pinned=pinned)
+        result = self.cache.find(built.subject.surface, query)
+        assert result is None or self.cache.holds(result[0])
 
     @rule(surface=st.sampled_from(["one", "two"]))
     def forget(self, surface: str) -> None:
         self.cache.forget(surface)
-        gone = [made for made in self.made if made.subject.surface == surface]
+        gone = [built for built in self.made if built.subject.surface == surface]
         assert not any(map(self.cache.holds, gone))
 
     @invariant()
     def bounded_and_counted(self) -> None:
-        held = [made for made in self.made if self.cache.holds(made)]
+        held = [built for built in self.made if self.cache.holds(built)]
         assert len(held) == len(self.cache)
-        assert self.cache.bytes == sum(made.size for made in held) <= self.cache.max_bytes
-        for made in self.made:
-            assert bool(made.aliases) <= self.cache.holds(made)
-            codings = {id(v): len(v.body) for v in made.variants.values()}
-            assert made.size >= sum(codings.values())
+        assert self.cache.bytes == sum(built.size for built in held) <= self.cache.max_bytes
+        for built in self.made:
+            assert bool(built.aliases) <= self.cache.holds(built)
+            codings = {id(v): len(v.body) for v in built.variants.values()}
+            assert built.size >= sum(codings.values())
 
 
 Memory.TestCase.settings = settings(max_examples=25, stateful_step_count=30)

@@ -49,7 +49,7 @@ class Work:
         return self.result
 
 
-async def begun(work: Work, flights: Airport, count: int) -> list[asyncio.Task[object]]:
+async def begin_requests(work: Work, flights: Airport, count: int) -> list[asyncio.Task[object]]:
     tasks = [asyncio.create_task(flights.asked("key", work)) for _ in range(count)]
     while not work.calls:
         await asyncio.sleep(0)
@@ -58,7 +58,7 @@ async def begun(work: Work, flights: Airport, count: int) -> list[asyncio.Task[o
 
 async def test_many_wait_and_one_works() -> None:
     flights, work = Airport(), Work()
-    tasks = await begun(work, flights, 1000)
+    tasks = await begin_requests(work, flights, 1000)
     assert len(flights) == 1
     work.gate.set()
     assert await asyncio.gather(*tasks) == ["done"] * 1000
@@ -69,7 +69,7 @@ async def test_many_wait_and_one_works() -> None:
 
 async def test_the_first_request_may_be_cancelled() -> None:
     flights, work = Airport(), Work()
-    first, *others = await begun(work, flights, 5)
+    first, *others = await begin_requests(work, flights, 5)
     first.cancel()
     with pytest.raises(asyncio.CancelledError):
         await first
@@ -82,7 +82,7 @@ async def test_the_work_is_cancelled_with_the_last_request_and_a_later_one_start
     None
 ):
     flights, work, other = Airport(), Work(), Work("other")
-    leaving = await begun(work, flights, 3)
+    leaving = await begin_requests(work, flights, 3)
     staying = asyncio.create_task(flights.asked("other", other))
     for task in leaving[:2]:
         task.cancel()
@@ -119,7 +119,7 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
 
 
 async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_ends() -> None:
-    told, let_go = threading.Event(), threading.Event()
+    reported, let_go = threading.Event(), threading.Event()
 
     def compute() -> None:
         try:
@@ -127,7 +127,7 @@ async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_en
                 time.sleep(0.001)
                 checkpoint()
         except Cancelled:
-            told.set()
+            reported.set()
             assert let_go.wait(10)
             raise
 
@@ -151,13 +151,13 @@ async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_en
     let_go.set()
     while workers.used:
         await asyncio.sleep(0.001)
-    assert told.is_set()
+    assert reported.is_set()
     assert workers.computing == 0
 
 
 async def test_all_waiting_requests_get_a_failure_which_is_not_kept() -> None:
     flights, work = Airport(), Work(ValueError("no"))
-    tasks = await begun(work, flights, 10)
+    tasks = await begin_requests(work, flights, 10)
     work.gate.set()
     results = await asyncio.gather(*tasks, return_exceptions=True)
     assert [type(result) for result in results] == [ValueError] * 10
@@ -172,7 +172,7 @@ def test_an_abandoned_failure_is_quiet() -> None:
     async def scenario() -> None:
         asyncio.get_running_loop().set_exception_handler(lambda _, what: complaints.append(what))
         flights, work = Airport(), Work(ValueError("no"))
-        (task,) = await begun(work, flights, 1)
+        (task,) = await begin_requests(work, flights, 1)
         task.cancel()
         work.gate.set()
         while len(flights):

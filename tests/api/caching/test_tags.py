@@ -10,10 +10,10 @@ from service.api.caching.codings import CODINGS, MADE_BY
 
 
 def test_a_tag_is_of_the_content_and_of_the_coding() -> None:
-    made = {entity_tag(content, coding) for content in ("a", "b") for coding in CODINGS}
-    assert len(made) == 2 * len(CODINGS)
+    built = {entity_tag(content, coding) for content in ("a", "b") for coding in CODINGS}
+    assert len(built) == 2 * len(CODINGS)
     assert entity_tag("a", "gzip") == entity_tag("a", "gzip")
-    for tag in made:
+    for tag in built:
         assert re.fullmatch(rb'"[A-Za-z0-9_-]{22}"', tag)
 
 

@@ -18,7 +18,7 @@ from tests.api.client import Client, client_of
 
 KEY, OTHER = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
 SETTINGS = Settings(api_keys=(entry_line("bob", "sfk_" + "c3" * 32), entry_line("alice", KEY)))
-WITH = {"Authorization": f"Bearer {KEY}"}
+KEY_HEADER = {"Authorization": f"Bearer {KEY}"}
 NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 OPEN = ("/v1/surfaces", "/v1/formats", "/openapi.json", "/docs", "/health", "/health/live")
@@ -71,13 +71,13 @@ def test_methods_without_a_route_need_no_key(client: Client, method: str, path: 
 def test_metrics_behind_a_key_have_no_other_spelling(method: str, path: str) -> None:
     with client_of(create_app(SETTINGS.model_copy(update={"metrics": "key"}))) as client:
         assert client.request(method, path).status_code == 401
-        assert client.request(method, path, headers=WITH).status_code in (200, 404)
+        assert client.request(method, path, headers=KEY_HEADER).status_code in (200, 404)
 
 
 def test_a_key_allows_the_call(client: Client) -> None:
-    assert client.post("/v1/mesh", NET, WITH).status_code == 200
-    assert client.post("/v1/surfaces", NET, WITH).status_code == 201
-    assert client.request("DELETE", "/v1/surfaces/saddle", headers=WITH).status_code == 405
+    assert client.post("/v1/mesh", NET, KEY_HEADER).status_code == 200
+    assert client.post("/v1/surfaces", NET, KEY_HEADER).status_code == 201
+    assert client.request("DELETE", "/v1/surfaces/saddle", headers=KEY_HEADER).status_code == 405
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_keys_may_be_in_a_file(tmp_path: Path) -> None:
     file.write_text(entry_line("alice", KEY), encoding="utf-8")
     with client_of(create_app(Settings(api_keys_file=str(file)))) as client:
         assert client.post("/v1/mesh", NET).status_code == 401
-        assert client.post("/v1/mesh", NET, WITH).status_code == 200
+        assert client.post("/v1/mesh", NET, KEY_HEADER).status_code == 200
 
 
 @pytest.mark.parametrize(
@@ -162,8 +162,8 @@ def test_the_request_record_has_the_name_of_the_key() -> None:
 
     app.front = front
     with client_of(app) as client:
-        client.post("/v1/mesh", NET, WITH)
-        client.get(MESH, WITH)
+        client.post("/v1/mesh", NET, KEY_HEADER)
+        client.get(MESH, KEY_HEADER)
         client.get(MESH)
         client.post("/v1/mesh", NET)
     assert [record_of(scope).key for scope in seen] == ["alice", "alice", "", ""]

@@ -9,7 +9,7 @@ from service.api.guard.keys import InvalidKeys, bearer, entry_line, new_key, own
 from tests.programs import run_python
 
 OLD, NEW = new_key(), new_key()
-KNOWN = parse_entries(
+ENTRIES = parse_entries(
     [entry_line("alice", OLD), entry_line("alice", NEW), entry_line("bob", new_key())]
 )
 
@@ -26,17 +26,17 @@ def test_the_service_gets_a_hash_and_never_the_key() -> None:
 
 
 def test_a_name_may_have_an_old_and_a_new_key() -> None:
-    assert owner(OLD.encode(), KNOWN) == owner(NEW.encode(), KNOWN) == "alice"
-    assert owner(new_key().encode(), KNOWN) is None
+    assert owner(OLD.encode(), ENTRIES) == owner(NEW.encode(), ENTRIES) == "alice"
+    assert owner(new_key().encode(), ENTRIES) is None
     assert owner(NEW.encode(), ()) is None
 
 
 def test_texts_that_differ_in_one_place_are_other_keys() -> None:
     for at in range(len(NEW)):
         other = NEW[:at] + ("0" if NEW[at] != "0" else "1") + NEW[at + 1 :]
-        assert owner(other.encode(), KNOWN) is None
+        assert owner(other.encode(), ENTRIES) is None
     for other in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
-        assert owner(other.encode(), KNOWN) is None
+        assert owner(other.encode(), ENTRIES) is None
 
 
 def test_a_password_whose_hash_is_listed_is_not_a_key() -> None:
@@ -55,8 +55,8 @@ def test_all_keys_are_compared_wherever_the_right_one_stands(
     monkeypatch.setattr(keys, "compare_digest", compare)
     for key in (OLD, NEW, new_key()):
         compared.clear()
-        owner(key.encode(), KNOWN)
-        assert compared == [entry.digest for entry in KNOWN]
+        owner(key.encode(), ENTRIES)
+        assert compared == [entry.digest for entry in ENTRIES]
 
 
 @pytest.mark.parametrize(

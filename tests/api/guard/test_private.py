@@ -14,7 +14,7 @@ from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
 KEY, SECRET = new_key(), "0123456789abcdef" * 2
-WITH = {"Authorization": f"Bearer {KEY}"}
+KEY_HEADER = {"Authorization": f"Bearer {KEY}"}
 SETTINGS = Settings(
     api_keys=(entry_line("alice", KEY),), public_reads=False, signing_keys=(SecretStr(SECRET),)
 )
@@ -29,7 +29,7 @@ def client() -> Iterator[Client]:
 
 
 def sign(client: Client, url: str = MESH, **end: Any) -> Any:
-    return client.post("/v1/sign", {"url": url, **(end or {"seconds": 600})}, WITH)
+    return client.post("/v1/sign", {"url": url, **(end or {"seconds": 600})}, KEY_HEADER)
 
 
 def signed(client: Client, url: str = MESH, **end: Any) -> str:
@@ -39,14 +39,14 @@ def signed(client: Client, url: str = MESH, **end: Any) -> str:
 
 
 def stored(client: Client) -> dict[str, Any]:
-    links: dict[str, Any] = client.post("/v1/surfaces", NET, WITH).json()["links"]
+    links: dict[str, Any] = client.post("/v1/surfaces", NET, KEY_HEADER).json()["links"]
     return links
 
 
 def test_examples_of_the_document_are_signed(client: Client) -> None:
-    operation = client.get("/openapi.json", WITH).json()["paths"]["/v1/sign"]["post"]
+    operation = client.get("/openapi.json", KEY_HEADER).json()["paths"]["/v1/sign"]["post"]
     for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
-        response = client.post("/v1/sign", example["value"], WITH)
+        response = client.post("/v1/sign", example["value"], KEY_HEADER)
         assert response.status_code == 200, response.text
         assert client.get(response.json()["url"]).status_code == 200
 
@@ -73,12 +73,12 @@ def test_lists_and_descriptions_stay_open(client: Client, path: str) -> None:
 def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client) -> None:
     links = stored(client)
     for path in (MESH, MESH, links["self"], links["mesh"]["glb"], links["mesh"]["glb"]):
-        response = client.get(path, WITH)
+        response = client.get(path, KEY_HEADER)
         assert response.status_code == 200
         assert response.headers.get_list("cache-control") == ["private, no-cache"]
         # Only once, also for a cached response, whose headers are made once.
         assert response.headers.get_list("vary").count("Authorization") == 1
-        again = client.get(path, WITH | {"If-None-Match": response.headers["etag"]})
+        again = client.get(path, KEY_HEADER | {"If-None-Match": response.headers["etag"]})
         assert again.status_code == 304
         assert again.headers.get_list("cache-control") == ["private, no-cache"]
         assert client.get(path, {"If-None-Match": response.headers["etag"]}).status_code == 401
@@ -102,7 +102,7 @@ def test_a_signed_address_is_read_without_a_key_for_as_long_as_it_says(client: C
 def test_signed_and_unsigned_urls_share_a_cached_response() -> None:
     app = create_app(SETTINGS)
     with client_of(app) as client:
-        first = client.get(MESH, WITH)
+        first = client.get(MESH, KEY_HEADER)
         for url in (
             signed(client),
             signed(client, seconds=700),
@@ -122,7 +122,7 @@ def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:
     url = signed(client)
     before, _, end = url.partition("expires=")
     expired = f"{before}expires=1&{end.partition('&')[2]}"
-    for headers in ({}, WITH):
+    for headers in ({}, KEY_HEADER):
         for wrong in (url + "a", url.replace("resolution=2", "resolution=3"), expired):
             response = client.get(wrong, headers)
             assert response.status_code == 403
@@ -189,7 +189,7 @@ def test_an_absolute_expiry_gives_equal_urls(client: Client) -> None:
 def test_urls_that_are_not_signed(
     client: Client, document: dict[str, Any], code: str, pointer: str
 ) -> None:
-    response = client.post("/v1/sign", document, WITH)
+    response = client.post("/v1/sign", document, KEY_HEADER)
     assert response.status_code == 422
     (error,) = response.json()["errors"]
     assert (error["code"], error["pointer"]) == (code, pointer)
@@ -203,7 +203,7 @@ def test_signing_needs_a_key_and_is_there_where_both_are_set(client: Client) -> 
         Settings(signing_keys=SETTINGS.signing_keys),
     ):
         with client_of(create_app(settings)) as other:
-            response = other.post("/v1/sign", {"url": MESH, "seconds": 9}, WITH)
+            response = other.post("/v1/sign", {"url": MESH, "seconds": 9}, KEY_HEADER)
             assert response.status_code == 404
 
 

@@ -17,7 +17,7 @@ PROXY, EDGE, CLIENT = "10.0.0.1", "10.1.2.3", "203.0.113.7"
 TRUSTED = ("10.0.0.0/8", "fd00::/8")
 
 
-def introduced(
+def introduce_client(
     *lines: str,
     peer: tuple[str, int] | None = (PROXY, 4711),
     listed: Sequence[str] = TRUSTED,
@@ -59,13 +59,13 @@ def introduced(
 def test_the_client_is_the_last_address_that_a_trusted_proxy_saw(
     lines: list[str], client: str
 ) -> None:
-    assert introduced(*lines)[0] == client
+    assert introduce_client(*lines)[0] == client
 
 
 @pytest.mark.parametrize("peer", [CLIENT, "11.0.0.1", "::ffff:203.0.113.7", "testclient", "::1"])
 def test_headers_of_other_peers_are_ignored(peer: str) -> None:
-    found = introduced("198.51.100.9", peer=(peer, 1), proto=["https"])
-    assert found == (peer, "http")
+    result = introduce_client("198.51.100.9", peer=(peer, 1), proto=["https"])
+    assert result == (peer, "http")
 
 
 @given(st.lists(st.text("0123456789.:[], abcdef\x00", max_size=30), max_size=3))
@@ -73,20 +73,20 @@ def test_addresses_that_a_client_writes_are_not_trusted(
     forged: list[str],
 ) -> None:
     """The proxy appends the address of its client, to the same line or in another line."""
-    assert introduced(*forged, CLIENT)[0] == CLIENT
+    assert introduce_client(*forged, CLIENT)[0] == CLIENT
     if forged:
-        assert introduced(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
+        assert introduce_client(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
 
 
 def test_an_ipv4_address_in_ipv6_form_is_trusted() -> None:
-    assert introduced(CLIENT, peer=("::ffff:10.0.0.1", 1))[0] == CLIENT
+    assert introduce_client(CLIENT, peer=("::ffff:10.0.0.1", 1))[0] == CLIENT
 
 
 def test_unix_sockets_are_trusted_by_their_name() -> None:
-    assert introduced(CLIENT, peer=None)[0] is None
-    assert introduced(CLIENT, peer=None, listed=["unix"])[0] == CLIENT
-    assert introduced(peer=None, listed=["unix"])[0] is None
-    assert introduced(CLIENT, peer=("203.0.113.1", 1), listed=["unix"])[0] == "203.0.113.1"
+    assert introduce_client(CLIENT, peer=None)[0] is None
+    assert introduce_client(CLIENT, peer=None, listed=["unix"])[0] == CLIENT
+    assert introduce_client(peer=None, listed=["unix"])[0] is None
+    assert introduce_client(CLIENT, peer=("203.0.113.1", 1), listed=["unix"])[0] == "203.0.113.1"
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_unix_sockets_are_trusted_by_their_name() -> None:
     ],
 )
 def test_the_scheme_is_that_of_the_nearest_proxy(said: list[str], scheme: str) -> None:
-    assert introduced(CLIENT, proto=said)[1] == scheme
+    assert introduce_client(CLIENT, proto=said)[1] == scheme
 
 
 @pytest.mark.parametrize("text", ["", "1.2.3", "1.2.3.4.5", "fe80::1%", "[", "[]", ":80", "a:b"])

@@ -92,27 +92,27 @@ def test_which_clients_are_counted_together(
     assert caller(key, client) == expected
 
 
-def told(response: httpx.Response) -> tuple[int, int]:
+def read_rate(response: httpx.Response) -> tuple[int, int]:
     assert response.headers["ratelimit-policy"] == '"requests";q=4;w=60'
-    found = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', response.headers["ratelimit"])
-    assert found
-    return int(found[1]), int(found[2])
+    result = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', response.headers["ratelimit"])
+    assert result
+    return int(result[1]), int(result[2])
 
 
 def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> None:
     with client_of(create_app(Settings(rate_limit=4))) as client:
         first = client.get(MESH)
-        assert told(first) == (3, 15)
-        assert told(client.get(MESH))[0] == 2  # from the cache
+        assert read_rate(first) == (3, 15)
+        assert read_rate(client.get(MESH))[0] == 2  # from the cache
         unchanged = client.get(MESH, {"If-None-Match": first.headers["etag"]})
         assert unchanged.status_code == 304
-        assert told(unchanged)[0] == 1
-        assert told(client.get("/nothing"))[0] == 0
+        assert read_rate(unchanged)[0] == 1
+        assert read_rate(client.get("/nothing"))[0] == 0
         refused = client.get(MESH)
         assert refused.status_code == 429
         assert refused.json()["code"] == "rate_limited"
         assert 1 <= int(refused.headers["retry-after"]) <= 15
-        assert told(refused)[0] == 0
+        assert read_rate(refused)[0] == 0
         assert refused.headers["cache-control"] == "no-store"
         assert refused.headers["access-control-allow-origin"] == "*"
         assert "Retry-After" in refused.headers["access-control-expose-headers"]

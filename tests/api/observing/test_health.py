@@ -23,8 +23,8 @@ pytestmark = pytest.mark.anyio
 
 
 def test_a_ready_service(client: Client) -> None:
-    told = {"status": "ready", "version": __version__, "engine": ENGINE}
-    assert client.get("/health").json() == told
+    reported = {"status": "ready", "version": __version__, "engine": ENGINE}
+    assert client.get("/health").json() == reported
     assert client.get("/health/live").json() == {"status": "live"}
     response = client.get("/health/ready")
     assert response.json() == {"status": "ready", "computing": "ready", "store": "ready"}

@@ -16,7 +16,7 @@ MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 
 
 @pytest.fixture
-def own() -> Iterator[Client]:
+def fresh_client() -> Iterator[Client]:
     """A client of an application of its own: counts begin at zero."""
     with client_of(create_app(Settings())) as client:
         yield client
@@ -25,45 +25,45 @@ def own() -> Iterator[Client]:
 def sample(client: Client, name: str, **labels: str) -> float:
     """One number of a scrape; 0 if the scrape does not have it."""
     for family in families(client.get("/metrics").text):
-        for found in family.samples:
-            if found.name == name and labels.items() <= found.labels.items():
-                return float(found.value)
+        for result in family.samples:
+            if result.name == name and labels.items() <= result.labels.items():
+                return float(result.value)
     return 0.0
 
 
-def test_requests_are_counted_by_route_method_and_status(own: Client) -> None:
+def test_requests_are_counted_by_route_method_and_status(fresh_client: Client) -> None:
     for url in (MESH, MESH, "/v1/surfaces/none/mesh.glb", "/a", "/b"):
-        own.get(url)
+        fresh_client.get(url)
     count = "surface_http_request_duration_seconds_count"
     route = "/v1/surfaces/{id}/mesh.{suffix}"
-    assert sample(own, count, route=route, method="GET", status="2xx") == 2
-    assert sample(own, count, route=route, method="GET", status="4xx") == 1
-    assert sample(own, count, route="unmatched") == 2
-    assert sample(own, "surface_http_requests_in_flight") == 1  # this one
+    assert sample(fresh_client, count, route=route, method="GET", status="2xx") == 2
+    assert sample(fresh_client, count, route=route, method="GET", status="4xx") == 1
+    assert sample(fresh_client, count, route="unmatched") == 2
+    assert sample(fresh_client, "surface_http_requests_in_flight") == 1  # this one
 
 
-def test_hits_misses_bytes_and_meshes(own: Client) -> None:
-    answers = [own.raw(MESH) for _ in range(3)]
-    assert sample(own, "surface_cache_hits_total") == 2
-    assert sample(own, "surface_cache_misses_total") == 1
-    assert sample(own, "surface_cache_entries") == 1
-    assert sample(own, "surface_cache_bytes") > len(answers[0].content)
+def test_hits_misses_bytes_and_meshes(fresh_client: Client) -> None:
+    answers = [fresh_client.raw(MESH) for _ in range(3)]
+    assert sample(fresh_client, "surface_cache_hits_total") == 2
+    assert sample(fresh_client, "surface_cache_misses_total") == 1
+    assert sample(fresh_client, "surface_cache_entries") == 1
+    assert sample(fresh_client, "surface_cache_bytes") > len(answers[0].content)
     sent = sum(len(response.content) for response in answers)
-    assert sample(own, "surface_http_response_bytes_total", format="glb") == sent
-    assert sample(own, "surface_vertices_total") == 9
-    assert sample(own, "surface_triangles_total") == 8
-    own.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 1})
-    assert sample(own, "surface_vertices_total") == 13
+    assert sample(fresh_client, "surface_http_response_bytes_total", format="glb") == sent
+    assert sample(fresh_client, "surface_vertices_total") == 9
+    assert sample(fresh_client, "surface_triangles_total") == 8
+    fresh_client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 1})
+    assert sample(fresh_client, "surface_vertices_total") == 13
 
 
-def test_refusals_are_counted_by_code(own: Client) -> None:
+def test_refusals_are_counted_by_code(fresh_client: Client) -> None:
     for document in ({}, {"surface": 1}, {"surface": {"control_net": NET}, "colour": 1}):
-        assert own.post("/v1/mesh", document).status_code == 422
-    own.get("/nowhere")
-    own.request("DELETE", "/v1/mesh")
-    assert sample(own, "surface_refused_total", code="invalid_request") == 3
-    assert sample(own, "surface_refused_total", code="not_found") == 1
-    assert sample(own, "surface_refused_total", code="method_not_allowed") == 1
+        assert fresh_client.post("/v1/mesh", document).status_code == 422
+    fresh_client.get("/nowhere")
+    fresh_client.request("DELETE", "/v1/mesh")
+    assert sample(fresh_client, "surface_refused_total", code="invalid_request") == 3
+    assert sample(fresh_client, "surface_refused_total", code="not_found") == 1
+    assert sample(fresh_client, "surface_refused_total", code="method_not_allowed") == 1
 
 
 def test_two_applications_have_separate_counters() -> None:
@@ -73,11 +73,11 @@ def test_two_applications_have_separate_counters() -> None:
         assert sample(other, "surface_cache_misses_total") == 0
 
 
-def test_many_paths_make_one_series(own: Client) -> None:
+def test_many_paths_make_one_series(fresh_client: Client) -> None:
     for number in range(60):
-        own.get(f"/{number}")
-        own.get(f"/v1/surfaces/{number}")
-    text = own.get("/metrics").text
+        fresh_client.get(f"/{number}")
+        fresh_client.get(f"/v1/surfaces/{number}")
+    text = fresh_client.get("/metrics").text
     assert text.count("surface_http_request_duration_seconds_count{") == 2
 
 
@@ -95,20 +95,20 @@ def test_many_paths_make_one_series(own: Client) -> None:
         ("text/plain; version=abc", False),
     ],
 )
-def test_form_by_accept(own: Client, accept: str, opened: bool) -> None:
-    response = own.get("/metrics", headers={"Accept": accept})
+def test_form_by_accept(fresh_client: Client, accept: str, opened: bool) -> None:
+    response = fresh_client.get("/metrics", headers={"Accept": accept})
     assert response.status_code == 200
     assert response.headers["cache-control"] == "no-store"
     assert response.headers["content-type"].startswith(
         "application/openmetrics-text" if opened else "text/plain; version=0.0.4"
     )
     open_families: Callable[[str], Iterator[Metric]] = open_parser.text_string_to_metric_families
-    found = list(open_families(response.text) if opened else families(response.text))
-    assert len({family.name for family in found}) == len(found) > 15
+    result = list(open_families(response.text) if opened else families(response.text))
+    assert len({family.name for family in result}) == len(result) > 15
 
 
-def test_names_of_ours_have_one_beginning(own: Client) -> None:
-    for family in families(own.get("/metrics").text):
+def test_names_of_ours_have_one_beginning(fresh_client: Client) -> None:
+    for family in families(fresh_client.get("/metrics").text):
         assert family.name.startswith(("surface_", "process_", "python_"))
 
 
@@ -117,40 +117,40 @@ def test_it_can_be_switched_off() -> None:
         assert client.get("/metrics").status_code == 404
 
 
-def test_seconds_by_formulation(own: Client) -> None:
+def test_seconds_by_formulation(fresh_client: Client) -> None:
     net = {"surface": {"control_net": NET}}
     for more in ({"method": "de_casteljau"}, {"method": "forward_difference"}, {}, TOLERANCE):
-        assert own.post("/v1/mesh", {**net, **more}).status_code == 200
-    assert own.post("/v1/points", {**net, "uv": [[0, 0]]}).status_code == 200
+        assert fresh_client.post("/v1/mesh", {**net, **more}).status_code == 200
+    assert fresh_client.post("/v1/points", {**net, "uv": [[0, 0]]}).status_code == 200
     curve = {"curve": {"control_points": [[0, 0], [1, 1]]}}
-    assert own.post("/v1/curve", curve).status_code == 200
-    assert own.get("/v1/surfaces/trefoil-tube/mesh.glb?resolution=2").status_code == 200
+    assert fresh_client.post("/v1/curve", curve).status_code == 200
+    assert fresh_client.get("/v1/surfaces/trefoil-tube/mesh.glb?resolution=2").status_code == 200
     for formulation in (
         *("de_casteljau", "forward_difference", "kronecker", "adaptive"),
         *("points", "curve", "sweep"),
     ):
-        assert sample(own, "surface_engine_seconds_total", formulation=formulation) > 0
+        assert sample(fresh_client, "surface_engine_seconds_total", formulation=formulation) > 0
 
 
 TOLERANCE = {"tolerance": 0.01}
 
 
-def test_pools_queues_and_the_store(own: Client) -> None:
-    stored = own.post("/v1/surfaces", {"surface": {"control_net": NET}})
-    own.get(stored.json()["links"]["self"])
+def test_pools_queues_and_the_store(fresh_client: Client) -> None:
+    stored = fresh_client.post("/v1/surfaces", {"surface": {"control_net": NET}})
+    fresh_client.get(stored.json()["links"]["self"])
     done = {"outcome": "done"}
     count = "surface_store_operation_seconds_count"
-    assert sample(own, count, operation="put", **done) == 1
-    assert sample(own, count, operation="get", **done) == 1
-    assert sample(own, "surface_store_quota_bytes") == Settings().store_quota
-    assert 0 < sample(own, "surface_store_bytes") < 10_000
-    assert sample(own, "surface_queue_length", lane="work") == 0
-    assert sample(own, "surface_threads", lane="work") == Settings().workers
-    assert sample(own, "surface_threads", lane="parsing") == 1
-    assert sample(own, "surface_threads_busy", lane="parsing") == 0
+    assert sample(fresh_client, count, operation="put", **done) == 1
+    assert sample(fresh_client, count, operation="get", **done) == 1
+    assert sample(fresh_client, "surface_store_quota_bytes") == Settings().store_quota
+    assert 0 < sample(fresh_client, "surface_store_bytes") < 10_000
+    assert sample(fresh_client, "surface_queue_length", lane="work") == 0
+    assert sample(fresh_client, "surface_threads", lane="work") == Settings().workers
+    assert sample(fresh_client, "surface_threads", lane="parsing") == 1
+    assert sample(fresh_client, "surface_threads_busy", lane="parsing") == 0
     pools = ("work", "bodies")
-    limits = [sample(own, "surface_memory_limit_bytes", pool=pool) for pool in pools]
+    limits = [sample(fresh_client, "surface_memory_limit_bytes", pool=pool) for pool in pools]
     assert sum(limits) == Settings().memory_bytes
-    assert all(sample(own, "surface_memory_bytes", pool=pool) == 0 for pool in pools)
-    assert sample(own, "surface_connections_limit") == Settings().max_connections
-    assert sample(own, "surface_ready") == 1
+    assert all(sample(fresh_client, "surface_memory_bytes", pool=pool) == 0 for pool in pools)
+    assert sample(fresh_client, "surface_connections_limit") == Settings().max_connections
+    assert sample(fresh_client, "surface_ready") == 1

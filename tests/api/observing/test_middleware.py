@@ -20,7 +20,7 @@ TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 PARENT = f"00-{TRACE}-{SPAN}-01"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
-TURNED = {"surface": {"control_net": NET}, "operations": [{"op": "elevate", "degree": [2, 2]}]}
+CONVERSION = {"surface": {"control_net": NET}, "operations": [{"op": "elevate", "degree": [2, 2]}]}
 
 
 class Logged:
@@ -30,8 +30,8 @@ class Logged:
         self.client, self.lines = client, lines
 
     def last(self) -> dict[str, Any]:
-        found: dict[str, Any] = json.loads(self.lines[-1])
-        return found
+        result: dict[str, Any] = json.loads(self.lines[-1])
+        return result
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def logged() -> Iterator[Logged]:
         yield Logged(client, lines)
 
 
-def asked(
+def send_request(
     headers: list[tuple[bytes, bytes]],
     settings: Settings | None = None,
     path: str = "/",
@@ -106,7 +106,7 @@ def test_the_trace_is_that_of_the_caller(logged: Logged) -> None:
 
 def test_two_traceparents_count_as_missing() -> None:
     twice = [(b"traceparent", PARENT.encode())] * 2
-    _, (line,), _ = asked(twice, Settings(log_format="json"))
+    _, (line,), _ = send_request(twice, Settings(log_format="json"))
     assert json.loads(line)["trace_id"] != TRACE
 
 
@@ -114,13 +114,13 @@ def test_a_line_has_the_documented_fields_only(logged: Logged) -> None:
     logged.client.get(f"{MESH}&expires=1&signature=hush")
     body = {"surface": {"control_net": NET, "name": "hush"}, "resolution": 2}
     assert logged.client.post("/v1/mesh?format=glb", body).status_code == 200
-    made = logged.last()
-    assert made.keys() == {
+    built = logged.last()
+    assert built.keys() == {
         *("time", "level", "event", "request_id", "trace_id", "span_id", "method", "route"),
         *("status", "bytes", "ms", "client", "format"),
     }
-    assert (made["event"], made["route"], made["status"]) == ("request", "/v1/mesh", 200)
-    assert (made["method"], made["format"], made["level"]) == ("POST", "glb", "info")
+    assert (built["event"], built["route"], built["status"]) == ("request", "/v1/mesh", 200)
+    assert (built["method"], built["format"], built["level"]) == ("POST", "glb", "info")
     logged.client.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "Bearer hush"})
     assert logged.last()["code"] == "unknown_surface"
     assert "hush" not in "".join(logged.lines)
@@ -148,12 +148,12 @@ def test_every_line_is_one_line_of_json(logged: Logged) -> None:
 
 
 def test_keys_and_addresses_are_those_the_guard_found() -> None:
-    _, (line,), _ = asked([], Settings(log_format="json"))
+    _, (line,), _ = send_request([], Settings(log_format="json"))
     assert (json.loads(line)["key"], json.loads(line)["client"]) == ("alice", "2001:db8::1")
 
 
 def test_the_text_form_has_one_short_line() -> None:
-    _, (line,), _ = asked([(b"x-request-id", b"mine")], path="/refused")
+    _, (line,), _ = send_request([(b"x-request-id", b"mine")], path="/refused")
     head, _, tail = line.partition(" ms")
     assert head.startswith('INFO:     2001:db8::1 - "GET (no such path)" 204, 0 bytes, ')
     assert tail == " (a_code, key alice, id mine)\n"
@@ -172,10 +172,10 @@ def test_levels(
     level: Literal["debug", "info", "warning", "error"], path: str, fails: bool, told: bool
 ) -> None:
     settings = Settings(log_level=level)
-    _, lines, _ = asked([], settings, path, ZeroDivisionError("hush") if fails else None)
+    _, lines, _ = send_request([], settings, path, ZeroDivisionError("hush") if fails else None)
     assert bool(lines) == told
     assert "hush" not in "".join(lines)
-    assert asked([], Settings(log_level=level, access_log=False), path)[1] == []
+    assert send_request([], Settings(log_level=level, access_log=False), path)[1] == []
 
 
 @pytest.mark.parametrize("path", ["/health/live", "/health/ready", "/metrics"])
@@ -189,7 +189,7 @@ def test_requests_of_monitoring_are_logged_for_debugging_only(path: str) -> None
 
 
 def test_a_failure_is_a_problem_and_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
-    (start, *body), (line,), counters = asked([], fails=ZeroDivisionError("hush"))
+    (start, *body), (line,), counters = send_request([], fails=ZeroDivisionError("hush"))
     assert start["status"] == 500
     content = b"".join(message.get("body", b"") for message in body)
     assert b"internal_error" in content
@@ -202,13 +202,13 @@ def test_a_failure_is_a_problem_and_in_the_log(caplog: pytest.LogCaptureFixture)
 
 
 def test_a_failure_after_the_head_leaves_the_response_incomplete() -> None:
-    sent, (line,), _ = asked([], fails=ZeroDivisionError("hush"), begins=True)
+    sent, (line,), _ = send_request([], fails=ZeroDivisionError("hush"), begins=True)
     assert [message["type"] for message in sent] == ["http.response.start"]
     assert '" 204, 0 bytes' in line
 
 
 def test_methods_that_http_does_not_define_have_one_name() -> None:
-    _, (line,), counters = asked([], Settings(log_format="json"), method="BREW\n")
+    _, (line,), counters = send_request([], Settings(log_format="json"), method="BREW\n")
     assert json.loads(line)["method"] == "other"
     labels = {"route": "unmatched", "method": "other", "status": "2xx"}
     name = "surface_http_request_duration_seconds_count"

@@ -85,9 +85,9 @@ def test_valid_request_ids_are_used(labels: RouteLabels, id: str) -> None:
     [b"", b"x" * 129, b"a b", b"a\nb", b"\x1b[31m", b'a"b', b"-a", b"\xc3\xa4", b"a\x00", b"<a>"],
 )
 def test_invalid_request_ids_are_replaced(labels: RouteLabels, id: bytes) -> None:
-    made = id_of(labels, id)
-    assert len(made) == 32
-    assert int(made, 16)
+    built = id_of(labels, id)
+    assert len(built) == 32
+    assert int(built, 16)
 
 
 def test_a_repeated_request_id_is_replaced(labels: RouteLabels) -> None:

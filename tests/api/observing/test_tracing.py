@@ -22,7 +22,7 @@ from service.api.observing.tracing import Tracing, build_exporting_provider
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.observing.test_middleware import PARENT, SPAN, TRACE, asked
+from tests.api.observing.test_middleware import PARENT, SPAN, TRACE, send_request
 from tests.live import serve
 
 MESH = "/v1/surfaces/saddle/mesh.glb"
@@ -47,8 +47,8 @@ def traced(spans: InMemorySpanExporter) -> Iterator[Client]:
 
 
 def server_span(spans: InMemorySpanExporter) -> ReadableSpan:
-    (found,) = [span for span in spans.get_finished_spans() if span.kind is SpanKind.SERVER]
-    return found
+    (result,) = [span for span in spans.get_finished_spans() if span.kind is SpanKind.SERVER]
+    return result
 
 
 def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> None:
@@ -75,7 +75,7 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
 def test_the_logged_id_is_that_of_the_response(spans: InMemorySpanExporter) -> None:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
-    (start, *_), _, _ = asked([], tracing=lambda app: Tracing(app, provider))
+    (start, *_), _, _ = send_request([], tracing=lambda app: Tracing(app, provider))
     context = server_span(spans).context
     assert context is not None
     assert dict(start["headers"])[b"x-request-id"].decode() == f"{context.trace_id:032x}"
@@ -141,7 +141,7 @@ def test_the_text_of_an_exception_stays_in_the_log(
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     error = ZeroDivisionError("hush")
-    asked([], fails=error, begins=begins, tracing=lambda app: Tracing(app, provider))
+    send_request([], fails=error, begins=begins, tracing=lambda app: Tracing(app, provider))
     span = server_span(spans)
     assert span.attributes is not None
     assert span.attributes["http.response.status_code"] == (204 if begins else 500)

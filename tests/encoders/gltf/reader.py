@@ -66,8 +66,8 @@ class Gltf:
         decoded = meshopt().decode_gltf_buffer(
             content, hidden["count"], hidden["byteStride"], hidden["mode"], hidden.get("filter")
         )
-        found: NDArray[np.uint8] = np.ascontiguousarray(decoded).view(np.uint8).ravel()
-        return found
+        result: NDArray[np.uint8] = np.ascontiguousarray(decoded).view(np.uint8).ravel()
+        return result
 
     def node(self, name: str) -> dict[str, Any]:
         """The one node of this name below the root."""

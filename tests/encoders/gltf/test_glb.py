@@ -17,7 +17,7 @@ from service.surface.examples import EXAMPLES
 OPTIONS = EncodeOptions()
 
 
-def built(name: str, resolution: int = 4) -> Mesh:
+def build_example(name: str, resolution: int = 4) -> Mesh:
     """A mesh of an example; its faces are those of a plan, and read-only."""
     options = MeshOptions((resolution, resolution), uvs=True)
     return build(EXAMPLES[name].surface().lower(), options, single=True)
@@ -27,19 +27,19 @@ def file_of(mesh: Mesh) -> bytes:
     return bytes(encode_glb(mesh, OPTIONS))
 
 
-def anew(mesh: Mesh) -> bytes:
+def encode_without_plan(mesh: Mesh) -> bytes:
     """The file of the mesh with faces that no plan has."""
     return file_of(replace(mesh, triangles=mesh.triangles.copy()))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_kept_text_gives_the_same_file(name: str) -> None:
-    mesh = built(name)
-    assert file_of(mesh) == file_of(mesh) == anew(mesh)
+    mesh = build_example(name)
+    assert file_of(mesh) == file_of(mesh) == encode_without_plan(mesh)
 
 
 def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
-    mesh = built("utah-teapot")
+    mesh = build_example("utah-teapot")
     file_of(mesh)
     parts = tuple(replace(part, name=f"{part.name} é", deviation_bound=None) for part in mesh.parts)
     red = tuple(replace(part, color=(1.0, 0.0, 0.0, 0.5)) for part in mesh.parts)
@@ -53,21 +53,21 @@ def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
         replace(mesh, report=replace(mesh.report, watertight=False, boundary_edges=7)),
     )
     for other in others:
-        assert file_of(other) == file_of(other) == anew(other)
+        assert file_of(other) == file_of(other) == encode_without_plan(other)
 
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
 def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
-    mesh = replace(built("saddle"), name=PLACEHOLDER.format(key))
-    assert file_of(mesh) == file_of(mesh) == anew(mesh)
+    mesh = replace(build_example("saddle"), name=PLACEHOLDER.format(key))
+    assert file_of(mesh) == file_of(mesh) == encode_without_plan(mesh)
 
 
 def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
-    mesh = built("saddle", 128)
+    mesh = build_example("saddle", 128)
     content = encode_glb(mesh, OPTIONS)
     assert isinstance(content, Pieces)
     assert len(content) == len(bytes(content))
-    assert bytes(content) == file_of(mesh) == anew(mesh)
+    assert bytes(content) == file_of(mesh) == encode_without_plan(mesh)
     assert any(np.shares_memory(np.frombuffer(p, np.uint8), mesh.positions) for p in content if p)
 
 

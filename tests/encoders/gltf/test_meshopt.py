@@ -37,11 +37,11 @@ each_mesh = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
 each_form = pytest.mark.parametrize("options", [COMPRESSED, BOTH], ids=["floats", "integers"])
 
 
-def made(mesh: Mesh, options: EncodeOptions) -> Mesh:
+def prepare_mesh(mesh: Mesh, options: EncodeOptions) -> Mesh:
     return quantize_mesh(mesh, STEP) if options.quantize else mesh
 
 
-def plainly(options: EncodeOptions) -> EncodeOptions:
+def without_compression(options: EncodeOptions) -> EncodeOptions:
     return replace(options, compression="none")
 
 
@@ -55,21 +55,21 @@ def faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[Any, 
     ]
     corners = {1: 2, 4: 3}[primitive["mode"]]
     vertices = list(map(tuple, np.hstack(columns).tolist()))
-    found = []
+    result = []
     for face in gltf.array(primitive["indices"]).reshape(-1, corners).tolist():
         rows = [vertices[k] for k in face]
         first = min(range(corners), key=rows.__getitem__) if corners == 3 else 0
-        found.append(tuple(rows[first:] + rows[:first]))
-    assert len(set(found)) == len(found)
-    return set(found)
+        result.append(tuple(rows[first:] + rows[:first]))
+    assert len(set(result)) == len(result)
+    return set(result)
 
 
 @each_form
 @each_mesh
 def test_decompressed_it_is_the_same_mesh(mesh: Mesh, options: EncodeOptions) -> None:
-    mesh = made(mesh, options)
+    mesh = prepare_mesh(mesh, options)
     small = read_glb(bytes(BY_NAME["glb"].encode(mesh, options)))
-    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, plainly(options))))
+    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, without_compression(options))))
     lossy = {"NORMAL"} if options.quantize else ()
     names = [node["name"] for node in plain.document.get("nodes", [{}])[1:]]
     assert [node["name"] for node in small.document.get("nodes", [{}])[1:]] == names
@@ -87,12 +87,12 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
     mesh = quantize_mesh(replace(single(sheet(64)), normals=rows.astype(np.float32)), STEP)
     small = read_glb(bytes(BY_NAME["glb"].encode(mesh, BOTH)))
     attributes = small.primitive("sheet")["attributes"]
-    found = small.values(attributes["NORMAL"])
-    assert np.abs(np.linalg.norm(found, axis=1) - 1).max() < 1e-4
+    result = small.values(attributes["NORMAL"])
+    assert np.abs(np.linalg.norm(result, axis=1) - 1).max() < 1e-4
     # The vertex of the sheet for each vertex of the file.
     places = small.array(attributes["POSITION"]).astype(int) // 256
-    wanted = rows[places[:, 0] * 65 + places[:, 1]]
-    apart = np.degrees(2 * np.arcsin(np.linalg.norm(found - wanted, axis=1) / 2))
+    expected = rows[places[:, 0] * 65 + places[:, 1]]
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(result - expected, axis=1) / 2))
     assert 0.02 < apart.max() < 0.1
 
 
@@ -105,9 +105,9 @@ def test_noise_is_not_made_longer(options: EncodeOptions) -> None:
     positions = rng.uniform(-1, 1, mesh.positions.shape).astype(np.float32)
     triangles = rng.permuted(mesh.triangles.ravel()).reshape(-1, 3)
     mesh = replace(mesh, positions=positions, triangles=triangles, attributes=(("noise", noise),))
-    mesh = made(mesh, options)
+    mesh = prepare_mesh(mesh, options)
     small = read_glb(bytes(BY_NAME["glb"].encode(mesh, options)))
-    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, plainly(options))))
+    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, without_compression(options))))
     assert len(small.buffer) < len(plain.buffer)
     views = small.document["bufferViews"]
     kept = [view for view in views if "extensions" not in view]
@@ -120,19 +120,19 @@ def test_the_validator_reports_the_unknown_extension(
     options: EncodeOptions, tmp_path: Path
 ) -> None:
     path = tmp_path / "model.glb"
-    content = bytes(BY_NAME["glb"].encode(made(MESHES["parts"], options), options))
+    content = bytes(BY_NAME["glb"].encode(prepare_mesh(MESHES["parts"], options), options))
     unknown = "/extensionsUsed/" + ("2" if options.quantize else "1")
-    assert said(content, path) == [("UNSUPPORTED_EXTENSION", 2, unknown)]
+    assert list_issues(content, path) == [("UNSUPPORTED_EXTENSION", 2, unknown)]
     # If every view is compressed, the validator finds no use of the buffer.
-    content = bytes(BY_NAME["glb"].encode(made(single(sheet(20)), options), options))
+    content = bytes(BY_NAME["glb"].encode(prepare_mesh(single(sheet(20)), options), options))
     unknown = "/extensionsUsed/" + ("1" if options.quantize else "0")
-    assert said(content, path) == [
+    assert list_issues(content, path) == [
         ("UNSUPPORTED_EXTENSION", 2, unknown),
         ("UNUSED_OBJECT", 2, "/buffers/0"),
     ]
 
 
-def said(content: bytes, path: Path) -> list[tuple[str, int, str]]:
+def list_issues(content: bytes, path: Path) -> list[tuple[str, int, str]]:
     """Code, severity (2: for information) and place of what the validator has to say."""
     return sorted(
         (issue["code"], issue["severity"], issue["pointer"]) for issue in issues(content, path)
@@ -141,7 +141,7 @@ def said(content: bytes, path: Path) -> list[tuple[str, int, str]]:
 
 @each_form
 def test_the_json_form_holds_the_same(options: EncodeOptions) -> None:
-    mesh = made(MESHES["parts"], options)
+    mesh = prepare_mesh(MESHES["parts"], options)
     text = read_gltf(bytes(BY_NAME["gltf"].encode(mesh, options)))
     binary = read_glb(bytes(BY_NAME["glb"].encode(mesh, options)))
     assert text.buffer == binary.buffer[: len(text.buffer)]
@@ -156,8 +156,8 @@ def test_more_than_65535_vertices_have_long_indices() -> None:
     assert indices.dtype == np.uint32
     assert indices.max() == len(mesh.positions) - 1 == 66048
     corners = small.array(primitive["attributes"]["POSITION"])[indices.reshape(-1, 3)]
-    wanted = mesh.positions[mesh.triangles]
-    one, other = (np.sort(each.sum(axis=1), axis=0) for each in (corners, wanted))
+    expected = mesh.positions[mesh.triangles]
+    one, other = (np.sort(each.sum(axis=1), axis=0) for each in (corners, expected))
     assert np.allclose(one, other, atol=1e-6)
 
 

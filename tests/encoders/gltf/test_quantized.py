@@ -39,7 +39,7 @@ MESHES = {
 }
 
 
-def written(mesh: Mesh, step: float = STEP) -> Gltf:
+def write_quantized(mesh: Mesh, step: float = STEP) -> Gltf:
     return read_glb(bytes(BY_NAME["glb"].encode(quantize_mesh(mesh, step), QUANTIZED)))
 
 
@@ -47,8 +47,8 @@ def places(gltf: Gltf, name: str) -> Array:
     """Positions at a node, in model coordinates."""
     node = gltf.node(name)
     stored = gltf.attribute(name, "POSITION").astype(np.float64)
-    found: Array = stored * node["scale"] + node.get("translation", [0.0, 0.0, 0.0])
-    return found
+    result: Array = stored * node["scale"] + node.get("translation", [0.0, 0.0, 0.0])
+    return result
 
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
@@ -60,20 +60,20 @@ def test_valid(mesh: Mesh, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["z up", "far away", "flat", "a point"])
 def test_integers_stand_for_the_very_positions(name: str) -> None:
     mesh = quantize_mesh(MESHES[name], STEP)
-    gltf = written(MESHES[name])
+    gltf = write_quantized(MESHES[name])
     assert gltf.document["extensionsRequired"] == ["KHR_mesh_quantization"]
     for part in mesh.parts:
         corners = mesh.triangles[slice(*part.triangles)]
         indices = gltf.array(gltf.primitive(part.name)["indices"]).reshape(-1, 3)
-        found = places(gltf, part.name)[indices]
-        assert (found == mesh.positions.astype(np.float64)[corners] + mesh.origin).all()
+        result = places(gltf, part.name)[indices]
+        assert (result == mesh.positions.astype(np.float64)[corners] + mesh.origin).all()
     for overlay in mesh.overlays:
-        wanted = overlay.positions.astype(np.float64) + mesh.origin
-        assert (places(gltf, overlay.name) == wanted).all()
+        expected = overlay.positions.astype(np.float64) + mesh.origin
+        assert (places(gltf, overlay.name) == expected).all()
 
 
 def test_bounds_are_those_of_the_integers() -> None:
-    gltf = written(MESHES["z up"])
+    gltf = write_quantized(MESHES["z up"])
     for name in ("base", "wall", "roof", "boundary"):
         accessor = gltf.document["accessors"][gltf.primitive(name)["attributes"]["POSITION"]]
         stored = gltf.attribute(name, "POSITION")
@@ -86,7 +86,7 @@ def test_bounds_are_those_of_the_integers() -> None:
 
 
 def test_parts_meet_where_they_met() -> None:
-    gltf = written(single(silo(13, 3)))
+    gltf = write_quantized(single(silo(13, 3)))
     base, wall = ({tuple(row) for row in places(gltf, name).tolist()} for name in ("base", "wall"))
     assert len(base & wall) == 13
 
@@ -97,22 +97,27 @@ def test_normals_texture_coordinates_and_colours_are_near() -> None:
     rows /= np.linalg.norm(rows, axis=1)[:, None]
     whole = replace(mesh.parts[0], triangles=(0, len(mesh.triangles)))
     mesh = replace(mesh, normals=rows.astype(np.float32), parts=(whole,))
-    gltf, plain = written(mesh), read_glb(bytes(BY_NAME["glb"].encode(mesh, EncodeOptions())))
+    gltf, plain = (
+        write_quantized(mesh),
+        read_glb(bytes(BY_NAME["glb"].encode(mesh, EncodeOptions()))),
+    )
     attributes = gltf.primitive("base")["attributes"]
-    found = {name: gltf.values(number) for name, number in attributes.items()}
-    normals = found["NORMAL"] / np.linalg.norm(found["NORMAL"], axis=1)[:, None]
+    result = {name: gltf.values(number) for name, number in attributes.items()}
+    normals = result["NORMAL"] / np.linalg.norm(result["NORMAL"], axis=1)[:, None]
     apart = np.degrees(2 * np.arcsin(np.linalg.norm(normals - rows, axis=1) / 2))
     assert apart.max() < 0.0015
-    assert np.abs(found["TEXCOORD_0"] - plain.attribute("base", "TEXCOORD_0")).max() <= 0.51 / 65535
-    assert np.abs(found["COLOR_0"] - plain.attribute("base", "COLOR_0")).max() <= 0.51 / 65535
+    assert (
+        np.abs(result["TEXCOORD_0"] - plain.attribute("base", "TEXCOORD_0")).max() <= 0.51 / 65535
+    )
+    assert np.abs(result["COLOR_0"] - plain.attribute("base", "COLOR_0")).max() <= 0.51 / 65535
     for name in ("_TEMPERATURE", "_FLOW_0", "_FLOW_1"):
-        assert (found[name] == plain.attribute("base", name)).all()
+        assert (result[name] == plain.attribute("base", name)).all()
 
 
 def test_texture_coordinates_beyond_one_stay_as_they_are() -> None:
     mesh = single(sheet(3))
     assert mesh.uvs is not None
-    gltf = written(replace(mesh, uvs=mesh.uvs * np.float32(1.5)))
+    gltf = write_quantized(replace(mesh, uvs=mesh.uvs * np.float32(1.5)))
     assert gltf.attribute("sheet", "TEXCOORD_0").dtype == np.float32
 
 

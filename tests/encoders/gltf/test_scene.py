@@ -25,7 +25,7 @@ SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 1, 0.25, 0], [0, 0, 2, 0], [0, 0, 0, 1]]
 COARSE = MeshOptions(resolution=(3, 3))
 
 
-def moved(x: float, y: float, z: float) -> Array:
+def translation(x: float, y: float, z: float) -> Array:
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix
@@ -35,7 +35,7 @@ def group_of(*members: Member, **more: Any) -> GroupSurface:
     return GroupSurface(members, **more)
 
 
-def written(group: GroupSurface, options: MeshOptions = COARSE) -> Gltf:
+def write_group(group: GroupSurface, options: MeshOptions = COARSE) -> Gltf:
     return read_glb(render(group, options, BY_NAME["glb"]))
 
 
@@ -55,20 +55,20 @@ def local(node: dict[str, Any]) -> Array:
 
 def copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
     """World matrix below the root, and mesh, of everything at or below the nodes of this name."""
-    nodes, found = gltf.document["nodes"], []
+    nodes, result = gltf.document["nodes"], []
 
     def visit(number: int, above: Array) -> None:
         node = nodes[number]
         here = above @ local(node)
         if "mesh" in node:
-            found.append((here, gltf.document["meshes"][node["mesh"]]))
+            result.append((here, gltf.document["meshes"][node["mesh"]]))
         for child in node.get("children", ()):
             visit(child, here)
 
     for number in nodes[0]["children"]:
         if nodes[number]["name"] == name:
             visit(number, np.eye(4))
-    return found
+    return result
 
 
 @given(placements())
@@ -98,13 +98,13 @@ def test_equal_surfaces_share_one_mesh() -> None:
     ball, ramp = find("sphere").surface(), find("saddle").surface()
     group = group_of(
         Member(ball, "a"),
-        Member(ball, "b", matrix=moved(3, 0, 0)),
+        Member(ball, "b", matrix=translation(3, 0, 0)),
         Member(ball, "c", (1.0, 0.0, 0.0), MIRROR),
         Member(ball, "d", (1.0, 0.0, 0.0), SHEAR),
         Member(ramp, "e", (1.0, 0.0, 0.0)),
         up="z",
     )
-    gltf = written(group)
+    gltf = write_group(group)
     document = gltf.document
     assert [node["name"] for node in document["nodes"] if "name" in node] == ["group", *"abcde"]
     assert len(document["meshes"]) == 3
@@ -124,7 +124,7 @@ def test_copies_stand_where_they_were_placed() -> None:
     """A sheared one by two nodes; one of several parts with a node each; in both forms."""
     ball, drum = find("sphere").surface(), find("cylinder").surface()
     group = group_of(Member(ball, "ball", matrix=SHEAR), Member(drum, "drum", matrix=MIRROR))
-    for gltf in (written(group), read_gltf(render(group, COARSE, BY_NAME["gltf"]))):
+    for gltf in (write_group(group), read_gltf(render(group, COARSE, BY_NAME["gltf"]))):
         # Members are z-up, the group is y-up.
         upright = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
         ((world, mesh),) = copies(gltf, "ball")
@@ -138,7 +138,7 @@ def test_copies_stand_where_they_were_placed() -> None:
 
 def test_a_far_member_keeps_a_local_origin_below_its_placement() -> None:
     far = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]) + 1e6)
-    gltf = written(group_of(Member(far, "far", matrix=moved(-1e6, -1e6, -1e6))))
+    gltf = write_group(group_of(Member(far, "far", matrix=translation(-1e6, -1e6, -1e6))))
     ((world, mesh),) = copies(gltf, "far")
     (primitive,) = mesh["primitives"]
     stored = gltf.array(primitive["attributes"]["POSITION"])
@@ -152,7 +152,7 @@ def test_colors_are_linear_and_opacity_blends() -> None:
     group = group_of(
         Member(ball, "solid", (1.0, 0.5, 0.02)), Member(ball, "glass", (0.0, 0.5, 1.0, 0.25))
     )
-    solid, glass = written(group).document["materials"]
+    solid, glass = write_group(group).document["materials"]
     # ((0.5 + 0.055) / 1.055)^2.4 and 0.02 / 12.92
     half, little = 0.21404114048223255, 0.0015479876160990712
     assert solid["pbrMetallicRoughness"]["baseColorFactor"] == [1.0, half, little, 1.0]
@@ -168,7 +168,10 @@ def everything() -> GroupSurface:
     alone = [surface for surface in surfaces if not isinstance(surface, GroupSurface)]
     members = [
         Member(
-            surface, None, (0.2, 0.5, 0.7) if k % 2 else None, moved(9 * k, 0, 0) @ SHEAR @ MIRROR
+            surface,
+            None,
+            (0.2, 0.5, 0.7) if k % 2 else None,
+            translation(9 * k, 0, 0) @ SHEAR @ MIRROR,
         )
         for k, surface in enumerate(alone)
     ]

@@ -33,12 +33,12 @@ class Bordered(NamedTuple):
 
     def bits(self) -> list[bytes]:
         """The points of every side, as bytes, in the direction that comes first in order."""
-        found = []
+        result = []
         for face in range(len(self.faces.first)):
             for side in range(4):
                 points = self.side(face, side)[2]
-                found.append(min(points.tobytes(), points[::-1].tobytes()))
-        return found
+                result.append(min(points.tobytes(), points[::-1].tobytes()))
+        return result
 
 
 def build_border(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> Bordered:
@@ -92,10 +92,10 @@ def _point(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
     span = min(int(t), len(nets) - 1)
     points, weights = nets[span]
     (net,) = exact_net([points], None if weights is None else [weights])
-    found = curve_point(net, t - span)
+    result = curve_point(net, t - span)
     if weights is not None:
-        found = tuple(x / found[3] for x in found[:3])
-    return np.array([float(x) for x in found])
+        result = tuple(x / result[3] for x in result[:3])
+    return np.array([float(x) for x in result])
 
 
 def _gap(point: Array, a: Array, b: Array) -> float:

@@ -67,8 +67,8 @@ def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) 
     kept = corners[(ends != np.roll(ends, 1, axis=1)).all(axis=1)]
     kept = kept[np.argsort(face[kept[:, 0]], kind="stable")]
     bounds = (1 + np.arange(len(kept))) / 8
-    made = Triangulation(face, at[:, 0], at[:, 1], vertex, points[first], kept, bounds, None)
-    return Regular(faces, border, made)
+    built = Triangulation(face, at[:, 0], at[:, 1], vertex, points[first], kept, bounds, None)
+    return Regular(faces, border, built)
 
 
 def evaluate_points(

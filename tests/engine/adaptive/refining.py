@@ -30,10 +30,10 @@ class Refined(NamedTuple):
 
     def of_face(self, face: int) -> tuple[bytes, bytes]:
         """Places and positions of the triangles of one face, bit for bit, in their order."""
-        made = self.made
-        corners = made.triangles[made.face[made.triangles[:, 0]] == face]
-        places = np.stack([made.u[corners], made.v[corners]])
-        return places.tobytes(), made.positions[made.vertex[corners]].tobytes()
+        built = self.made
+        corners = built.triangles[built.face[built.triangles[:, 0]] == face]
+        places = np.stack([built.u[corners], built.v[corners]])
+        return places.tobytes(), built.positions[built.vertex[corners]].tobytes()
 
 
 def build_refined(
@@ -43,45 +43,45 @@ def build_refined(
     stored: Callable[[Array], Array] = lambda positions: positions,
 ) -> Refined:
     """The triangulation of a model."""
-    found = build_border(model, goal, most)
+    result = build_border(model, goal, most)
     patch_nets = PatchNets.of(model)
-    made = triangulate(patch_nets, found.faces, found.border, goal, store=stored, most=most)
-    return Refined(patch_nets, found.faces, found.border, made)
+    built = triangulate(patch_nets, result.faces, result.border, goal, store=stored, most=most)
+    return Refined(patch_nets, result.faces, result.border, built)
 
 
 def check_refined(found: Refined, tolerance: float) -> None:
     """Checks in whole numbers that triangles cover the faces exactly once."""
-    _, faces, border, made = found
-    corners = made.triangles
-    assert (made.bounds <= tolerance).all()
-    assert (np.diff(made.face[corners[:, 0]]) >= 0).all()
-    assert (made.face[corners] == made.face[corners[:, :1]]).all()
-    places = sorted(zip(made.face.tolist(), made.u.tolist(), made.v.tolist(), strict=True))
-    assert places == list(zip(made.face.tolist(), made.u.tolist(), made.v.tolist(), strict=True))
+    _, faces, border, built = found
+    corners = built.triangles
+    assert (built.bounds <= tolerance).all()
+    assert (np.diff(built.face[corners[:, 0]]) >= 0).all()
+    assert (built.face[corners] == built.face[corners[:, :1]]).all()
+    places = sorted(zip(built.face.tolist(), built.u.tolist(), built.v.tolist(), strict=True))
+    assert places == list(zip(built.face.tolist(), built.u.tolist(), built.v.tolist(), strict=True))
     assert len(set(places)) == len(places)
-    u, v = made.u.astype(object), made.v.astype(object)
+    u, v = built.u.astype(object), built.v.astype(object)
     a, b, c = corners.T
     areas = (u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a])
     assert (areas > 0).all()
     # Triangles with two equal vertices are left out; they occur beside sides that are one point, or
     # coincide.
-    area = np.bincount(made.face[a], areas.astype(np.float64), minlength=len(faces.first))
+    area = np.bincount(built.face[a], areas.astype(np.float64), minlength=len(faces.first))
     whole = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
     assert (area <= whole * (1 + 1e-12)).all()
     simple = ~border.collapsed.any(axis=1) & ~_find_touching(border)
     for face in np.flatnonzero(simple):
-        exact = sum(areas[made.face[a] == face].tolist())
+        exact = sum(areas[built.face[a] == face].tolist())
         assert exact == 2 * int(faces.spans[face].prod()) * SPAN**2
-    check_edges(border, made)
+    check_edges(border, built)
 
 
 def _find_touching(border: Border) -> np.ndarray:
     """Faces that have a vertex twice."""
-    found = []
+    result = []
     for face in range(len(border.collapsed)):
         rows = [border.vertex[slice(*border.start[4 * face + s :][:2])] for s in range(4)]
-        found.append(len(np.unique(np.concatenate(rows))) < sum(map(len, rows)) - 4)
-    return np.array(found)
+        result.append(len(np.unique(np.concatenate(rows))) < sum(map(len, rows)) - 4)
+    return np.array(result)
 
 
 def check_edges(border: Border, made: Triangulation) -> None:

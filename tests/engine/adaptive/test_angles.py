@@ -73,18 +73,18 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
     group = GroupSurface((Member(BezierSurface(one)), Member(BezierSurface(other))))
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=0.05))
     along = one[-1, -1] - one[-1, 0]
-    found = []
+    result = []
     model = group.lower()
     assert isinstance(model, GroupModel)
     for mesh in build_scene(model, options).meshes:
         away = mesh.positions - one[-1, 0]
         share = away @ along / (along @ along)
         near = np.linalg.norm(away - share[:, None] * along, axis=1) < 1e-12
-        found.append({*map(tuple, mesh.positions[near].tolist())})
+        result.append({*map(tuple, mesh.positions[near].tolist())})
         assert mesh.report.normal_angle is not None
         assert mesh.report.normal_angle <= 0.055
-    assert len(found[0]) > 4
-    assert found[0] == found[1]
+    assert len(result[0]) > 4
+    assert result[0] == result[1]
 
 
 @pytest.mark.parametrize("kind", ["fans", "rings"])

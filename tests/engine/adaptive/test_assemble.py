@@ -36,12 +36,12 @@ def assemble_regular(
 ) -> Mesh:
     """A regular mesh, assembled as adaptive ones are."""
     model = patches_of(source) if isinstance(source, str) else source
-    wanted, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
-    made = build_regular(model, divisions)
+    expected, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
+    built = build_regular(model, divisions)
     origin = storage.choose_origin(*model.bounds)
-    lines = draw_overlays(model, made.border, wanted, storage, origin)
+    lines = draw_overlays(model, built.border, expected, storage, origin)
     return assemble(
-        *(model, made.faces, made.made, wanted, lines),
+        *(model, built.faces, built.made, expected, lines),
         storage=storage,
         origin=origin,
         closure=find_closure(model),
@@ -130,8 +130,8 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
 def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> None:
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = patches_of("bspline-hills")
-    made = build_regular(model, 3, skip=skip)
-    samples, corners = find_samples(made.faces, made.made)
+    built = build_regular(model, 3, skip=skip)
+    samples, corners = find_samples(built.faces, built.made)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
     span = np.stack(np.divmod(samples.patch, columns), axis=1)[corners]
@@ -139,33 +139,33 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> N
     assert own.min() == 0
     assert own.max() == 1
     places = span + own
-    given = np.stack([made.made.u, made.made.v], axis=1)[made.made.triangles] / SPAN
+    given = np.stack([built.made.u, built.made.v], axis=1)[built.made.triangles] / SPAN
     np.testing.assert_allclose(places, given, atol=1e-9)
     middle = places.mean(axis=1, keepdims=True)
     ahead = places + 1e-3 * (middle - places) - span
     assert ahead.min() >= -1e-9
     assert ahead.max() <= 1 + 1e-9
-    np.testing.assert_array_equal(samples.vertex[corners], made.made.vertex[made.made.triangles])
+    np.testing.assert_array_equal(samples.vertex[corners], built.made.vertex[built.made.triangles])
 
 
 def test_parts_are_runs_with_bounds_of_their_own() -> None:
     model = patches_of("utah-teapot")
-    made = build_regular(model, 2)
+    built = build_regular(model, 2)
     mesh = assemble_regular(model)
-    patch = made.made.face[made.made.triangles[:, 0]]
+    patch = built.made.face[built.made.triangles[:, 0]]
     sequence = np.arange(model.patch_count) if model.sequence is None else model.sequence
-    found = []
+    result = []
     for part, own in zip(model.parts, mesh.parts, strict=True):
         inside = np.isin(patch, sequence[part.first : part.last])
         first, last = own.triangles
         assert last - first == np.count_nonzero(inside)
-        assert own.deviation_bound == made.made.bounds[inside].max()
-        corners = made.made.positions[made.made.vertex[made.made.triangles[inside]]]
+        assert own.deviation_bound == built.made.bounds[inside].max()
+        corners = built.made.positions[built.made.vertex[built.made.triangles[inside]]]
         ours = mesh.positions[mesh.triangles[first:last]]
         order, other = (np.lexsort(c.mean(axis=1).round(9).T) for c in (corners, ours))
         np.testing.assert_array_equal(corners[order], ours[other])
-        found.append(float(made.made.bounds[inside].max()))
-    assert mesh.report.deviation_bound == max(found)
+        result.append(float(built.made.bounds[inside].max()))
+    assert mesh.report.deviation_bound == max(result)
     assert len(model.parts) > 1
 
 
@@ -191,12 +191,12 @@ def test_the_largest_angle_is_measured_if_requested() -> None:
     accuracy = Accuracy(angle_tolerance=0.5)
     mesh = assemble_regular("saddle", 3, accuracy=accuracy)
     assert mesh.normals is not None
-    found = 0.0
+    result = 0.0
     for triangle in mesh.triangles:
         a, b, c = mesh.normals[triangle]
         for one, other in ((a, b), (b, c), (c, a)):
-            found = max(found, acos(min(1.0, float(one @ other))))
-    assert mesh.report.normal_angle == pytest.approx(found, abs=1e-7)
+            result = max(result, acos(min(1.0, float(one @ other))))
+    assert mesh.report.normal_angle == pytest.approx(result, abs=1e-7)
     bare = assemble_regular("saddle", 3, accuracy=accuracy, normals=False)
     assert bare.normals is None
     assert bare.report.normal_angle == mesh.report.normal_angle

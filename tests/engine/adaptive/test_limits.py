@@ -41,10 +41,10 @@ def test_the_result_fits_and_nothing_much_finer_does(
     a: float, e: float, most: int, has_costs: bool
 ) -> None:
     meshes = Staircase(a, e, most, has_costs=has_costs)
-    found = search_tolerances(meshes, meshes.coarsest(), LEAST)
-    assert found.cost <= 1
+    result = search_tolerances(meshes, meshes.coarsest(), LEAST)
+    assert result.cost <= 1
     assert len(meshes.asked) <= MAX_ATTEMPTS
-    assert found.cost >= SPENT or meshes.cost(found.result / CLOSE**1.01) > 1
+    assert result.cost >= SPENT or meshes.cost(result.result / CLOSE**1.01) > 1
 
 
 def test_a_mesh_without_deviation_is_not_searched_for() -> None:
@@ -57,9 +57,9 @@ def test_a_mesh_without_deviation_is_not_searched_for() -> None:
 
 def test_no_tolerance_below_the_least_is_tried() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
-    found = search_tolerances(meshes, meshes.coarsest(), 1e-3)
+    result = search_tolerances(meshes, meshes.coarsest(), 1e-3)
     assert min(meshes.asked) == 1e-3
-    assert found.result == 1e-3
+    assert result.result == 1e-3
 
 
 def test_the_smaller_bound_of_two_that_fit_is_taken() -> None:
@@ -70,8 +70,8 @@ def test_the_smaller_bound_of_two_that_fit_is_taken() -> None:
             return None
         return Attempt(0.8, 0.19 if tolerance > 0.19 else 0.195, tolerance)
 
-    found = search_tolerances(attempt, Attempt(0.2, 1.0, 1.0), LEAST)
-    assert found.bound == 0.19
+    result = search_tolerances(attempt, Attempt(0.2, 1.0, 1.0), LEAST)
+    assert result.bound == 0.19
 
 
 def test_the_search_is_short_if_triangles_follow_the_power_law() -> None:

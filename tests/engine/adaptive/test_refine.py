@@ -22,8 +22,8 @@ from tests.strategies import (
     Array,
     degenerate_nets,
     model_of,
-    moved,
     split_models,
+    translate,
     weighted_nets,
 )
 
@@ -74,9 +74,9 @@ def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
     take."""
     model = patches_of(name)
     tolerance = share * float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
-    found = build_refined(model, Goal(tolerance))
-    check_refined(found, tolerance)
-    assert len(found.made.triangles) <= triangles
+    result = build_refined(model, Goal(tolerance))
+    check_refined(result, tolerance)
+    assert len(result.made.triangles) <= triangles
 
 
 def test_near_the_eye_there_is_more() -> None:
@@ -85,18 +85,18 @@ def test_near_the_eye_there_is_more() -> None:
     u, v = np.meshgrid(np.linspace(0, 10, 14), np.linspace(0, 2, 6), indexing="ij")
     net = np.stack([u, v, 0.3 * rng.uniform(-1, 1, u.shape)], axis=-1)
     model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
-    found = build_refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
-    made = found.made
-    middles = made.positions[made.vertex[made.triangles], 0].mean(axis=1)
+    result = build_refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
+    built = result.made
+    middles = built.positions[built.vertex[built.triangles], 0].mean(axis=1)
     near, far = (middles < 2).sum(), (middles > 8).sum()
     assert near > 2 * far
-    farthest = np.linalg.norm(made.positions[made.vertex[made.triangles]], axis=2).max(axis=1)
-    assert (made.bounds <= 2e-3 * (farthest + 2.0)).all()
+    farthest = np.linalg.norm(built.positions[built.vertex[built.triangles]], axis=2).max(axis=1)
+    assert (built.bounds <= 2e-3 * (farthest + 2.0)).all()
 
 
 def test_the_proof_is_about_the_stored_positions() -> None:
     """Far from the origin float32 moves vertices by more than the deviation of the surface."""
-    net = moved(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
+    net = translate(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
     model = model_of([net])
     exact = build_refined(model, Goal(0.01))
     rounded = build_refined(
@@ -116,12 +116,12 @@ def test_more_triangles_than_allowed_are_refused() -> None:
 def test_work_is_limited() -> None:
     """The limit of work holds for any number of triangles."""
     model = patches_of("bourke-1111")
-    found = build_border(model, Goal(0.01))
+    result = build_border(model, Goal(0.01))
     with pytest.raises(TooLarge) as refused:
         triangulate(
             PatchNets.of(model),
-            found.faces,
-            found.border,
+            result.faces,
+            result.border,
             Goal(0.01),
             store=lambda x: x,
             most=10**9,

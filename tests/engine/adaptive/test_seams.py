@@ -46,23 +46,23 @@ def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
     patches = range(len(whole.nets))
     eye = np.array([2.0, -3.0, 1.0])
     goal = Goal(0.2, view=View(eye, 0.05, 0.1)) if kind in ("fans", "rings") else Goal(0.2)
-    found = build_refined(whole.model(patches), goal)
-    check_refined(found, 0.2)
-    counts = Counter(count_uses(found).values())
+    result = build_refined(whole.model(patches), goal)
+    check_refined(result, 0.2)
+    counts = Counter(count_uses(result).values())
     assert set(counts) <= {1, 2}
     # The open edges are those of the sides of one patch only.
     shared = whole.edges()
-    single = Counter(vertex for row in find_open_edges(found) for vertex in row)
+    single = Counter(vertex for row in find_open_edges(result) for vertex in row)
     assert (counts[1] == 0) == (kind in CLOSED) == all(len(p) == 2 for p in shared.values())
     assert all(times == 2 for times in single.values())
     order = np.random.default_rng(seed).permutation(len(whole.nets)).tolist()
     again = build_refined(whole.model(order, together=False), goal)
     for place, k in enumerate(order):
-        assert again.of_face(place) == found.of_face(k)
+        assert again.of_face(place) == result.of_face(k)
     for k in find_equal(whole)[:2]:
         alone = build_refined(whole.model([k]), goal)
-        assert list_side_bytes(alone, 0) == list_side_bytes(found, k)
-        assert alone.of_face(0) == found.of_face(k)
+        assert list_side_bytes(alone, 0) == list_side_bytes(result, k)
+        assert alone.of_face(0) == result.of_face(k)
 
 
 def find_open_edges(found: Refined) -> list[list[int]]:

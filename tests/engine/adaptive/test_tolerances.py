@@ -57,8 +57,8 @@ def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
     far[:3, 3] = 9, 0, 0
     low, high = build_group(None, far).bounds
     np.testing.assert_allclose(high - low, [10, 1, 1])
-    found = build_goal(Accuracy(relative_tolerance=0.5), build_group(None, far)).tolerance
-    assert found == pytest.approx(0.5 * np.sqrt(102))
+    result = build_goal(Accuracy(relative_tolerance=0.5), build_group(None, far)).tolerance
+    assert result == pytest.approx(0.5 * np.sqrt(102))
 
 
 def test_a_pixel_is_as_large_as_it_is_seen() -> None:

@@ -33,7 +33,7 @@ def test_a_side_that_is_nearly_a_point_is_one_in_float32(seed: int) -> None:
 def build_strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
     """Triangles 0 1 2, 2 1 3, 2 3 4 of one face, their vertices stored at some places."""
     nothing = np.zeros(5, dtype=np.intp)
-    made = Triangulation(
+    built = Triangulation(
         face=nothing,
         u=np.arange(5),
         v=nothing,
@@ -43,21 +43,21 @@ def build_strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
         bounds=np.array([1.0, 3.0, 2.0]),
         mesh_bounds=None,
     )
-    return made, np.array([[place, place**2, 0.0] for place in stored])
+    return built, np.array([[place, place**2, 0.0] for place in stored])
 
 
 def test_the_triangle_beside_takes_over_the_bound() -> None:
-    found = drop_flat_triangles(*build_strip([0, 1, 2, 1, 4]))
-    assert found.vertex.tolist() == [0, 1, 2, 1, 4]
-    assert found.triangles.tolist() == [[0, 1, 2], [2, 3, 4]]
-    assert found.bounds.tolist() == [1.0, 3.0] or found.bounds.tolist() == [3.0, 2.0]
+    result = drop_flat_triangles(*build_strip([0, 1, 2, 1, 4]))
+    assert result.vertex.tolist() == [0, 1, 2, 1, 4]
+    assert result.triangles.tolist() == [[0, 1, 2], [2, 3, 4]]
+    assert result.bounds.tolist() == [1.0, 3.0] or result.bounds.tolist() == [3.0, 2.0]
 
 
 @pytest.mark.parametrize("stored", [[0, 1, 2, 3, 4], [7, 7, 7, 7, 7]])
 def test_triangulations_without_flat_triangles_or_with_only_flat_ones_stay(
     stored: list[int],
 ) -> None:
-    made, places = build_strip(stored)
-    assert drop_flat_triangles(made, places) is made
-    apart = replace(made, face=np.array([0, 0, 0, 1, 1]))
+    built, places = build_strip(stored)
+    assert drop_flat_triangles(built, places) is built
+    apart = replace(built, face=np.array([0, 0, 0, 1, 1]))
     assert drop_flat_triangles(apart, places) is apart

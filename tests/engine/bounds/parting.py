@@ -58,13 +58,15 @@ def measure_deviations(
     """The largest distance from samples of each part to its host and the neighbours, (m,)."""
     weights, points = sample_parts(patch_nets, faces, parts, divisions)
     count = len(weights)
-    found = to_triangles(points, np.repeat(positions[parts.host], count, axis=0))
+    result = to_triangles(points, np.repeat(positions[parts.host], count, axis=0))
     for k in range(3):
         near = parts.host[:, [k, (k + 1) % 3]]
         has = parts.across[:, k] >= 0
         beyond = np.concatenate([near, np.where(has, parts.across[:, k], near[:, 0])[:, None]], 1)
-        found = np.minimum(found, to_triangles(points, np.repeat(positions[beyond], count, axis=0)))
-    furthest: Array = found.reshape(-1, count).max(axis=1)
+        result = np.minimum(
+            result, to_triangles(points, np.repeat(positions[beyond], count, axis=0))
+        )
+    furthest: Array = result.reshape(-1, count).max(axis=1)
     return furthest
 
 
@@ -98,9 +100,9 @@ def check_bounds(
 ) -> tuple[PartBounds, Array]:
     """The bounds, after checking that no sample exceeds them, and the sampled distances."""
     bounds = certify(patch_nets, faces, parts, positions, goal)
-    found = measure_deviations(patch_nets, faces, parts, positions)
-    assert (found <= bounds.deviation).all(), (found - bounds.deviation).max()
-    return bounds, found
+    result = measure_deviations(patch_nets, faces, parts, positions)
+    assert (result <= bounds.deviation).all(), (result - bounds.deviation).max()
+    return bounds, result
 
 
 def divide_evenly(count: int, spans: int = 1) -> Index:

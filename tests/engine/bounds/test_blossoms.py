@@ -31,8 +31,8 @@ def test_nets_over_triangles_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = grid(rng, 3), grid(rng, 3)
-    made = build_triangle_nets(np.moveaxis(net, 2, 0)[np.newaxis], np.stack([u, v], axis=1))[0]
-    oracle = triangles.exact_triangle(made.T)
+    built = build_triangle_nets(np.moveaxis(net, 2, 0)[np.newaxis], np.stack([u, v], axis=1))[0]
+    oracle = triangles.exact_triangle(built.T)
     for place in triangles.places(4):
         a, b = (
             sum(
@@ -49,16 +49,16 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q + 1)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = grid(rng, 2), grid(rng, 2)
-    made = build_box_nets(
+    built = build_box_nets(
         np.moveaxis(net, 2, 0)[np.newaxis], build_blossoms(p, u), build_blossoms(q, v)
     )
-    boxes = np.moveaxis(made[0], 0, 2)
+    boxes = np.moveaxis(built[0], 0, 2)
     (begin_u, end_u), (begin_v, end_v) = (
         [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
     )
     for _, s, t in triangles.places(4):
-        wanted = value(net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v))
-        assert_near(value(boxes, s, t), wanted)
+        expected = value(net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v))
+        assert_near(value(boxes, s, t), expected)
 
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
@@ -72,7 +72,7 @@ def test_halves_of_boxes_have_the_points_of_their_nets(p: int, q: int) -> None:
     nets = np.repeat(rng.normal(size=(1, 3, p + 1, q + 1)), len(three), axis=0)
     exactly = build_triangle_nets(nets, places)
     for some in (slice(None), slice(0, -1)):
-        made = build_triangle_nets(nets[some], places[..., some], ordered=False)
-        for one, other in zip(made, exactly[some], strict=True):
+        built = build_triangle_nets(nets[some], places[..., some], ordered=False)
+        for one, other in zip(built, exactly[some], strict=True):
             away = np.linalg.norm(one[:, :, np.newaxis] - other[:, np.newaxis], axis=0)
             assert max(away.min(axis=0).max(), away.min(axis=1).max()) < 1e-14

@@ -67,10 +67,10 @@ def test_the_bound_is_hardly_more_than_the_truth(spread: float, worst: float) ->
         patch_nets, faces = PatchNets.of(BezierSurface(net).lower()), build_face()
         places, corners, beyond = divide_face(divide_evenly(16), divide_evenly(16))
         parts = build_parts(places, corners, beyond)
-        bounds, found = check_bounds(
+        bounds, result = check_bounds(
             patch_nets, faces, parts, evaluate_places(patch_nets, faces, places)
         )
-        ratios.append(bounds.deviation / found)
+        ratios.append(bounds.deviation / result)
     assert np.median(ratios) < worst
 
 
@@ -125,8 +125,8 @@ def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
     parts = build_parts(corners.reshape(-1, 2), host, np.full((2, 3), -1))
     pieces = clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0))
     positions = evaluate_places(patch_nets, faces, corners.reshape(-1, 2))
-    found = find_covering_hulls(PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None))
-    assert found is not None
+    result = find_covering_hulls(PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None))
+    assert result is not None
     first = SPAN * np.stack([pieces.patch // 13, pieces.patch % 13], axis=1)
     covered = np.ones(len(first), dtype=bool)
     for corner in SPAN * np.array([[0, 0], [0, 1], [1, 0], [1, 1]]):
@@ -134,7 +134,7 @@ def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
             begin, end = corners[pieces.part, k], corners[pieces.part, (k + 1) % 3]
             along, offset = (end - begin) // SPAN, (first + corner - begin) // SPAN
             covered &= along[:, 0] * offset[:, 1] >= along[:, 1] * offset[:, 0]
-    assert np.isfinite(found[0]).tolist() == covered.tolist()
+    assert np.isfinite(result[0]).tolist() == covered.tolist()
 
 
 def test_parts_pass_with_the_allowed_deviation_and_twice_that_for_the_mesh() -> None:
@@ -225,10 +225,10 @@ def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rati
         parts = build_parts(places, corners, beyond)
         positions = evaluate_places(patch_nets, faces, places)
         bounds = certify(patch_nets, faces, parts, positions, replace(GOAL, two_sided=True))
-        found = measure_host_distances(patch_nets, faces, parts, positions)
+        result = measure_host_distances(patch_nets, faces, parts, positions)
         assert bounds.mesh is not None
-        assert (found <= bounds.mesh).all()
-        assert np.median(bounds.mesh / found) < 1.5
+        assert (result <= bounds.mesh).all()
+        assert np.median(bounds.mesh / result) < 1.5
         np.testing.assert_array_equal(bounds.passed, (bounds.deviation <= 1) & (bounds.mesh <= 2))
 
 
@@ -244,7 +244,7 @@ def test_the_bound_of_the_mesh_holds_across_knot_lines_and_is_0_for_hosts_of_oth
     positions = evaluate_places(patch_nets, faces, places)
     mesh = certify(patch_nets, faces, parts, positions, replace(GOAL, two_sided=True)).mesh
     assert mesh is not None
-    found = measure_host_distances(patch_nets, faces, parts, positions)
-    assert (found[own] <= mesh[own] + 1e-8).all()
-    assert np.median(mesh[own] / found[own]) < 1.5
+    result = measure_host_distances(patch_nets, faces, parts, positions)
+    assert (result[own] <= mesh[own] + 1e-8).all()
+    assert np.median(mesh[own] / result[own]) < 1.5
     assert (mesh[~own] == 0).all()

@@ -49,20 +49,22 @@ def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     weights = None if batch.weights is None else batch.weights[0]
     middle = [Fraction(float(x)) for x in patch_nets.middles[:, 0]]
     worst = 0.0
-    found = triangles.exact_triangle(build_triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T)
+    result = triangles.exact_triangle(
+        build_triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T
+    )
     for place in triangles.places(3):
         a, b = (
             sum((s * Fraction(float(t[0])) for s, t in zip(place, axis, strict=True)), Fraction(0))
             for axis in (u, v)
         )
         if isinstance(batch, TensorPatches):
-            wanted = exact.surface_point(exact.exact_net(batch.points[0], weights), a, b)
+            expected = exact.surface_point(exact.exact_net(batch.points[0], weights), a, b)
         else:
             s, t = a * (1 - b), b
             net = triangles.exact_triangle(batch.points[0], weights)
-            wanted = triangles.value(net, (1 - s - t, s, t))
-        point = exact_point(triangles.value(found, place))
-        gap = [x + m - y for x, m, y in zip(point, middle, exact_point(wanted), strict=True)]
+            expected = triangles.value(net, (1 - s - t, s, t))
+        point = exact_point(triangles.value(result, place))
+        gap = [x + m - y for x, m, y in zip(point, middle, exact_point(expected), strict=True)]
         worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
     return worst / (UNIT * count_roundings(p, q) * float(patch_nets.sizes[0]))
 
@@ -94,10 +96,10 @@ def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:
         ],
         axis=1,
     )
-    found = maximize_quadratics(m)
+    result = maximize_quadratics(m)
     seen = np.maximum(products @ m, 0).max(axis=0)
-    assert (found >= seen * (1 - 1e-15)).all()
-    np.testing.assert_allclose(found, seen, rtol=0, atol=2e-3 * np.abs(m).max())
+    assert (result >= seen * (1 - 1e-15)).all()
+    np.testing.assert_allclose(result, seen, rtol=0, atol=2e-3 * np.abs(m).max())
 
 
 @pytest.mark.parametrize("degree", [3, 9])

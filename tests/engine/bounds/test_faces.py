@@ -9,7 +9,7 @@ from service.engine.bounds.faces import Faces, find_faces
 from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.strategies import Array, moved
+from tests.strategies import Array, translate
 
 
 def find_model_faces(model: PatchModel) -> Faces:
@@ -18,7 +18,7 @@ def find_model_faces(model: PatchModel) -> Faces:
 
 def check_cover(model: PatchModel, faces: Faces) -> None:
     """Every patch is in one face."""
-    found = [
+    result = [
         first + k * stride + i
         for first, stride, (rows, columns) in zip(
             faces.first.tolist(), faces.stride.tolist(), faces.spans.tolist(), strict=True
@@ -26,7 +26,7 @@ def check_cover(model: PatchModel, faces: Faces) -> None:
         for k in range(rows)
         for i in range(columns)
     ]
-    assert sorted(found) == list(range(model.patch_count))
+    assert sorted(result) == list(range(model.patch_count))
 
 
 def grid(rows: int, columns: int) -> Array:
@@ -59,7 +59,7 @@ def test_a_face_ends_where_a_knot_line_is_a_point() -> None:
     """A double cone: its waist, and the sides that meet there."""
     angle = 2 * pi * np.arange(6) / 6
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    net = np.stack([moved(ring, 0, 0, -1), 0 * ring, moved(ring, 0, 0, 1)])
+    net = np.stack([translate(ring, 0, 0, -1), 0 * ring, translate(ring, 0, 0, 1)])
     model = BsplineSurface(net, (1, 3), ("clamped", "periodic")).lower()
     faces = find_model_faces(model)
     check_cover(model, faces)

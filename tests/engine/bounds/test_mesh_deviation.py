@@ -15,7 +15,7 @@ from tests.engine.meshing import mesh_of
 from tests.examples import patches_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
-from tests.strategies import Array, mixed_model, model_of, moved, turned
+from tests.strategies import Array, apply_symmetry, mixed_model, model_of, translate
 from tools.certify.surfaces import FAMILIES
 
 DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
@@ -37,9 +37,9 @@ def check(surface: Any, mesh: Mesh, samples: int = SAMPLES) -> float:
     assert bound is not None
     share = 0.0
     for diagonal in (0, 1) if len(mesh.quads) else (0,):
-        found = surface_to_mesh(sheets_of(surface), corners_of(mesh, diagonal), samples)
-        assert found.distance <= bound + found.noise
-        share = max(share, found.distance / bound)
+        result = surface_to_mesh(sheets_of(surface), corners_of(mesh, diagonal), samples)
+        assert result.distance <= bound + result.noise
+        share = max(share, result.distance / bound)
     return share
 
 
@@ -58,7 +58,7 @@ def test_no_point_of_a_surface_is_further_than_the_bound(family: str) -> None:
 
 def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
     curve = np.random.default_rng(4).uniform(-1, 1, (9, 3))
-    net = np.stack([curve, moved(curve, 1.0)])
+    net = np.stack([curve, translate(curve, 1.0)])
     bounds = [
         mesh_of([net], single=True, method=method, resolution=(2, 1024)).report.deviation_bound
         for method in ("matrix", "de_casteljau", "forward_difference")
@@ -87,7 +87,7 @@ def test_the_bound_is_close_where_surfaces_bend_evenly(name: str, share: float) 
 
 def test_parts_follow_the_sequence() -> None:
     flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    bent = moved(flat, 4.0)
+    bent = translate(flat, 4.0)
     bent[1, 1, 2] = 1.0
     model = replace(
         mixed_model([flat, bent]),
@@ -106,7 +106,7 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
     """The bound includes rounding, even for a flat patch."""
     net = np.random.default_rng(7).uniform(-1, 1, (2, 2, 3))
     net[1, 1] = net[0, 1] + net[1, 0] - net[0, 0]
-    model = model_of([moved(net, shift, shift, -shift)])
+    model = model_of([translate(net, shift, shift, -shift)])
     for single in (False, True):
         mesh = mesh_of(model, single=single, resolution=(7, 5))
         check(model, mesh)
@@ -118,7 +118,7 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
 def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:
     """Patches with a frame are evaluated apart from a huge patch of the same batch."""
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    nets = [plane, turned(moved(plane, 1), 5), moved(plane * 1e9, 5)]
+    nets = [plane, apply_symmetry(translate(plane, 1), 5), translate(plane * 1e9, 5)]
     parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "framed", "huge")))
     mesh = build(replace(model_of(nets), parts=parts), MeshOptions(resolution=(2, 5)))
     plain, framed, huge = (part.deviation_bound or 0.0 for part in mesh.parts)
@@ -130,16 +130,16 @@ def test_the_bound_of_a_framed_patch_does_not_depend_on_the_batches_before_it() 
     """A strip joins the second patch of a batch to the edge that it shares with the first one."""
     x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, np.random.default_rng(9).uniform(-1, 1, (4, 4))], axis=-1)
-    beside = moved(net, 3.0)
+    beside = translate(net, 3.0)
     beside[0] = net[-1]
-    pair = model_of([turned(beside, 5), net])
+    pair = model_of([apply_symmetry(beside, 5), net])
     bounds = []
-    for before in ((), mixed_model([moved(net[:2, :2], 9.0)]).batches):
+    for before in ((), mixed_model([translate(net[:2, :2], 9.0)]).batches):
         count = len(before)
         parts = tuple(Part(str(k), k, k + 1) for k in range(count + 2))
         model = replace(pair, batches=(*before, *pair.batches), parts=parts)
-        found = build(model, MeshOptions(resolution=(9, 4), normals=False)).parts
-        bounds.append([part.deviation_bound for part in found[count:]])
+        result = build(model, MeshOptions(resolution=(9, 4), normals=False)).parts
+        bounds.append([part.deviation_bound for part in result[count:]])
     assert bounds[0] == bounds[1]
 
 

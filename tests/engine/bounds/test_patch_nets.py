@@ -46,12 +46,12 @@ def test_positions_are_those_of_exact_arithmetic(
     u, v = (np.array(axis) / 64 for axis in zip(*places, strict=True))
     patch = np.zeros(len(places), dtype=np.intp)
     size = np.abs(points).max() + 1.0
-    found = patch_nets.evaluate_points(patch, u, v)
-    wanted = [
+    result = patch_nets.evaluate_points(patch, u, v)
+    expected = [
         exact.jets(exact.exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0][0]
         for a, b in zip(u.tolist(), v.tolist(), strict=True)
     ]
-    np.testing.assert_allclose(found, np.array(wanted, dtype=float), rtol=0, atol=1e-13 * size)
+    np.testing.assert_allclose(result, np.array(expected, dtype=float), rtol=0, atol=1e-13 * size)
 
 
 @pytest.mark.parametrize("weighted", [False, True])
@@ -63,12 +63,12 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
         batch = TrianglePatches(points[None], None if weights is None else weights[None])
         patch_nets = PatchNets.of(model_of(batch))
         u, v = rng.integers(0, 257, (2, 20)) / 256
-        found = patch_nets.evaluate_points(np.zeros(20, dtype=np.intp), u, v)
+        result = patch_nets.evaluate_points(np.zeros(20, dtype=np.intp), u, v)
         net = triangles.exact_triangle(points, weights)
-        for place, a, b in zip(found, u.tolist(), v.tolist(), strict=True):
+        for place, a, b in zip(result, u.tolist(), v.tolist(), strict=True):
             s, t = Fraction(a) * (1 - Fraction(b)), Fraction(b)
-            wanted = triangles.jet(net, (1 - s - t, s, t)).point
-            np.testing.assert_allclose(place, np.array(wanted, dtype=float), rtol=0, atol=1e-11)
+            expected = triangles.jet(net, (1 - s - t, s, t)).point
+            np.testing.assert_allclose(place, np.array(expected, dtype=float), rtol=0, atol=1e-11)
 
 
 def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:

@@ -35,9 +35,9 @@ def bound_bends(
 def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
     net = build_height_net(np.array([[0.0, 1, 3], [2, -5, 0], [0.5, 0, 0]]))
     bends = bound_bends(net, grid=grid)
-    for found, expected in ((bends.uu, 1.0), (bends.uv, 5.0), (bends.vv, 6.0)):
-        assert found.shape == (*grid, 1)
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
+    for result, expected in ((bends.uu, 1.0), (bends.uv, 5.0), (bends.vv, 6.0)):
+        assert result.shape == (*grid, 1)
+        np.testing.assert_allclose(result, expected, rtol=1e-12)
     np.testing.assert_allclose(
         bends.bound_deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
     )
@@ -58,10 +58,14 @@ def test_bounds_are_large_only_in_blocks_that_bend() -> None:
 def test_each_patch_of_a_batch_has_the_bound_that_it_has_alone() -> None:
     rng = np.random.default_rng(9)
     nets, weights = rng.uniform(-1, 1, (5, 3, 4, 3)), rng.uniform(0.5, 2, (5, 3, 4))
-    for loads in (None, weights):
-        together = bound_second_derivatives(TensorPatches(nets.copy(), loads), (9, 8), (3, 2))
+    for point_weights in (None, weights):
+        together = bound_second_derivatives(
+            TensorPatches(nets.copy(), point_weights), (9, 8), (3, 2)
+        )
         for k in range(5):
-            alone = TensorPatches(nets[k : k + 1], None if loads is None else loads[k : k + 1])
+            alone = TensorPatches(
+                nets[k : k + 1], None if point_weights is None else point_weights[k : k + 1]
+            )
             np.testing.assert_allclose(
                 together.bound_deviations(1 / 9, 1 / 8)[k],
                 bound_second_derivatives(alone, (9, 8), (3, 2)).bound_deviations(1 / 9, 1 / 8)[0],
@@ -74,9 +78,9 @@ def test_a_triangle_that_bends_alike_in_all_directions() -> None:
     corners = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]])
     pairs = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)]
     net = np.array([[*(corners[a] + corners[b]) / 2, corners[a] @ corners[b]] for a, b in pairs])
-    found = bound_triangle_deviations(TrianglePatches(net[None]), 4)
+    result = bound_triangle_deviations(TrianglePatches(net[None]), 4)
     # The circle about a small triangle has the radius 1/(4 √3), and z rises to its square.
-    np.testing.assert_allclose(found, 1 / 48, rtol=1e-12)
+    np.testing.assert_allclose(result, 1 / 48, rtol=1e-12)
     rational = TrianglePatches(net[None], np.full((1, 6), 2.0))
     np.testing.assert_allclose(bound_triangle_deviations(rational, 4), 1 / 48, rtol=1e-12)
 
@@ -99,10 +103,10 @@ def test_one_product_and_several_give_the_same_bounds(
     patches = TensorPatches(nets)
     bends = bound_second_derivatives(patches, divisions, (count_blocks(ru, p), count_blocks(rv, q)))
     assert is_small(patches, divisions) or max(divisions) > 16
-    found = bound_grid_deviations(patches, divisions)
+    result = bound_grid_deviations(patches, divisions)
     bounds = bends.bound_deviations(1 / ru, 1 / rv)
-    np.testing.assert_allclose(found, bounds, rtol=1e-4, atol=1e-12)
-    assert (found >= bounds * (1 - 1e-12)).all()
+    np.testing.assert_allclose(result, bounds, rtol=1e-4, atol=1e-12)
+    assert (result >= bounds * (1 - 1e-12)).all()
     assert not is_small(TensorPatches(nets.copy(), np.full(nets.shape[:-1], 2.0)), divisions)
 
 

@@ -30,15 +30,15 @@ from tools.certify.surfaces import FAMILIES
 FINE = Accuracy(tolerance=0.02)
 
 
-def meshed(model: PatchModel, resolution: tuple[int, int] = (5, 4), **more: object) -> Mesh:
+def build_mesh(model: PatchModel, resolution: tuple[int, int] = (5, 4), **more: object) -> Mesh:
     options = MeshOptions(resolution=resolution, curvatures=True, **more)  # type: ignore[arg-type]
     return build(model, options)
 
 
-def curved(mesh: Mesh) -> tuple[Array, Array]:
+def read_curvatures(mesh: Mesh) -> tuple[Array, Array]:
     """Gaussian and mean curvature of the vertices."""
-    found = dict(mesh.attributes)
-    gaussian, mean = (found[name] for name in NAMES)
+    result = dict(mesh.attributes)
+    gaussian, mean = (result[name] for name in NAMES)
     assert gaussian.shape == mean.shape == (len(mesh.positions), 1)
     return gaussian[:, 0].astype(np.float64), mean[:, 0].astype(np.float64)
 
@@ -46,9 +46,9 @@ def curved(mesh: Mesh) -> tuple[Array, Array]:
 def check(mesh: Mesh, gaussian: Array, mean: Array, limit: float = 1e-10) -> None:
     """Compares K, and H, within a limit relative to the largest curvature."""
     measure = max(1e-300, float(np.abs(mean).max()), float(np.abs(gaussian).max()) ** 0.5)
-    found = curved(mesh)
-    np.testing.assert_allclose(found[0], gaussian, rtol=limit, atol=limit * measure**2)
-    np.testing.assert_allclose(found[1], mean, rtol=limit, atol=limit * measure)
+    result = read_curvatures(mesh)
+    np.testing.assert_allclose(result[0], gaussian, rtol=limit, atol=limit * measure**2)
+    np.testing.assert_allclose(result[1], mean, rtol=limit, atol=limit * measure)
 
 
 @pytest.mark.parametrize("radius", [1.0, 3.0, 1e-9, 1e12])
@@ -58,7 +58,7 @@ def test_sphere_is_round_everywhere_and_no_vertex_is_split(
 ) -> None:
     """K = 1/r², H = −1/r, at its poles, too, where patches collapse."""
     model = quadrics.sphere(radius).lower()
-    mesh = meshed(model, (6, 5), accuracy=accuracy)
+    mesh = build_mesh(model, (6, 5), accuracy=accuracy)
     ones = np.ones(len(mesh.positions))
     check(mesh, ones / radius**2, -ones / radius, 1e-11)
     assert len(mesh.positions) == mesh.report.vertices
@@ -71,7 +71,7 @@ def test_sphere_is_round_everywhere_and_no_vertex_is_split(
 @pytest.mark.parametrize("accuracy", [None, FINE])
 def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
     """H = −cos α / (2ρ) is unbounded near the apex; only at the apex it is written as 0."""
-    mesh = meshed(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
+    mesh = build_mesh(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
     assert mesh.normals is not None
     rho = np.hypot(*mesh.positions[:, :2].T)
     side = mesh.normals[:, 2] > 0
@@ -116,21 +116,21 @@ SINGLE: dict[str, BezierSurface | TriangleSurface | BsplineSurface] = {
 @pytest.mark.parametrize("resolution", [(1, 1), (33, 12)])
 def test_meshes_agree_with_single_parameters(name: str, resolution: tuple[int, int]) -> None:
     model = SINGLE[name].lower()
-    compare(model, meshed(model, resolution, weld=False, uvs=True))
+    compare(model, build_mesh(model, resolution, weld=False, uvs=True))
 
 
 @pytest.mark.parametrize("name", SINGLE)
 def test_meshes_by_tolerance_agree_with_single_parameters(name: str) -> None:
     model = SINGLE[name].lower()
     accuracy = Accuracy(relative_tolerance=0.1 if "high" in name else 0.02)
-    compare(model, meshed(model, weld=False, uvs=True, accuracy=accuracy))
+    compare(model, build_mesh(model, weld=False, uvs=True, accuracy=accuracy))
 
 
 def compare(model: PatchModel, mesh: Mesh) -> None:
     """Compares every vertex with the point at its parameters; at knots, with the limit from either
     side."""
     assert mesh.uvs is not None
-    found = np.stack(curved(mesh))
+    result = np.stack(read_curvatures(mesh))
     apart = []
     steps = (0.0, 1e-11) if model.domain is not None else (0.0,)
     for du in steps:
@@ -145,7 +145,7 @@ def compare(model: PatchModel, mesh: Mesh) -> None:
             right = np.array([columns[name] for name in NAMES], np.float64)
             larger: Array = np.abs(columns["principal_curvatures"].astype(np.float64)).max(axis=1)
             larger = np.maximum(larger, 1e-9)
-            apart.append(np.abs(found - right) / np.stack([larger**2, larger]))
+            apart.append(np.abs(result - right) / np.stack([larger**2, larger]))
     assert np.min(apart, axis=0).max() < 2e-7
 
 
@@ -166,11 +166,11 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
         else:
             right = evaluate_jets(batch, *places, 2).curvatures
         assert right is not None
-        found = rows[:, block.base : block.base + len(patch)]
+        result = rows[:, block.base : block.base + len(patch)]
         known = ~np.isnan(right.mean)
-        assert not found[1][~known].any()
+        assert not result[1][~known].any()
         measure = np.maximum(np.abs(right.larger), np.abs(right.smaller))[known].clip(flat)
-        apart = np.abs(found - np.stack([right.gaussian, right.mean]))[:, known]
+        apart = np.abs(result - np.stack([right.gaussian, right.mean]))[:, known]
         assert (apart / np.stack([measure**2, measure])).max(initial=0.0) < 1e-8
 
 
@@ -181,12 +181,12 @@ def test_frames_have_the_curvatures_of_their_own_patch() -> None:
     model = PatchModel(
         "frame", (TensorPatches(np.stack([bent, flat.swapaxes(0, 1)])),), patches_of("saddle").parts
     )
-    mesh = meshed(model, (3, 7), weld=False)
+    mesh = build_mesh(model, (3, 7), weld=False)
     x, y, _ = mesh.positions.T
     above = np.zeros(len(x), dtype=bool)
     above[: 4 * 8] = True
     above[y > 0] = True
-    gaussian, mean = curved(mesh)
+    gaussian, mean = read_curvatures(mesh)
     square = 1 + x * x + y * y
     inside = y > 1e-9
     np.testing.assert_allclose(gaussian[inside], -1 / square[inside] ** 2, rtol=1e-12)
@@ -204,7 +204,7 @@ def test_a_seam_where_curvature_jumps_stays_closed_and_smooth() -> None:
     """A quadratic spline has C1 knots: there are two vertices, of one place and one normal."""
     surface = BsplineSurface(random_net(6, 6), (2, 2))
     plain = build(surface.lower(), MeshOptions(resolution=(4, 4)))
-    mesh = meshed(surface.lower(), (4, 4))
+    mesh = build_mesh(surface.lower(), (4, 4))
     assert mesh.welds is not None
     assert mesh.normals is not None
     assert len(mesh.positions) > len(plain.positions) == mesh.report.vertices
@@ -213,7 +213,7 @@ def test_a_seam_where_curvature_jumps_stays_closed_and_smooth() -> None:
     np.testing.assert_array_equal(mesh.normals, mesh.normals[mesh.welds])
     places = mesh.positions[mesh.triangles].tobytes()
     assert places == plain.positions[plain.triangles].tobytes()
-    gaussian, mean = curved(mesh)
+    gaussian, mean = read_curvatures(mesh)
     first = mesh.welds
     differ = np.flatnonzero(first != np.arange(len(first)))
     assert (np.abs(mean[differ] - mean[first[differ]]) > 1e-6 * np.abs(mean[differ])).mean() > 0.9
@@ -225,7 +225,7 @@ def test_nothing_else_changes() -> None:
     for name in ("sphere", "torus", "bspline-hills"):
         options = MeshOptions(resolution=(4, 4))
         plain = build(patches_of(name), options)
-        bent = meshed(patches_of(name), (4, 4))
+        bent = build_mesh(patches_of(name), (4, 4))
         for key in ("positions", "normals", "triangles"):
             assert getattr(plain, key).tobytes() == getattr(bent, key).tobytes()
         assert plain.report.curvature is None
@@ -236,7 +236,7 @@ def test_numbers_beyond_float32_become_its_largest_number(size: float) -> None:
     mesh = build(
         quadrics.sphere(size).lower(), MeshOptions(resolution=(2, 2), curvatures=True), single=True
     )
-    gaussian, mean = curved(mesh)
+    gaussian, mean = read_curvatures(mesh)
     assert gaussian.max() == gaussian.min() == (np.finfo(np.float32).max if size < 1 else 0)
     np.testing.assert_allclose(mean, -1 / size, rtol=1e-6)
 
@@ -246,18 +246,18 @@ def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         limit_curvature, "MOST", limit_curvature.cost_of_limit(model.batches[0]) * 8 * 7
     )
-    assert len(curved(meshed(model, (6, 6)))[0]) > 0
+    assert len(read_curvatures(build_mesh(model, (6, 6)))[0]) > 0
     with pytest.raises(TooLarge) as refused:
-        meshed(model, (7, 7))
+        build_mesh(model, (7, 7))
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer) == ("too_costly", "/curvatures")
 
 
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])
 def test_wires_have_none(wires: str) -> None:
-    mesh = meshed(quadrics.sphere().lower(), isocurves=(1, 1), wires=wires)
+    mesh = build_mesh(quadrics.sphere().lower(), isocurves=(1, 1), wires=wires)
     surface, wire = mesh.parts
-    gaussian, mean = curved(mesh)
+    gaussian, mean = read_curvatures(mesh)
     of_surface = np.unique(mesh.triangles[slice(*surface.triangles)])
     of_wires = np.unique(mesh.triangles[slice(*wire.triangles)])
     np.testing.assert_allclose(gaussian[of_surface], 1, rtol=1e-11)

@@ -18,7 +18,7 @@ from tests.strategies import Array
 OPTIONS = MeshOptions(resolution=(4, 3), curvatures=True)
 
 
-def turned(angle: float) -> Array:
+def rotation(angle: float) -> Array:
     """A turn about a slanting axis."""
     about_x, about_z = np.eye(4), np.eye(4)
     c, s = np.cos(angle), np.sin(angle)
@@ -31,12 +31,12 @@ def turned(angle: float) -> Array:
 SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 2, 0.25, 0], [0, 0, 1.5, 0], [0, 0, 0, 1]])
 MIRROR = np.diag([-1.0, 1, 1, 1])
 PLACES = {
-    "moved and turned": turned(0.3),
-    "mirrored": MIRROR @ turned(1.0),
-    "smaller": turned(0.7) @ np.diag([0.5, 0.5, 0.5, 1]),
+    "moved and turned": rotation(0.3),
+    "mirrored": MIRROR @ rotation(1.0),
+    "smaller": rotation(0.7) @ np.diag([0.5, 0.5, 0.5, 1]),
     "sheared": SHEAR,
-    "sheared and mirrored": MIRROR @ SHEAR @ turned(2.0),
-    "flattened": turned(0.2) @ np.diag([1, 1e-3, 1, 1]),
+    "sheared and mirrored": MIRROR @ SHEAR @ rotation(2.0),
+    "flattened": rotation(0.2) @ np.diag([1, 1e-3, 1, 1]),
 }
 
 
@@ -78,8 +78,8 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
     assert len(flat.positions) - first == len(placed)
     for key, values in zip(NAMES, right, strict=True):
         limit = 1e-8 * np.abs(values).max()
-        for found in (dict(own.attributes)[key], dict(flat.attributes)[key][first:]):
-            np.testing.assert_allclose(found[:, 0], values, rtol=1e-8, atol=limit)
+        for result in (dict(own.attributes)[key], dict(flat.attributes)[key][first:]):
+            np.testing.assert_allclose(result[:, 0], values, rtol=1e-8, atol=limit)
 
 
 @pytest.mark.parametrize("name", ["utah-teapot", "saddle", "octahedral-sphere", "bspline-hills"])
@@ -87,9 +87,9 @@ def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
     """For triangles and rational patches too."""
     options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
     group = group_of(SHEAR, name=name)
-    found, right = build(group, options), build(to_patches(group), options)
-    np.testing.assert_allclose(found.positions, right.positions, atol=1e-12)
-    for (_, one), (_, other) in zip(found.attributes, right.attributes, strict=True):
+    result, right = build(group, options), build(to_patches(group), options)
+    np.testing.assert_allclose(result.positions, right.positions, atol=1e-12)
+    for (_, one), (_, other) in zip(result.attributes, right.attributes, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
 
 
@@ -98,10 +98,10 @@ def test_copies_with_equal_curvatures_share_a_model() -> None:
     half = np.diag([0.5, 0.5, 0.5, 1.0])
     group = group_of(
         None,
-        turned(0.3),
-        MIRROR @ turned(1.0),
-        turned(0.1) @ half,
-        turned(2.0) @ half,
+        rotation(0.3),
+        MIRROR @ rotation(1.0),
+        rotation(0.1) @ half,
+        rotation(2.0) @ half,
         SHEAR,
         SHEAR,
     )

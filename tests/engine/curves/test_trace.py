@@ -63,14 +63,14 @@ def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
 
 def _spread(knots: FloatArray, degree: int) -> FloatArray:
     """The knots, moved apart where one would occur more than `degree` times."""
-    found = knots.copy()
-    for i in range(degree, len(found)):
-        if found[i] <= found[i - degree]:
-            found[i:] += 0.5
-    return found
+    result = knots.copy()
+    for i in range(degree, len(result)):
+        if result[i] <= result[i - degree]:
+            result[i:] += 0.5
+    return result
 
 
-def traced(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
+def trace_samples(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
     pieces = curve.lower()
     at = choose_samples(pieces, options, 1_000_000, single=single)
     return trace_curve(pieces, at, options, single=single)
@@ -94,15 +94,15 @@ def distances(points: FloatArray, line: FloatArray) -> FloatArray:
 def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int) -> None:
     pieces = curve.lower()
     at = CurveSamples.uniform(1, divisions)
-    got, directions = evaluate_positions(pieces, at), evaluate_tangents(pieces, at)
+    actual, directions = evaluate_positions(pieces, at), evaluate_tangents(pieces, at)
     size = np.abs(curve.control_points).max()
     for k in range(divisions + 1):
         t = Fraction(k, divisions)
         exact = bezier_point(curve.control_points, curve.weights, Fraction(float(at.t[k])))
-        assert got[k] == pytest.approx([float(x) for x in exact], abs=1e-13 * size)
-        wanted = bezier_tangent(curve.control_points, curve.weights, t)
+        assert actual[k] == pytest.approx([float(x) for x in exact], abs=1e-13 * size)
+        expected = bezier_tangent(curve.control_points, curve.weights, t)
         if t.denominator & (t.denominator - 1) == 0:  # exact in floating point, cusps included
-            assert directions[k] == pytest.approx(wanted, abs=1e-9)
+            assert directions[k] == pytest.approx(expected, abs=1e-9)
     assert np.linalg.norm(directions, axis=1) == pytest.approx(1, abs=1e-15)
 
 
@@ -110,12 +110,12 @@ def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int
 def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
     pieces = curve.lower()
     at = CurveSamples.uniform(pieces.count, divisions)
-    got = evaluate_positions(pieces, at)
+    actual = evaluate_positions(pieces, at)
     points, weights, knots = curve.control_points, curve.weights, curve.knot_vector
     if curve.periodic:
         points = np.resize(points, (len(points) + curve.degree, points.shape[1]))
         weights = None if weights is None else np.resize(weights, len(points))
-    for u, point in zip(at.parameters(pieces.breaks).tolist(), got, strict=True):
+    for u, point in zip(at.parameters(pieces.breaks).tolist(), actual, strict=True):
         exact = bspline_point(points, weights, knots.tolist(), curve.degree, Fraction(u))
         assert point == pytest.approx([float(x) for x in exact], abs=1e-12 * 4)
     assert pieces.closed or not curve.periodic
@@ -145,16 +145,18 @@ def test_length_of_a_circle(divisions: int) -> None:
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16])
 def test_length_over_a_cusp(divisions: int) -> None:
     """|C′| is not smooth in the middle, where it vanishes; the whole is 2 √2 − 1."""
-    wanted = bezier_length(CUSP.control_points, None, [0.5])
-    assert wanted == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-14)
-    assert length_of(CUSP.lower(), divisions) == pytest.approx(wanted, rel=1e-11)
+    expected = bezier_length(CUSP.control_points, None, [0.5])
+    assert expected == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-14)
+    assert length_of(CUSP.lower(), divisions) == pytest.approx(expected, rel=1e-11)
 
 
 @settings(max_examples=2)
 @given(bezier_curves(), st.integers(1, 4))
 def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
-    wanted = bezier_length(curve.control_points, curve.weights, np.linspace(0, 1, 9)[1:-1].tolist())
-    assert length_of(curve.lower(), divisions) == pytest.approx(wanted, rel=1e-7)
+    expected = bezier_length(
+        curve.control_points, curve.weights, np.linspace(0, 1, 9)[1:-1].tolist()
+    )
+    assert length_of(curve.lower(), divisions) == pytest.approx(expected, rel=1e-7)
 
 
 def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
@@ -173,7 +175,7 @@ def test_no_point_is_further_away_than_is_said(
     """Compares the curve at many parameters with the stored polyline."""
     pieces = curve.lower()
     for options in (CurveOptions(tolerance=tolerance), CurveOptions(resolution=5)):
-        line = traced(curve, options, single=single)
+        line = trace_samples(curve, options, single=single)
         bound = line.report.deviation_bound
         if options.tolerance is not None:
             assert bound <= tolerance
@@ -184,7 +186,7 @@ def test_no_point_is_further_away_than_is_said(
 
 def test_the_bound_is_near_the_true_deviation() -> None:
     """On an arc the control polygon is twice as high as the curve, and the bound is still sharp."""
-    line = traced(QUARTER, CurveOptions(resolution=16))
+    line = trace_samples(QUARTER, CurveOptions(resolution=16))
     fine = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
     true = distances(fine, line.points.astype(np.float64)).max()
     assert true <= line.report.deviation_bound <= 1.01 * true
@@ -192,17 +194,20 @@ def test_the_bound_is_near_the_true_deviation() -> None:
 
 def test_a_straight_line_is_no_distance_away_however_it_runs() -> None:
     points = np.outer([0.0, 0.7, 0.1, 1.0], [3.0, 4.0])
-    line = traced(BezierCurve(points), CurveOptions(resolution=3))
+    line = trace_samples(BezierCurve(points), CurveOptions(resolution=3))
     assert line.report.deviation_bound < 0.08  # the curve turns back between its ends
     straight = np.outer([0.0, 0.9, 0.95, 1.0], [3.0, 4.0])
-    assert traced(BezierCurve(straight), CurveOptions(resolution=3)).report.deviation_bound < 1e-13
-    assert traced(BezierCurve(straight), CurveOptions(tolerance=1e-9)).report.points == 2
+    assert (
+        trace_samples(BezierCurve(straight), CurveOptions(resolution=3)).report.deviation_bound
+        < 1e-13
+    )
+    assert trace_samples(BezierCurve(straight), CurveOptions(tolerance=1e-9)).report.points == 2
 
 
 def test_a_tolerance_below_the_rounding_is_refused() -> None:
     for single, tolerance in ((False, 1e-16), (True, 1e-9)):
         with pytest.raises(InvalidRequest) as caught:
-            traced(QUARTER, CurveOptions(tolerance=tolerance), single=single)
+            trace_samples(QUARTER, CurveOptions(tolerance=tolerance), single=single)
         assert caught.value.issues[0].code == "tolerance_too_small"
 
 
@@ -216,18 +221,18 @@ def test_every_accepted_tolerance_is_reached() -> None:
     points = np.array([[0.0, 0, 0], [1, 3, 0], [2, -3, 1], [3, 0, 0]])
     curve = BezierCurve(points, np.array([1, 1e8, 1, 1e8]))
     with pytest.raises(InvalidRequest) as caught:
-        traced(curve, CurveOptions(tolerance=1e-300))
+        trace_samples(curve, CurveOptions(tolerance=1e-300))
     least = float(caught.value.issues[0].needed.split()[2])
     # With a sample every 1e-6 and hulls of thickness 1e-12, more samples would not help beyond
     # rounding.
-    line = traced(curve, CurveOptions(tolerance=1.1 * least))
+    line = trace_samples(curve, CurveOptions(tolerance=1.1 * least))
     assert line.report.deviation_bound <= 1.1 * least
 
 
 def test_closed_curves_end_in_their_first_point() -> None:
     rng = np.random.default_rng(5)
     curve = BsplineCurve(rng.normal(size=(7, 3)) / 3, 3, "periodic")
-    line = traced(curve, CurveOptions(resolution=4))
+    line = trace_samples(curve, CurveOptions(resolution=4))
     assert line.report.closed
     assert np.array_equal(line.points[0], line.points[-1])
     assert line.tangents is not None
@@ -237,7 +242,7 @@ def test_closed_curves_end_in_their_first_point() -> None:
 
 def test_a_curve_far_from_zero_is_stored_about_a_local_origin() -> None:
     curve = BezierCurve(CUSP.control_points + 1e6)
-    line = traced(curve, CurveOptions(resolution=8), single=True)
+    line = trace_samples(curve, CurveOptions(resolution=8), single=True)
     assert line.origin.any()
     assert line.report.deviation_bound < 0.05
     assert np.abs(line.points).max() <= 1

@@ -61,10 +61,10 @@ def test_agrees_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
     positions = exact.positions(net, weights, resolution)
     normals = exact.normals(net, weights, resolution)
     for formulation in usable(patches):
-        found = evaluate(patches, resolution, formulation=formulation)
-        assert found.normals is not None
-        assert np.abs(found.positions[0] - positions).max() < 1e-12
-        assert np.abs(found.normals[0] - normals).max() < 1e-9
+        result = evaluate(patches, resolution, formulation=formulation)
+        assert result.normals is not None
+        assert np.abs(result.positions[0] - positions).max() < 1e-12
+        assert np.abs(result.normals[0] - normals).max() < 1e-9
 
 
 @given(weighted_nets(), resolutions)
@@ -109,7 +109,7 @@ def test_steep_patches_get_their_normals_in_double_precision() -> None:
     one, two = (
         evaluate(TensorPatches(net), (8, 8), dtype=dtype) for dtype in (np.float32, np.float64)
     )
-    assert np.abs(_of(one) - _of(two)).max() < 1e-5
+    assert np.abs(_get_normals(one) - _get_normals(two)).max() < 1e-5
     assert one.poles == two.poles == 9
 
 
@@ -152,7 +152,7 @@ def test_corners_are_interpolated(
         np.testing.assert_allclose(corners, expected, atol=1e-14)
 
 
-def _of(found: PatchSamples) -> Array:
+def _get_normals(found: PatchSamples) -> Array:
     assert found.normals is not None
     return np.asarray(found.normals)
 
@@ -173,9 +173,9 @@ def test_origin_is_subtracted_before_rounding() -> None:
         moved = TensorPatches(near.points + far, near.weights)
         # The reference is the net after adding and subtracting a million, which rounds it.
         kept = TensorPatches(moved.points - far, near.weights)
-        found = evaluate(moved, (8, 8), dtype=np.float32, origin=far)
-        assert found.positions.dtype == np.float32
-        assert np.abs(found.positions - evaluate(kept, (8, 8)).positions).max() < 1e-6
+        result = evaluate(moved, (8, 8), dtype=np.float32, origin=far)
+        assert result.positions.dtype == np.float32
+        assert np.abs(result.positions - evaluate(kept, (8, 8)).positions).max() < 1e-6
 
 
 def _example(name: str) -> Callable[[], TensorPatches]:
@@ -208,8 +208,8 @@ def test_single_precision_normals_are_right_to_1e_6(
         moved = TensorPatches(points, patches.weights)
         double = evaluate(moved, (13, 9), formulation=formulation)
         one = evaluate(moved, (13, 9), dtype=np.float32, formulation=formulation)
-        assert _of(one).dtype == np.float32
-        assert np.abs(_of(one) - _of(double)).max() < 1e-6
+        assert _get_normals(one).dtype == np.float32
+        assert np.abs(_get_normals(one) - _get_normals(double)).max() < 1e-6
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -223,10 +223,10 @@ def test_normals_do_not_depend_on_the_unit_of_length(
     scaled = TensorPatches(patches.points * 2.0**power, patches.weights)
     for formulation in usable(patches):
         plain = evaluate(patches, (5, 6), dtype=dtype, formulation=formulation)
-        found = evaluate(scaled, (5, 6), dtype=dtype, formulation=formulation)
-        np.testing.assert_array_equal(_of(found), _of(plain))
+        result = evaluate(scaled, (5, 6), dtype=dtype, formulation=formulation)
+        np.testing.assert_array_equal(_get_normals(result), _get_normals(plain))
         if dtype == np.float64:
-            np.testing.assert_array_equal(found.positions, plain.positions * 2.0**power)
+            np.testing.assert_array_equal(result.positions, plain.positions * 2.0**power)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -241,7 +241,7 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
     weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
     both = TensorPatches(np.concatenate([large.points, small]), weights)
     for formulation in usable(both):
-        normals = _of(evaluate(both, (6, 5), dtype=dtype, formulation=formulation))
+        normals = _get_normals(evaluate(both, (6, 5), dtype=dtype, formulation=formulation))
         allowed = 1e-6 if dtype == np.float32 else 1e-9
         assert np.abs(normals[1] - normals[0]).max() < allowed
 
@@ -252,8 +252,8 @@ def test_inputs_are_not_changed() -> None:
     before = patches.points.copy()
     one, two = (evaluate(patches, (20, 20)) for _ in range(2))
     np.testing.assert_array_equal(patches.points, before)
-    for first in (one.positions, _of(one)):
-        for second in (two.positions, _of(two)):
+    for first in (one.positions, _get_normals(one)):
+        for second in (two.positions, _get_normals(two)):
             assert not np.shares_memory(first, second)
 
 
@@ -262,8 +262,8 @@ def test_same_bits_again_and_in_other_threads() -> None:
     batches = [smooth((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED]
 
     def figures(patches: TensorPatches) -> bytes:
-        found = evaluate(patches, (30, 17), dtype=np.float32)
-        return found.positions.tobytes() + _of(found).tobytes()
+        result = evaluate(patches, (30, 17), dtype=np.float32)
+        return result.positions.tobytes() + _get_normals(result).tobytes()
 
     alone = [figures(patches) for patches in batches]
     with ThreadPoolExecutor(4) as pool:
@@ -281,11 +281,11 @@ def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
     patches = smooth((2, 2), weighted)
     points = np.clip(patches.points, -1, 1) * extent
     for formulation in usable(patches):
-        found = evaluate(
+        result = evaluate(
             TensorPatches(points, patches.weights), (3, 4), dtype=dtype, formulation=formulation
         )
-        assert np.isfinite(found.positions).all()
-        np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=1e-6)
+        assert np.isfinite(result.positions).all()
+        np.testing.assert_allclose(np.linalg.norm(_get_normals(result), axis=-1), 1, atol=1e-6)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -303,8 +303,8 @@ def test_weights_far_apart_cost_digits_in_proportion(ratio: float, dtype: Real) 
         net = smooth((3, 3), weighted=False, seed=seed).points[0]
         logarithms = np.random.default_rng(seed).uniform(-0.5, 0.5, net.shape[:2])
         weights = ratio**logarithms
-        found = evaluate(single(net, weights), (3, 4), dtype=dtype)
-        assert (found.positions >= net.min(axis=(0, 1)) - slack).all()
-        assert (found.positions <= net.max(axis=(0, 1)) + slack).all()
-        np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=slack)
-        assert np.abs(_of(found)[0] - exact.normals(net, weights, (3, 4))).max() < allowed
+        result = evaluate(single(net, weights), (3, 4), dtype=dtype)
+        assert (result.positions >= net.min(axis=(0, 1)) - slack).all()
+        assert (result.positions <= net.max(axis=(0, 1)) + slack).all()
+        np.testing.assert_allclose(np.linalg.norm(_get_normals(result), axis=-1), 1, atol=slack)
+        assert np.abs(_get_normals(result)[0] - exact.normals(net, weights, (3, 4))).max() < allowed

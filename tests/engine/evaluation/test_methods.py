@@ -26,9 +26,9 @@ from tests.strategies import (
     height_nets,
     mixed_model,
     model_of,
-    moved,
     nets,
     resolutions,
+    translate,
     triangle_nets,
     weighted_nets,
     weights_like,
@@ -79,9 +79,9 @@ def test_points_of_triangles_are_the_exact_ones(
 def check_points(patches: Patches, resolution: tuple[int, int], truth: Array) -> None:
     size = np.abs(patches.points).max() or 1.0
     for (method, dtype), lost in LOST.items():
-        found = evaluate(patches, resolution, dtype=dtype, normals=False, method=method)
-        assert found.positions.dtype == dtype
-        assert np.abs(found.positions[0] - truth).max() <= lost * size
+        result = evaluate(patches, resolution, dtype=dtype, normals=False, method=method)
+        assert result.positions.dtype == dtype
+        assert np.abs(result.positions[0] - truth).max() <= lost * size
 
 
 @given(weighted_nets(height_nets()), resolutions)
@@ -90,10 +90,10 @@ def test_normals_are_the_exact_ones(
 ) -> None:
     truth = exact.normals(*surface, resolution)
     for method, dtype in LOST:
-        found = evaluate(grid(*surface), resolution, dtype=dtype, method=method)
-        assert found.normals is not None
+        result = evaluate(grid(*surface), resolution, dtype=dtype, method=method)
+        assert result.normals is not None
         worst = 1e-9 if dtype is np.float64 else 3e-4
-        np.testing.assert_allclose(found.normals[0], truth, rtol=0, atol=worst)
+        np.testing.assert_allclose(result.normals[0], truth, rtol=0, atol=worst)
 
 
 @both
@@ -102,16 +102,16 @@ def test_normals_are_the_exact_ones(
 def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> None:
     patches = example_batch(name)
     right = evaluate(patches, (8, 6), dtype=dtype)
-    found = evaluate(patches, (8, 6), dtype=dtype, method=method)
-    assert found.poles == right.poles > 0
-    assert found.normals is not None
+    result = evaluate(patches, (8, 6), dtype=dtype, method=method)
+    assert result.poles == right.poles > 0
+    assert result.normals is not None
     assert right.normals is not None
-    np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=2e-5)
+    np.testing.assert_allclose(result.normals, right.normals, rtol=0, atol=2e-5)
     if name == "sphere":
-        points = found.positions.reshape(-1, 3).astype(np.float64)
+        points = result.positions.reshape(-1, 3).astype(np.float64)
         off, outward = quadrics.sphere(points)
         assert np.abs(off).max() < 1e-6
-        np.testing.assert_allclose(found.normals.reshape(-1, 3), outward, atol=2e-5)
+        np.testing.assert_allclose(result.normals.reshape(-1, 3), outward, atol=2e-5)
 
 
 @both
@@ -119,13 +119,13 @@ def test_far_from_the_origin_digits_are_not_lost(method: Method) -> None:
     """Single precision with a local origin; without one, only positions have larger errors."""
     net = np.random.default_rng(3).standard_normal((4, 4, 3))
     there = np.array([2.0**20, -(2.0**18), 0])
-    near, far = grid(net), grid(moved(net, *there))
+    near, far = grid(net), grid(translate(net, *there))
     right = evaluate(near, (9, 9), dtype=np.float32, method=method)
-    found = evaluate(far, (9, 9), dtype=np.float32, method=method, origin=there)
-    np.testing.assert_allclose(found.positions, right.positions, rtol=0, atol=1e-6)
-    assert found.normals is not None
+    result = evaluate(far, (9, 9), dtype=np.float32, method=method, origin=there)
+    np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=1e-6)
+    assert result.normals is not None
     assert right.normals is not None
-    np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(result.normals, right.normals, rtol=0, atol=1e-5)
     plain = evaluate(far, (9, 9), method=method).positions - there
     np.testing.assert_allclose(plain, right.positions, rtol=0, atol=1e-6)
 
@@ -137,10 +137,10 @@ def test_nets_made_to_go_wrong_have_normals(
     net, scale, resolution, data = surface
     weights = data.draw(st.none() | weights_like(net))
     for method, dtype in LOST:
-        found = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
-        assert np.isfinite(found.positions).all()
-        assert found.normals is not None
-        lengths = np.linalg.norm(found.normals.astype(float), axis=-1)
+        result = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
+        assert np.isfinite(result.positions).all()
+        assert result.normals is not None
+        lengths = np.linalg.norm(result.normals.astype(float), axis=-1)
         np.testing.assert_allclose(lengths, 1, atol=1e-6)
 
 
@@ -159,14 +159,14 @@ def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
         source = mixed_model([square, triangle])
     for resolution in ((6, 6), (3, 7)):
         right = mesh_of(source, single=single, resolution=resolution)
-        found = mesh_of(source, single=single, resolution=resolution, method=method)
-        np.testing.assert_array_equal(found.triangles, right.triangles)
-        np.testing.assert_allclose(found.positions, right.positions, rtol=0, atol=1e-5)
-        assert found.report.watertight == right.report.watertight
-        assert found.report.boundary_edges == right.report.boundary_edges
+        result = mesh_of(source, single=single, resolution=resolution, method=method)
+        np.testing.assert_array_equal(result.triangles, right.triangles)
+        np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=1e-5)
+        assert result.report.watertight == right.report.watertight
+        assert result.report.boundary_edges == right.report.boundary_edges
         if right.welds is not None:
-            np.testing.assert_array_equal(found.welds, right.welds)
-            check_welds(found)
+            np.testing.assert_array_equal(result.welds, right.welds)
+            check_welds(result)
 
 
 def check_welds(mesh: Mesh) -> None:
@@ -188,24 +188,24 @@ def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.Mon
     monkeypatch.setattr(forward_difference, "CHUNK_SAMPLES", 40)
     atol = 1e-13 if dtype is np.float64 else 1e-6
     for patches, right in zip(batches, whole, strict=True):
-        found = evaluate(patches, (9, 11), dtype=dtype, method=method)
-        np.testing.assert_allclose(found.positions, right.positions, rtol=0, atol=atol)
-        assert found.normals is not None
+        result = evaluate(patches, (9, 11), dtype=dtype, method=method)
+        np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=atol)
+        assert result.normals is not None
         assert right.normals is not None
-        np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=100 * atol)
+        np.testing.assert_allclose(result.normals, right.normals, rtol=0, atol=100 * atol)
 
 
 @given(nets(degree=st.integers(1, 8)), st.integers(1, 40))
 def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
     """Δ^k of the samples at 0, h, … n h, computed in fractions; beyond the end as well."""
     curve = net[:, :1]
-    found = find_starting_differences(curve.swapaxes(1, 2), np.array([divisions]))
+    result = find_starting_differences(curve.swapaxes(1, 2), np.array([divisions]))
     points = [tuple(Fraction(x) for x in row[0]) for row in curve.tolist()]
     values = [exact.curve_point(points, Fraction(k, divisions)) for k in range(len(points))]
     for k in range(len(points)):
         measure = 2.0 ** (2 * k) * 16 * max(1, len(points) / divisions) ** (2 * len(points))
         right = np.array([float(x) for x in values[0]])
-        np.testing.assert_allclose(found[k, :, 0], right, rtol=0, atol=1e-14 * measure)
+        np.testing.assert_allclose(result[k, :, 0], right, rtol=0, atol=1e-14 * measure)
         values = [tuple(b - a for a, b in zip(x, y, strict=True)) for x, y in pairwise(values)]
 
 
@@ -216,10 +216,10 @@ def test_forward_differences_lose_with_every_division() -> None:
     errors = {}
     for divisions in (64, 512, 4096):
         right = evaluate(patches, (2, divisions), normals=False).positions
-        found = evaluate(
+        result = evaluate(
             patches, (2, divisions), dtype=np.float32, normals=False, method="forward_difference"
         )
-        errors[divisions] = float(np.abs(found.positions - right).max()) / patches.extent
+        errors[divisions] = float(np.abs(result.positions - right).max()) / patches.extent
         double = evaluate(patches, (2, divisions), normals=False, method="forward_difference")
         assert np.abs(double.positions - right).max() <= 2.0**-52 * divisions * patches.extent
     assert errors[64] < errors[512] < errors[4096] < 1e-4

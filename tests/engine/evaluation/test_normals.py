@@ -17,11 +17,11 @@ from tests.oracles import exact
 from tests.oracles.limits import limit_normal
 from tests.strategies import (
     Array,
+    apply_symmetry,
     degenerate_nets,
     example_batch,
     height_nets,
     nets,
-    turned,
     weighted_nets,
     weights_like,
 )
@@ -57,9 +57,9 @@ def inwards(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
 def limit_from_inside(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> Array | None:
     """The exact limit along the first direction that has one."""
     for into in inwards(u, v):
-        found = limit_normal(net, weights, (u, v), into)
-        if found is not None:
-            return np.array(found)
+        result = limit_normal(net, weights, (u, v), into)
+        if result is not None:
+            return np.array(result)
     return None
 
 
@@ -79,9 +79,9 @@ def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | N
     slow, _ = normals_at(net, weights, places)
     fast = evaluate(patch(net, weights), (4, 3)).normals
     assert fast is not None
-    for found in (slow.reshape(truth.shape), fast[0]):
-        assert all_unit(found)
-        assert np.abs(found - truth)[there].max() < 1e-9
+    for result in (slow.reshape(truth.shape), fast[0]):
+        assert all_unit(result)
+        assert np.abs(result - truth)[there].max() < 1e-9
 
 
 @given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
@@ -91,8 +91,8 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     """Any of the four edges, corners included, against the exact Taylor expansion."""
     net, weights = weighted[0].copy(), weighted[1]
     net[0] = net[0, 0]
-    net = turned(net, symmetry)
-    weights = None if weights is None else turned(weights, symmetry)
+    net = apply_symmetry(net, symmetry)
+    weights = None if weights is None else apply_symmetry(weights, symmetry)
     third = exact.divisions(3)
     edge = next(
         places
@@ -104,10 +104,10 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
         )
         if (points == points[0]).all()
     )
-    found, limits = normals_at(net, weights, edge)
-    assert all_unit(found)
+    result, limits = normals_at(net, weights, edge)
+    assert all_unit(result)
     assert limits == len(edge)
-    for normal, (u, v) in zip(found, edge, strict=True):
+    for normal, (u, v) in zip(result, edge, strict=True):
         truth = limit_from_inside(net, weights, u, v)
         if truth is not None:
             assert normal == pytest.approx(truth, abs=1e-9)
@@ -118,9 +118,9 @@ def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.
     """Collapsed, repeated, flat, straight, all in one point: unit length, in both precisions."""
     patches = patch(net, data.draw(weights_like(net)) if weighted else None)
     for dtype, slack in ((np.float64, 4e-16), (np.float32, 3e-7)):
-        found = evaluate(patches, (4, 3), dtype=dtype)
-        assert found.normals is not None
-        assert np.abs(np.linalg.norm(found.normals.astype(float), axis=-1) - 1).max() < slack
+        result = evaluate(patches, (4, 3), dtype=dtype)
+        assert result.normals is not None
+        assert np.abs(np.linalg.norm(result.normals.astype(float), axis=-1) - 1).max() < slack
 
 
 @given(degenerate_nets())
@@ -128,14 +128,14 @@ def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
     """Checked wherever the exact expansion has a limit."""
     resolution = (3, 2)
     truth = exact.normals(net, None, resolution)
-    found = evaluate(patch(net), resolution).normals
-    assert found is not None
+    result = evaluate(patch(net), resolution).normals
+    assert result is not None
     us, vs = exact.divisions(3), exact.divisions(2)
     for i, j in np.argwhere(np.isnan(truth).any(axis=-1)).tolist():
         if us[i] in (ZERO, ONE) or vs[j] in (ZERO, ONE):
             limit = limit_from_inside(net, None, us[i], vs[j])
             if limit is not None:
-                assert found[0, i, j] == pytest.approx(limit, abs=1e-9)
+                assert result[0, i, j] == pytest.approx(limit, abs=1e-9)
 
 
 CUSP = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]], [[0, 0, 0], [0, 1, 0]]]
@@ -179,9 +179,9 @@ def test_hostile_nets_have_unit_normals(shape: str) -> None:
     for weighted, offset, scale, dtype in places:
         net = (HOSTILE[shape]() + offset) * scale
         weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if weighted else None
-        found = evaluate(patch(net, weights), (5, 4), dtype=dtype)
-        assert found.normals is not None
-        lengths = np.linalg.norm(found.normals.astype(float), axis=-1)
+        result = evaluate(patch(net, weights), (5, 4), dtype=dtype)
+        assert result.normals is not None
+        lengths = np.linalg.norm(result.normals.astype(float), axis=-1)
         assert np.abs(lengths - 1).max() < 3e-7, (weighted, offset, scale, dtype)
 
 
@@ -189,9 +189,9 @@ def test_normals_of_a_line_stand_on_it() -> None:
     """A patch without area still has an extent to be perpendicular to."""
     direction = np.array([1.0, -2.0, 0.3])
     net = np.linspace(0, 1, 12).reshape(4, 3, 1) * direction
-    found = evaluate(patch(net), (5, 4)).normals
-    assert found is not None
-    assert np.abs(found @ direction).max() < 1e-12
+    result = evaluate(patch(net), (5, 4)).normals
+    assert result is not None
+    assert np.abs(result @ direction).max() < 1e-12
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -202,16 +202,16 @@ def test_teapot_poles_look_straight_up_and_down(
     """All along the collapsed edges of lid and bottom, to the last digit."""
     model = patches_of("utah-teapot")
     (batch,) = model.batches
-    found = evaluate(batch, resolution, dtype=dtype)
-    assert found.normals is not None
+    result = evaluate(batch, resolution, dtype=dtype)
+    assert result.normals is not None
     runs = {part.name: part for part in model.parts}
     for name, height, z in (("lid", 3.15, 1.0), ("bottom", 0.0, -1.0)):
         part = slice(runs[name].first, runs[name].last)
-        positions, normals = found.positions[part], found.normals[part]
+        positions, normals = result.positions[part], result.normals[part]
         tip = (np.abs(positions - (0, 0, height)) < 1e-6).all(axis=-1)
         assert tip.sum() == 4 * (resolution[0] + 1)
         np.testing.assert_array_equal(normals[tip], np.full((tip.sum(), 3), (0, 0, z)))
-    assert found.poles == 8 * (resolution[0] + 1)
+    assert result.poles == 8 * (resolution[0] + 1)
 
 
 def test_near_a_pole_normals_are_right_too() -> None:
@@ -223,8 +223,8 @@ def test_near_a_pole_normals_are_right_too() -> None:
         pole = 1 - t if k >= 4 else t
         u = np.linspace(0, 1, len(t))
         index = np.full(len(t), k, dtype=np.intp)
-        found, _ = unit_normals(batch, index, u, pole)
-        for normal, a, b in zip(found, u.tolist(), pole.tolist(), strict=True):
+        result, _ = unit_normals(batch, index, u, pole)
+        for normal, a, b in zip(result, u.tolist(), pole.tolist(), strict=True):
             net = exact.exact_net(batch.points[k], batch.weights[k])
             jet = exact.jets(net, [Fraction(a)], [Fraction(b)])[0][0]
             assert normal == pytest.approx(exact.unit(exact.cross(jet.du, jet.dv)), abs=1e-9)

@@ -44,10 +44,10 @@ def smooth(degree: int, count: int = 1, rational: bool = False) -> TrianglePatch
 def test_positions_are_the_exact_ones(given_: tuple[Array, Array | None], divisions: int) -> None:
     net, weights = given_
     truth = triangles.positions(triangles.jets(net, weights, divisions))
-    found = evaluate(batch(net, weights), (divisions, 1), normals=False)
-    assert found.normals is None
-    assert found.positions.shape == (1, len(truth), 3)
-    np.testing.assert_allclose(found.positions[0], truth, rtol=0, atol=1e-12 * np.abs(net).max())
+    result = evaluate(batch(net, weights), (divisions, 1), normals=False)
+    assert result.normals is None
+    assert result.positions.shape == (1, len(truth), 3)
+    np.testing.assert_allclose(result.positions[0], truth, rtol=0, atol=1e-12 * np.abs(net).max())
 
 
 @given(weighted(triangle_nets()), few)
@@ -55,12 +55,12 @@ def test_normals_are_the_exact_ones(given_: tuple[Array, Array | None], division
     """Where du × dv does not vanish; elsewhere they are unit vectors and counted."""
     net, weights = given_
     truth = triangles.normals(triangles.jets(net, weights, divisions))
-    found = evaluate(batch(net, weights), (divisions, divisions))
-    assert found.normals is not None
+    result = evaluate(batch(net, weights), (divisions, divisions))
+    assert result.normals is not None
     zero = np.isnan(truth[:, 0])
-    assert found.poles == zero.sum()
-    assert np.abs(found.normals[0] - truth)[~zero].max(initial=0) < 1e-9
-    np.testing.assert_allclose(np.linalg.norm(found.normals[0], axis=1), 1.0, rtol=1e-14)
+    assert result.poles == zero.sum()
+    assert np.abs(result.normals[0] - truth)[~zero].max(initial=0) < 1e-9
+    np.testing.assert_allclose(np.linalg.norm(result.normals[0], axis=1), 1.0, rtol=1e-14)
 
 
 @pytest.mark.parametrize("rational", [False, True])
@@ -73,12 +73,12 @@ def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
     far = TrianglePatches(near.points + origin, near.weights)
     kept = TrianglePatches(far.points - origin, near.weights)
     truth = evaluate(kept, (9, 9))
-    found = evaluate(far, (9, 9), dtype=np.float32, origin=origin)
-    assert found.normals is not None
+    result = evaluate(far, (9, 9), dtype=np.float32, origin=origin)
+    assert result.normals is not None
     assert truth.normals is not None
-    assert found.positions.dtype == found.normals.dtype == np.float32
-    assert np.abs(found.positions - truth.positions).max() < 5e-7
-    assert np.abs(found.normals - truth.normals).max() < 2e-6
+    assert result.positions.dtype == result.normals.dtype == np.float32
+    assert np.abs(result.positions - truth.positions).max() < 5e-7
+    assert np.abs(result.normals - truth.normals).max() < 2e-6
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -94,9 +94,9 @@ def test_chunks_do_not_show(
     monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
     parts = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_basis, "MAX_CACHED_VALUES", 200)
-    made = evaluate(patches, (11, 11), dtype=dtype)
-    for found in (parts, made):
-        for ours, theirs in ((found.positions, whole.positions), (found.normals, whole.normals)):
+    built = evaluate(patches, (11, 11), dtype=dtype)
+    for result in (parts, built):
+        for ours, theirs in ((result.positions, whole.positions), (result.normals, whole.normals)):
             assert ours is not None
             assert theirs is not None
             assert np.abs(ours - theirs).max() < 50 * np.finfo(dtype).eps
@@ -130,13 +130,13 @@ def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtyp
     """Normals have unit length everywhere, and are exact where du × dv does not vanish."""
     weights = smooth(3, rational=True).weights if rational else None
     truth = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
-    found = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
-    assert found.normals is not None
-    lengths = np.linalg.norm(found.normals[0].astype(float), axis=1)
+    result = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
+    assert result.normals is not None
+    lengths = np.linalg.norm(result.normals[0].astype(float), axis=1)
     assert np.abs(lengths - 1).max() < 4 * np.finfo(dtype).eps
     zero = np.isnan(truth[:, 0])
-    assert found.poles == zero.sum()
-    assert np.abs(found.normals[0] - truth)[~zero].max(initial=0) < 1e-5
+    assert result.poles == zero.sum()
+    assert np.abs(result.normals[0] - truth)[~zero].max(initial=0) < 1e-5
 
 
 @pytest.mark.parametrize("rational", [False, True])
@@ -161,12 +161,16 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
         exact.unit(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
         for t in exact.divisions(6)
     ]
-    turned = batch(triangles.turned(net, symmetry), triangles.turned(weights, symmetry))
-    found = evaluate(turned if rational else TrianglePatches(turned.points), (6, 6))
-    assert found.normals is not None
-    assert found.poles == 7
-    here = triangles.turned(np.array([key[1] == 0 for key in triangles.keys(6)]), symmetry)
-    order = triangles.turned(np.array([key[2] for key in triangles.keys(6)]), symmetry)[here]
+    turned = batch(
+        triangles.apply_symmetry(net, symmetry), triangles.apply_symmetry(weights, symmetry)
+    )
+    result = evaluate(turned if rational else TrianglePatches(turned.points), (6, 6))
+    assert result.normals is not None
+    assert result.poles == 7
+    here = triangles.apply_symmetry(np.array([key[1] == 0 for key in triangles.keys(6)]), symmetry)
+    order = triangles.apply_symmetry(np.array([key[2] for key in triangles.keys(6)]), symmetry)[
+        here
+    ]
     sign = -1 if symmetry >= 3 else 1
     expected = sign * np.array(truth)[order]
-    assert np.abs(found.normals[0][here] - expected).max() < 1e-11
+    assert np.abs(result.normals[0][here] - expected).max() < 1e-11

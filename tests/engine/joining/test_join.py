@@ -26,7 +26,7 @@ from service.surface.patches import PatchSurface
 from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of, shape_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
-from tests.strategies import Array, moved
+from tests.strategies import Array, translate
 from tools.certify.closing import NEARLY, RESOLUTION
 
 
@@ -88,8 +88,8 @@ def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any])
     assert (shape.components, shape.euler) == (1, 1)
     assert [part.name for part in mesh.parts] == ["long and one", "other"]
     assert mesh.report.deviation_bound is not None
-    found = surface_to_mesh(sheets_of(surface), mesh.positions[mesh.triangles].astype(float), 500)
-    assert found.distance <= mesh.report.deviation_bound + found.noise
+    result = surface_to_mesh(sheets_of(surface), mesh.positions[mesh.triangles].astype(float), 500)
+    assert result.distance <= mesh.report.deviation_bound + result.noise
     # Parameters are those of the original patch.
     assert mesh.uvs is not None
     own = mesh.triangles[slice(*mesh.parts[0].triangles)]
@@ -151,7 +151,7 @@ def test_surfaces_that_only_touch_are_not_cut() -> None:
     nets = tee(0.5)
     bent = nets[1].copy()
     bent[0, 1] += 0.01
-    apart = moved(nets[2], 5.0)
+    apart = translate(nets[2], 5.0)
     for some, tolerance in (([nets[0], bent, apart], 1e-12), (nets, 0.0)):
         surface = PatchSurface(np.array(some).reshape(-1, 3), np.arange(48).reshape(3, 4, 4))
         model = surface.lower()
@@ -207,17 +207,17 @@ def test_cuts_that_never_meet_end_soon(
     """Patches with all corners on one line; each is cut where others have corners."""
     line = np.ones(3)
     surface = MultipatchSurface(tuple(BezierSurface(np.multiply.outer(c, line)) for c in corners))
-    made: list[int] = []
+    built: list[int] = []
 
     def count(model: PatchModel, lines: Lines) -> PatchModel:
         model = cut(model, lines)
-        made.append(model.patch_count)
+        built.append(model.patch_count)
         return model
 
     monkeypatch.setattr(joining, "cut", count)
     assert join(surface.lower(), 1e-12)[0].patch_count == len(corners)
     most = 8 * len(corners) ** 2 + 256
-    assert made[-2] <= most < made[-1] < most + 4
+    assert built[-2] <= most < built[-1] < most + 4
 
 
 def test_cut_surfaces_are_refused_where_they_are_too_large() -> None:

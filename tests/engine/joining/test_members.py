@@ -64,9 +64,9 @@ def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> No
         for sheet in sheets_of(member.surface)
         if member.matrix is not None
     ]
-    found = surface_to_mesh(sheets, mesh.positions[mesh.triangles].astype(float), 100)
+    result = surface_to_mesh(sheets, mesh.positions[mesh.triangles].astype(float), 100)
     assert mesh.report.deviation_bound is not None
-    assert found.distance <= mesh.report.deviation_bound + found.noise
+    assert result.distance <= mesh.report.deviation_bound + result.noise
     scene = build_scene(group.lower(), MeshOptions(**options), single=True)
     assert [node.name for node in scene.nodes] == names
     rows = np.concatenate([each.positions + each.origin for each in scene.meshes])
@@ -105,10 +105,10 @@ def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
         np.concatenate(rows, axis=1)
         for rows in ((mesh.positions, mesh.uvs), (apart.positions[half:], apart.uvs[half:]))
     )
-    for wanted, normal in zip(others, apart.normals[half:], strict=True):
-        apart_by = np.abs(mine - wanted).max(axis=1)
+    for expected, normal in zip(others, apart.normals[half:], strict=True):
+        apart_by = np.abs(mine - expected).max(axis=1)
         assert apart_by.min() < 1e-12
-        if wanted[1]:  # at the keel the normals of both halves are averaged, if they are near
+        if expected[1]:  # at the keel the normals of both halves are averaged, if they are near
             np.testing.assert_allclose(mesh.normals[apart_by.argmin()], normal, atol=1e-9)
 
 
@@ -166,9 +166,9 @@ def test_members_are_one_where_their_borders_are_one_curve(
 ) -> None:
     """Components, Euler's characteristic and misoriented edges are those of one sheet."""
     mesh = build(GroupSurface(members).lower(), MeshOptions(uvs=True, **options))
-    found = topology(welded_by_position(mesh.positions, mesh.triangles))
-    assert (found.components, found.euler, found.misoriented) == shape
-    assert found.boundary == mesh.report.boundary_edges
+    result = topology(welded_by_position(mesh.positions, mesh.triangles))
+    assert (result.components, result.euler, result.misoriented) == shape
+    assert result.boundary == mesh.report.boundary_edges
 
 
 def test_the_cost_of_copies_that_meet_counts_separate_meshes() -> None:

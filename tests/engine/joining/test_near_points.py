@@ -49,19 +49,19 @@ def test_groups_are_the_components_that_are_not_wide(
     points = points + spread * rng.uniform(-0.5, 0.5, points.shape)
     points = np.round(points * 4) / 4 if seed % 2 else points
     points = np.concatenate([points, points[: count // 3]])
-    found = near_groups(points, 1.0)
-    wanted = groups_by_pairs(points, 1.0)
+    result = near_groups(points, 1.0)
+    expected = groups_by_pairs(points, 1.0)
     if max(np.bincount(connected_components(cdist(points, points) <= 2.0)[1])) <= MAX_CROWD:
-        assert found.tolist() == wanted
+        assert result.tolist() == expected
     # Larger crowds may be left as they are, and order never matters.
     assert all(
         f in (w, k) or (points[f] == points[k]).all()
-        for k, (f, w) in enumerate(zip(found, wanted, strict=True))
+        for k, (f, w) in enumerate(zip(result, expected, strict=True))
     )
     order = rng.permutation(len(points))
     again = near_groups(points[order], 1.0)
     for i, j in combinations(range(0, len(points), 3), 2):
-        assert (found[order[i]] == found[order[j]]) == (again[i] == again[j])
+        assert (result[order[i]] == result[order[j]]) == (again[i] == again[j])
 
 
 @pytest.mark.parametrize("count", [3, 500, 20_000])
@@ -70,9 +70,9 @@ def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
     rng = np.random.default_rng(count)
     crowd = rng.uniform(0, 1e-3, (count, 3))
     chain = np.stack([np.arange(count) * 0.9, np.zeros(count), np.full(count, 5.0)], axis=1)
-    found = near_groups(np.concatenate([crowd, chain]), 1.0)
-    assert (found[:count] == 0).all()
-    assert found[count:].tolist() == list(range(count, 2 * count))
+    result = near_groups(np.concatenate([crowd, chain]), 1.0)
+    assert (result[:count] == 0).all()
+    assert result[count:].tolist() == list(range(count, 2 * count))
 
 
 def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:

@@ -24,7 +24,7 @@ from tools.certify.nearly import body, soup
 COARSE = Accuracy(relative_tolerance=1e-1)
 
 
-def shaken(nets: list[Array], amplitude: float) -> list[Array]:
+def shake_nets(nets: list[Array], amplitude: float) -> list[Array]:
     """Nets whose points are moved at random, by at most one distance in every coordinate."""
     rng = np.random.default_rng(0)
     return [net + rng.uniform(-amplitude, amplitude, net.shape) for net in nets]
@@ -68,13 +68,13 @@ def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -
 )
 def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
     """A cube of flat faces, 4e-7 of its size off: nearly all of the deviation is the moving."""
-    model = model_of(shaken(cube(), 4e-7))
+    model = model_of(shake_nets(cube(), 4e-7))
     mesh = mesh_of(model, weld_tolerance=1e-6, **options)
     assert (mesh.report.watertight, shape_of(mesh).euler) == (True, 2)
-    found = surface_to_mesh(sheets_of(model), mesh.positions[mesh.triangles].astype(float), 500)
+    result = surface_to_mesh(sheets_of(model), mesh.positions[mesh.triangles].astype(float), 500)
     bound = mesh.report.deviation_bound
     assert bound is not None
-    assert 1e-7 < found.distance <= mesh.report.moved + 1e-15 <= bound
+    assert 1e-7 < result.distance <= mesh.report.moved + 1e-15 <= bound
     assert not mesh_of(model, **options).report.watertight
 
 
@@ -82,7 +82,7 @@ def test_equal_points_keep_their_bits_and_others_move_little() -> None:
     """Without near points, no point moves; alone and together, meshes differ only by moves."""
     exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
     assert join(exact, 1e-12)[0] is exact
-    model = model_of(shaken(cube(), 1e-13))
+    model = model_of(shake_nets(cube(), 1e-13))
     options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
     together = mesh_of(model, **options)
     alone = [mesh_of(model_of([net]), **options).positions for net in model.batches[0].points]
@@ -100,12 +100,12 @@ def test_near_weights_are_one_up_to_a_factor_of_each_surface(
     rng = np.random.default_rng(21)
     patches = list(rational_ring(rng))
     for k, (net, weights) in enumerate(patches):
-        raised, loads = (
+        raised, point_weights = (
             elevate((net, weights), len(net) + 1) if is_raised and k % 2 else (net, weights)
         )
-        assert loads is not None
-        away = amplitude * rng.uniform(-1, 1, (*loads.shape, 4))
-        patches[k] = raised + away[..., :3], loads * (2.7**k) * (1 + away[..., 3])
+        assert point_weights is not None
+        away = amplitude * rng.uniform(-1, 1, (*point_weights.shape, 4))
+        patches[k] = raised + away[..., :3], point_weights * (2.7**k) * (1 + away[..., 3])
     model = MultipatchSurface(tuple(BezierSurface(*each) for each in patches)).lower()
     reverse = MultipatchSurface(tuple(BezierSurface(*each) for each in patches[::-1])).lower()
     tolerance = max(5 * amplitude, 1e-12)

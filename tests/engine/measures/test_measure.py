@@ -30,7 +30,7 @@ PI = mpmath.mp.clone()
 PI.dps = 50
 
 
-def of(surface: SurfaceKind, tolerance: float = 1e-6, weld: float = 1e-12) -> Measures:
+def measure_surface(surface: SurfaceKind, tolerance: float = 1e-6, weld: float = 1e-12) -> Measures:
     return measure(surface.lower(), MeasureQuery(tolerance, weld, 1 << 18))
 
 
@@ -43,11 +43,11 @@ def holds(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
 @pytest.mark.parametrize("scale", [1e-60, 1e-110, 1e-160, 1e-300])
 def test_intervals_contain_the_exact_values_if_products_underflow(scale: float) -> None:
     sphere = example("sphere")
-    found = of(replace(sphere, vertices=sphere.vertices * scale), 1e-3)
-    assert holds(found.area, 4 * PI.pi * PI.mpf(scale) ** 2)
-    assert holds(found.volume, 4 / PI.mpf(3) * PI.pi * PI.mpf(scale) ** 3)
-    assert found.centroid is not None
-    assert all(holds(c, 0) for c in found.centroid)
+    result = measure_surface(replace(sphere, vertices=sphere.vertices * scale), 1e-3)
+    assert holds(result.area, 4 * PI.pi * PI.mpf(scale) ** 2)
+    assert holds(result.volume, 4 / PI.mpf(3) * PI.pi * PI.mpf(scale) ** 3)
+    assert result.centroid is not None
+    assert all(holds(c, 0) for c in result.centroid)
 
 
 def example(name: str) -> PatchSurface:
@@ -68,19 +68,19 @@ def example(name: str) -> PatchSurface:
 )
 def test_quadrics(name: str, area: object, volume: object, height: float) -> None:
     tolerance = 1e-3 if name in ("torus", "cone") else 1e-9
-    found = of(find(name).surface(), tolerance)
+    result = measure_surface(find(name).surface(), tolerance)
     # Rounded square roots in nets change the surfaces by some 1e-16.
-    for interval, truth in ((found.area, area), (found.volume, volume)):
+    for interval, truth in ((result.area, area), (result.volume, volume)):
         exact = truth * PI.pi
         assert holds(interval, exact, 1e-15 * float(exact))
         assert interval is not None
         assert interval.high - interval.low <= tolerance * interval.value
-    assert found.reached
-    assert found.closed
-    assert found.centroid is not None
-    assert all(holds(c, at, 1e-15) for c, at in zip(found.centroid, (0, 0, height), strict=True))
-    assert not found.boundaries
-    assert found.boundary_length == Interval(0.0, 0.0, 0.0)
+    assert result.reached
+    assert result.closed
+    assert result.centroid is not None
+    assert all(holds(c, at, 1e-15) for c, at in zip(result.centroid, (0, 0, height), strict=True))
+    assert not result.boundaries
+    assert result.boundary_length == Interval(0.0, 0.0, 0.0)
 
 
 @settings(max_examples=6, deadline=None, derandomize=True)
@@ -93,12 +93,14 @@ def test_ellipsoids(axes: tuple[float, float, float], seed: int, mirrored: bool)
     place = RNG(seed).uniform(-9, 9, 3)
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn * [a, b, c], place
-    found = of(GroupSurface((Member(find("octahedral-sphere").surface(), matrix=matrix),)))
-    assert holds(found.area, oracle.ellipsoid_area(a, b, c), 1e-14)
+    result = measure_surface(
+        GroupSurface((Member(find("octahedral-sphere").surface(), matrix=matrix),))
+    )
+    assert holds(result.area, oracle.ellipsoid_area(a, b, c), 1e-14)
     # A mirrored member keeps its normals outside.
-    assert holds(found.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
-    assert found.centroid is not None
-    assert all(holds(x, at, 1e-14) for x, at in zip(found.centroid, place.tolist(), strict=True))
+    assert holds(result.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
+    assert result.centroid is not None
+    assert all(holds(x, at, 1e-14) for x, at in zip(result.centroid, place.tolist(), strict=True))
 
 
 SMOOTH = (
@@ -111,12 +113,12 @@ SMOOTH = (
 def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
     for seed in (11,):
         surface = FAMILIES[name].surface(seed)
-        found = of(surface, 1e-8 if name in SMOOTH else 1e-4)
+        result = measure_surface(surface, 1e-8 if name in SMOOTH else 1e-4)
         truth, error = oracle.area(
             sheets_of(surface), levels=4 if isinstance(surface, BsplineSurface) else 5
         )
-        assert holds(found.area, truth, error)
-        assert found.area.high - found.area.low < (1e-6 if name in SMOOTH else 20) * truth
+        assert holds(result.area, truth, error)
+        assert result.area.high - result.area.low < (1e-6 if name in SMOOTH else 20) * truth
 
 
 def test_the_cells_of_many_patches_may_be_halved() -> None:
@@ -125,16 +127,16 @@ def test_the_cells_of_many_patches_may_be_halved() -> None:
     x, y = np.meshgrid(np.arange(12.0), np.arange(12.0), indexing="ij")
     net = np.stack([x, y, np.sin(x / 4) * np.cos(y / 4)], axis=-1)
     surface = BsplineSurface(net, (3, 3))
-    found = measure(surface.lower(), MeasureQuery(1e-4, budget=100))
-    assert found.reached
-    assert holds(found.area, of(surface, 1e-9).area.value)
+    result = measure(surface.lower(), MeasureQuery(1e-4, budget=100))
+    assert result.reached
+    assert holds(result.area, measure_surface(surface, 1e-9).area.value)
 
 
 def test_cells_are_halved_until_the_budget_is_used_up() -> None:
     """Four patches may become twelve cells, with three times their control points."""
     cells = cells_of(RNG(6).uniform(-0.5, 0.5, (4, 3, 3, 3)), np.arange(4), 0.0)
-    found = refine([cells], "size", np.full(1, 1e-30), 0)
-    assert sum(bounded.cells.size for bounded in found.bounded) == 3 * cells.size
+    result = refine([cells], "size", np.full(1, 1e-30), 0)
+    assert sum(bounded.cells.size for bounded in result.bounded) == 3 * cells.size
 
 
 @pytest.mark.parametrize("degree", [(1, 1), (3, 3), (2, 5)])
@@ -153,8 +155,8 @@ def test_closed_splines_against_exact_fractions_and_polyhedra() -> None:
     net = turn * (2 + np.sin(angle))[:, np.newaxis] + np.cos(angle)[:, np.newaxis] * [0.0, 0, 1]
     net += RNG(3).uniform(-0.2, 0.2, net.shape)
     surface = BsplineSurface(net, (2, 2), ("periodic", "periodic"))
-    found = of(surface)
-    volume = found.volume
+    result = measure_surface(surface)
+    volume = result.volume
     assert volume is not None
     (batch,) = surface.lower().batches
     truth = oracle.exact_flux([exact_net(points) for points in batch.points]) / 3
@@ -164,42 +166,42 @@ def test_closed_splines_against_exact_fractions_and_polyhedra() -> None:
         net, (2, 2), ("periodic", "periodic"), RNG(4).uniform(0.5, 2, net.shape[:2])
     )
     twice, error = oracle.flux(sheets_of(rational), first=8, levels=5)
-    assert holds(of(rational).volume, twice / 3, error)
+    assert holds(measure_surface(rational).volume, twice / 3, error)
 
 
 def test_an_open_surface_names_its_borders() -> None:
     sphere = example("sphere")
-    found = of(replace(sphere, patches=sphere.patches[:7], parts=()))
-    assert not found.closed
-    assert found.volume is None
-    assert found.centroid is None
-    assert (found.open_edges, found.inconsistent_edges) == (3, 0)
-    assert [fault.is_open for fault in found.faulty_edges] == [True] * 3
-    (loop,) = found.boundaries
+    result = measure_surface(replace(sphere, patches=sphere.patches[:7], parts=()))
+    assert not result.closed
+    assert result.volume is None
+    assert result.centroid is None
+    assert (result.open_edges, result.inconsistent_edges) == (3, 0)
+    assert [fault.is_open for fault in result.faulty_edges] == [True] * 3
+    (loop,) = result.boundaries
     assert loop.closed
     assert loop.edges == 3
     assert holds(loop.length, 3 * PI.pi / 2, 1e-15)
-    assert holds(found.boundary_length, 3 * PI.pi / 2, 1e-15)
+    assert holds(result.boundary_length, 3 * PI.pi / 2, 1e-15)
 
 
 def test_a_reversed_patch_is_detected() -> None:
     torus = example("torus")
     patches = np.array(torus.patches)
     patches[5] = patches[5].transpose(1, 0)
-    found = of(replace(torus, patches=patches))
-    assert found.volume is None
-    assert (found.open_edges, found.inconsistent_edges) == (0, 8)
-    assert {fault.place.patch for fault in found.faulty_edges} >= {5}
-    turned = of(replace(torus, patches=np.array(torus.patches).transpose(0, 2, 1)))
+    result = measure_surface(replace(torus, patches=patches))
+    assert result.volume is None
+    assert (result.open_edges, result.inconsistent_edges) == (0, 8)
+    assert {fault.place.patch for fault in result.faulty_edges} >= {5}
+    turned = measure_surface(replace(torus, patches=np.array(torus.patches).transpose(0, 2, 1)))
     assert turned.volume is not None
     assert turned.volume.value == pytest.approx(-0.32 * pi * pi)
 
 
 def test_lengths_of_borders_and_their_places() -> None:
-    found = of(find("utah-teapot").surface())
-    assert [loop.edges for loop in found.boundaries] == [4, 2, 2, 2, 2, 4]
+    result = measure_surface(find("utah-teapot").surface())
+    assert [loop.edges for loop in result.boundaries] == [4, 2, 2, 2, 2, 4]
     sheets = sheets_of(find("utah-teapot").surface().lower())
-    rim = found.boundaries[0]
+    rim = result.boundaries[0]
     assert (rim.first.patch, rim.first.side) == (0, "v=0")
     truth = [
         oracle.length(lambda t, k=k: sheets[k].at(np.stack([t, 0 * t], axis=1)))  # type: ignore[misc]
@@ -207,11 +209,11 @@ def test_lengths_of_borders_and_their_places() -> None:
     ]
     assert holds(rim.length, *map(sum, zip(*truth, strict=True)))
     spline = find("bspline-hills").surface()
-    (border,) = of(spline).boundaries
+    (border,) = measure_surface(spline).boundaries
     assert border.edges == 18
     assert border.first.patch is None
     assert border.first.uv == ((0.0, 0.0), (0.0, 1.0))
-    triangle = of(find("monkey-saddle").surface())
+    triangle = measure_surface(find("monkey-saddle").surface())
     assert [fault.place.side for fault in triangle.faulty_edges] == ["s=0", "r=0", "t=0"]
     assert triangle.faulty_edges[1].place.uv == ((1.0, 0.0), (0.0, 1.0))
 
@@ -226,12 +228,12 @@ def halves(turned: bool) -> GroupSurface:
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_members_that_meet_enclose_a_volume(turned: bool) -> None:
-    found = of(halves(turned))
-    assert found.closed
-    assert holds(found.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
-    assert [part.name for part in found.parts] == ["torus", "other"]
-    assert all(part.volume is None for part in found.parts)
-    assert all(holds(part.area, 0.8 * PI.pi**2, 1e-14) for part in found.parts)
+    result = measure_surface(halves(turned))
+    assert result.closed
+    assert holds(result.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
+    assert [part.name for part in result.parts] == ["torus", "other"]
+    assert all(part.volume is None for part in result.parts)
+    assert all(holds(part.area, 0.8 * PI.pi**2, 1e-14) for part in result.parts)
 
 
 def test_sides_of_mirrored_triangles_keep_their_names() -> None:
@@ -241,10 +243,10 @@ def test_sides_of_mirrored_triangles_keep_their_names() -> None:
     whole = replace(sphere, triangles=half, parts=())
     part = replace(sphere, triangles=half[1:], parts=())
     flip = np.diag([-1.0, 1, 1, 1])
-    places = {(f.place.patch, f.place.side, f.place.uv) for f in of(part).faulty_edges}
-    alone = of(GroupSurface((Member(part, matrix=flip),)))
+    places = {(f.place.patch, f.place.side, f.place.uv) for f in measure_surface(part).faulty_edges}
+    alone = measure_surface(GroupSurface((Member(part, matrix=flip),)))
     assert {(f.place.patch, f.place.side, f.place.uv) for f in alone.faulty_edges} == places
-    joined = of(GroupSurface((Member(whole), Member(part, name="part", matrix=flip))))
+    joined = measure_surface(GroupSurface((Member(whole), Member(part, name="part", matrix=flip))))
     missing = [f.place for f in joined.faulty_edges if f.place.surface == 1]
     assert {(place.patch, place.side) for place in missing} <= {place[:2] for place in places}
     ends = {place[1]: set(place[2]) for place in places}
@@ -262,16 +264,16 @@ def test_members_have_volumes_of_their_own() -> None:
         Member(cap, name="open", matrix=far @ np.diag([3.0, 3, 3, 1])),
         Member(sphere, name="far", matrix=far),
     )
-    found = of(GroupSurface(members))
-    assert found.volume is None
-    volumes = [part.volume for part in found.parts]
+    result = measure_surface(GroupSurface(members))
+    assert result.volume is None
+    volumes = [part.volume for part in result.parts]
     assert volumes[1] is None
     assert holds(volumes[0], 4 * PI.pi / 3, 1e-14)
     assert holds(volumes[2], 32 * PI.pi / 3, 1e-13)
-    assert found.faulty_edges[0].place.surface == 1
+    assert result.faulty_edges[0].place.surface == 1
     mirrored = GroupSurface((Member(cap, matrix=far),))
-    (first, *_) = of(mirrored).faulty_edges
-    plain = of(cap).faulty_edges
+    (first, *_) = measure_surface(mirrored).faulty_edges
+    plain = measure_surface(cap).faulty_edges
     assert first.place.side in {fault.place.side for fault in plain}
 
 
@@ -283,14 +285,14 @@ def test_gaps_that_were_closed_widen_the_interval() -> None:
     apart = points + RNG(5).uniform(-1e-7, 1e-7, points.shape)
     patches = tuple(BezierSurface(net, w) for net, w in zip(apart, weights, strict=True))
     surface = MultipatchSurface(patches)
-    assert of(surface).volume is None
-    found = of(surface, weld=1e-6)
-    assert found.moved > 1e-8
-    assert found.volume is not None
-    assert 1e-7 < found.volume.high - found.volume.low < 2e-5
-    assert holds(found.volume, 4 / PI.mpf(3) * PI.pi)
+    assert measure_surface(surface).volume is None
+    result = measure_surface(surface, weld=1e-6)
+    assert result.moved > 1e-8
+    assert result.volume is not None
+    assert 1e-7 < result.volume.high - result.volume.low < 2e-5
+    assert holds(result.volume, 4 / PI.mpf(3) * PI.pi)
     truth, error = oracle.flux(sheets_of(surface), levels=5)
-    assert holds(found.volume, truth / 3, error)
+    assert holds(result.volume, truth / 3, error)
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)
@@ -299,9 +301,11 @@ def test_affine_images(seed: int, offset: float) -> None:
     torus = example("torus")
     matrix = np.eye(3) + RNG(seed).uniform(-0.5, 0.5, (3, 3))
     image = replace(torus, vertices=torus.vertices @ matrix.T + offset)
-    found = of(image, 1e-1)
+    result = measure_surface(image, 1e-1)
     det = float(np.linalg.det(matrix))
     volume = float(PI.mpf("0.32") * PI.pi**2 * det)
-    assert holds(found.volume, volume, 1e-13 * float(np.abs(matrix).max()) ** 3 * (1 + abs(offset)))
-    again = of(image, 1e-1)
-    assert again == found
+    assert holds(
+        result.volume, volume, 1e-13 * float(np.abs(matrix).max()) ** 3 * (1 + abs(offset))
+    )
+    again = measure_surface(image, 1e-1)
+    assert again == result

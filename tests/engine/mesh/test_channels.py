@@ -25,12 +25,12 @@ from tests.oracles.triangles import exact_triangle, value
 from tests.oracles.triangles import places as triangle_places
 from tests.strategies import (
     Array,
+    apply_symmetry,
     model_of,
-    moved,
     nets,
     quarters,
     resolutions,
-    turned,
+    translate,
     weights_like,
 )
 
@@ -57,8 +57,8 @@ def oracle(net: Array, resolution: tuple[int, int]) -> Array:
 
 
 def attribute(mesh: Mesh, name: str) -> RealArray:
-    (found,) = (rows for title, rows in mesh.attributes if title == name)
-    return found
+    (result,) = (rows for title, rows in mesh.attributes if title == name)
+    return result
 
 
 def close(found: Any, right: Any, net: Array, single: bool = False) -> None:
@@ -76,15 +76,15 @@ def test_every_channel_is_its_own_polynomial(
     colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
     uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))
     surface = BezierSurface(net, weights, channels=Channels(colors, uvs, (("flow", flow),)))
-    made = mesh_of(surface.lower(), resolution=resolution, weld=False, single=single)
-    assert made.colors is not None
-    assert made.uvs is not None
-    assert made.colors.dtype == made.uvs.dtype == made.positions.dtype
-    close(made.colors, oracle(colors, resolution), colors, single)
-    close(made.uvs, oracle(uvs, resolution), uvs, single)
-    close(attribute(made, "flow"), oracle(flow, resolution), flow, single)
-    assert made.colors.min() >= 0
-    assert made.colors.max() <= 1
+    built = mesh_of(surface.lower(), resolution=resolution, weld=False, single=single)
+    assert built.colors is not None
+    assert built.uvs is not None
+    assert built.colors.dtype == built.uvs.dtype == built.positions.dtype
+    close(built.colors, oracle(colors, resolution), colors, single)
+    close(built.uvs, oracle(uvs, resolution), uvs, single)
+    close(attribute(built, "flow"), oracle(flow, resolution), flow, single)
+    assert built.colors.min() >= 0
+    assert built.colors.max() <= 1
 
 
 def test_the_corners_are_the_control_values() -> None:
@@ -113,16 +113,18 @@ def test_frames_have_the_values_of_their_neighbours(
     net[..., 2] = data.draw(arrays.arrays(np.float64, (3, 3), elements=st.integers(-4, 4)))
     carried[:] = data.draw(arrays.arrays(np.float64, (4, 4, 2), elements=st.integers(-64, 64)))
     symmetries = data.draw(st.lists(st.sampled_from((0, 3, 5, 6)), min_size=4, max_size=4))
-    patches = [turned(piece, s) for piece, s in zip(quarters(net), symmetries, strict=True)]
-    nets_ = [turned(piece, s) for piece, s in zip(quarters(carried), symmetries, strict=True)]
-    made = mesh_of(with_values(patches, nets_), resolution=resolution)
-    check_sound(made)
-    assert shape_of(made).boundary == made.report.boundary_edges
+    patches = [apply_symmetry(piece, s) for piece, s in zip(quarters(net), symmetries, strict=True)]
+    nets_ = [
+        apply_symmetry(piece, s) for piece, s in zip(quarters(carried), symmetries, strict=True)
+    ]
+    built = mesh_of(with_values(patches, nets_), resolution=resolution)
+    check_sound(built)
+    assert shape_of(built).boundary == built.report.boundary_edges
     plain = mesh_of(model_of(patches), resolution=resolution)
-    assert len(made.positions) == len(plain.positions)
-    assert made.welds is None
+    assert len(built.positions) == len(plain.positions)
+    assert built.welds is None
     # x and y are linear in u and v, so the parameters follow from the vertex.
-    for position, row in zip(made.positions, attribute(made, "a"), strict=True):
+    for position, row in zip(built.positions, attribute(built, "a"), strict=True):
         u, v = (Fraction(float(c)).limit_denominator(10**6) / 2 for c in position[:2])
         right = exact.surface_point(exact.exact_net(carried), u, v)
         np.testing.assert_allclose(row, [float(x) for x in right], atol=1e-10)
@@ -130,7 +132,7 @@ def test_frames_have_the_values_of_their_neighbours(
 
 def strip(left: Array, right: Array) -> PatchModel:
     """Two flat patches side by side with an attribute each."""
-    return with_values([SQUARE, moved(SQUARE, 1.0)], [left, right])
+    return with_values([SQUARE, translate(SQUARE, 1.0)], [left, right])
 
 
 @pytest.mark.parametrize("normals", [True, False])
@@ -138,10 +140,10 @@ def test_equal_values_weld_and_others_stay_apart(normals: bool) -> None:
     """Values agree along half of a seam; without normals, only they keep vertices apart."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
     right = np.array([[[5.0], [9]], [[0], [0]]])
-    made = mesh_of(strip(left, right), resolution=(4, 4), normals=normals)
+    built = mesh_of(strip(left, right), resolution=(4, 4), normals=normals)
     # The seam's five samples: one agrees, at v = 0.
-    assert len(made.positions) == 2 * 25 - 1
-    assert made.report.vertices == 2 * 25 - 5
+    assert len(built.positions) == 2 * 25 - 1
+    assert built.report.vertices == 2 * 25 - 5
     same = mesh_of(strip(left, left[::-1]), resolution=(4, 4), normals=normals)
     assert (same.welds, len(same.positions)) == (None, 45)
 
@@ -151,8 +153,8 @@ def test_rounding_is_no_difference(off: float, welded: bool) -> None:
     """Relative to the range of the values; welded samples keep one of their values."""
     left = np.array([[[0.0], [0]], [[1], [1]]])
     right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
-    made = mesh_of(strip(left, right), resolution=(1, 1))
-    assert len(made.positions) == (6 if welded else 8)
+    built = mesh_of(strip(left, right), resolution=(1, 1))
+    assert len(built.positions) == (6 if welded else 8)
 
 
 def test_creases_have_equal_values_bit_for_bit() -> None:
@@ -162,11 +164,11 @@ def test_creases_have_equal_values_bit_for_bit() -> None:
     left, right = random.random((6, 6, 1)), random.random((6, 6, 1))
     left[-1], right[0] = edge, edge + 1e-9
     wall = np.array([[[1.0, 0, 0], [1, 1, 0]], [[1, 0, 1], [1, 1, 1]]])
-    made = mesh_of(with_values([SQUARE, wall], [left, right]), resolution=(8, 8))
-    assert made.welds is not None
-    assert len(made.positions) == 2 * 81
-    rows = attribute(made, "a")
-    np.testing.assert_array_equal(rows, rows[made.welds])
+    built = mesh_of(with_values([SQUARE, wall], [left, right]), resolution=(8, 8))
+    assert built.welds is not None
+    assert len(built.positions) == 2 * 81
+    rows = attribute(built, "a")
+    np.testing.assert_array_equal(rows, rows[built.welds])
 
 
 def test_channels_change_no_position_and_no_report() -> None:
@@ -179,11 +181,13 @@ def test_channels_change_no_position_and_no_report() -> None:
         (TensorPatches(batch.points, None, (Channel("a", "attribute", apart),)),),
         surface.parts,
     )
-    plain, made = (mesh_of(m, resolution=(6, 6)) for m in (surface, changed))
-    assert made.report == plain.report
-    assert len(made.positions) == 4 * 49
-    assert made.welds is not None
-    np.testing.assert_array_equal(made.positions[made.welds == np.arange(4 * 49)], plain.positions)
+    plain, built = (mesh_of(m, resolution=(6, 6)) for m in (surface, changed))
+    assert built.report == plain.report
+    assert len(built.positions) == 4 * 49
+    assert built.welds is not None
+    np.testing.assert_array_equal(
+        built.positions[built.welds == np.arange(4 * 49)], plain.positions
+    )
 
 
 def test_a_pole_has_as_many_vertices_as_values() -> None:
@@ -206,9 +210,9 @@ def test_patches_blend_values_of_vertices() -> None:
     carried = random.random((12, 3))
     indices = np.array([[[0, 1, 2], [3, 4, 5], [6, 7, 8]], [[6, 7, 8], [9, 10, 11], [0, 1, 2]]])
     surface = PatchSurface(vertices, indices, weights, channels=Channels(carried))
-    made = mesh_of(surface.lower(), resolution=(3, 4), weld=False)
+    built = mesh_of(surface.lower(), resolution=(3, 4), weld=False)
     right = np.concatenate([oracle(carried[index], (3, 4)) for index in indices])
-    close(made.colors, right, carried)
+    close(built.colors, right, carried)
 
 
 def test_every_channel_must_agree() -> None:
@@ -223,10 +227,10 @@ def test_every_channel_must_agree() -> None:
 def test_white_is_not_more_than_white() -> None:
     """Colours stay from 0 to 1 although rounding would exceed this."""
     surface = BezierSurface(SQUARE, channels=Channels(np.ones((65, 65, 3))))
-    made = mesh_of(surface.lower(), resolution=(37, 41))
-    assert made.colors is not None
-    assert made.colors.max() == 1.0
-    assert made.colors.min() > 1 - 1e-14
+    built = mesh_of(surface.lower(), resolution=(37, 41))
+    assert built.colors is not None
+    assert built.colors.max() == 1.0
+    assert built.colors.min() > 1 - 1e-14
 
 
 @given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
@@ -241,14 +245,14 @@ def test_triangles_have_channels_of_their_own_degree(
         random.random((triangle.count_points(3), 2)),
     )
     surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
-    made = mesh_of(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
-    assert made.colors is not None
-    for found, net in ((made.colors, colors), (attribute(made, "flow"), flow)):
+    built = mesh_of(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
+    assert built.colors is not None
+    for result, net in ((built.colors, colors), (attribute(built, "flow"), flow)):
         fractions = exact_triangle(net)
         right = [
             [float(x) for x in value(fractions, place)] for place in triangle_places(divisions)
         ]
-        close(found, right, net, single)
+        close(result, right, net, single)
 
 
 def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
@@ -257,7 +261,7 @@ def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
     squares, triangles = np.array([[[0, 1], [2, 3]]]), np.array([[2, 4, 3]])
     channels = Channels(uvs=vertices[:, :2])
     surface = PatchSurface(vertices, squares, channels=channels, triangles=triangles)
-    made = mesh_of(surface.lower(), resolution=(4, 4))
-    assert len(made.positions) == 25 + 15 - 5
-    assert made.uvs is not None
-    np.testing.assert_allclose(made.uvs, made.positions[:, :2], atol=1e-15)
+    built = mesh_of(surface.lower(), resolution=(4, 4))
+    assert len(built.positions) == 25 + 15 - 5
+    assert built.uvs is not None
+    np.testing.assert_allclose(built.uvs, built.positions[:, :2], atol=1e-15)

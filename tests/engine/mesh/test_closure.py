@@ -28,7 +28,7 @@ def ring(rows: int = 7, columns: int = 5) -> Array:
     return np.stack([away * np.cos(a), away * np.sin(a), np.sin(b) + 0 * a], axis=-1)
 
 
-def again(net: Array, count: int = 1) -> Array:
+def repeat_rows(net: Array, count: int = 1) -> Array:
     """The net with its first rows repeated at the end."""
     return np.concatenate([net, net[:count]])
 
@@ -53,7 +53,7 @@ def circle(breaks: list[float]) -> BsplineSurface:
     return BsplineSurface(net, (2, 1), (vector, "clamped"), weights)
 
 
-def closed(surface: Any) -> Closure | None:
+def compute_closure(surface: Any) -> Closure | None:
     return find_closure(surface.lower())
 
 
@@ -62,7 +62,7 @@ def closed(surface: Any) -> Closure | None:
 def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bool) -> None:
     weights = weights_for(7, 3, 5) if rational else None
     surface = BsplineSurface(ring(), degree, ("periodic", "periodic"), weights)
-    assert closed(surface) == Closure("C1", "C1")
+    assert compute_closure(surface) == Closure("C1", "C1")
     mesh = mesh_of(surface.lower(), resolution=(3, 4))
     check_sound(mesh)
     check_winding(mesh)
@@ -74,8 +74,8 @@ def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bo
 
 def test_the_first_row_once_more_is_a_corner() -> None:
     """The seam is C0: the mesh is watertight, with two normals along the seam."""
-    surface = BsplineSurface(again(ring()), knots=("clamped", "periodic"))
-    assert closed(surface) == Closure("C0", "C1")
+    surface = BsplineSurface(repeat_rows(ring()), knots=("clamped", "periodic"))
+    assert compute_closure(surface) == Closure("C0", "C1")
     mesh = mesh_of(surface.lower(), resolution=(3, 4))
     check_sound(mesh)
     assert mesh.report.watertight
@@ -112,17 +112,21 @@ def test_the_rows_beside_the_seam_determine_the_smoothness(
         BsplineSurface(net.swapaxes(0, 1) if across else net, (1, 3) if across else (3, 1)),
         BezierSurface(net.swapaxes(0, 1) if across else net),
     ):
-        got = closed(surface)
-        assert got is not None
-        assert (got.v, got.u) == (wanted, None) if across else (got.u, got.v) == (wanted, None)
+        actual = compute_closure(surface)
+        assert actual is not None
+        assert (
+            (actual.v, actual.u) == (wanted, None)
+            if across
+            else (actual.u, actual.v) == (wanted, None)
+        )
 
 
 def test_partials_are_those_of_the_domain() -> None:
     """A net is C1 over even knots, and not over uneven ones."""
     net = loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))
     even, uneven = (np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6)))
-    assert closed(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)
-    assert closed(BsplineSurface(net, (3, 1), (uneven, "clamped"))) == Closure("G1", None)
+    assert compute_closure(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)
+    assert compute_closure(BsplineSurface(net, (3, 1), (uneven, "clamped"))) == Closure("G1", None)
 
 
 def test_weights_may_differ_by_a_factor() -> None:
@@ -131,10 +135,10 @@ def test_weights_may_differ_by_a_factor() -> None:
     net[:, :, :2] = np.array([[0, 0], [1, 0.5], [-1, -0.5], [0, 0]])[:, None]
     net[:, 1, 2] = 1
     weights = np.array([1.0, 2, 4, 8])[:, None] * [1.0, 1.0]
-    assert closed(BezierSurface(net)) == Closure("C1", None)
-    assert closed(BezierSurface(net, weights)) == Closure("G1", None)
+    assert compute_closure(BezierSurface(net)) == Closure("C1", None)
+    assert compute_closure(BezierSurface(net, weights)) == Closure("G1", None)
     weights[-1, 1] = 7
-    assert closed(BezierSurface(net, weights)) == Closure(None, None)
+    assert compute_closure(BezierSurface(net, weights)) == Closure(None, None)
 
 
 def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() -> None:
@@ -143,9 +147,9 @@ def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() ->
     net[..., 1] = np.arange(3)
     net[1] += [[1, 0, 1], [1, 0, 2], [1, 0, 1]]
     net[2] -= [[2, 0, 2], [3, 0, 6], [2, 0, 2]]
-    assert closed(BezierSurface(net)) == Closure("C0", None)
+    assert compute_closure(BezierSurface(net)) == Closure("C0", None)
     net[2] = 2 * net[0] - net[1] + 0 * net[2]
-    assert closed(BezierSurface(net)) == Closure("C1", None)
+    assert compute_closure(BezierSurface(net)) == Closure("C1", None)
 
 
 def test_a_vase_closes_one_way_and_has_poles() -> None:
@@ -153,9 +157,9 @@ def test_a_vase_closes_one_way_and_has_poles() -> None:
     net = ring(6, 5)
     net[:, :, 2] = np.arange(5)
     net[:, 0], net[:, -1] = (0, 0, 0), (0, 0, 4)
-    for u_knots, points, wanted in (("periodic", net, "C1"), ("clamped", again(net), "C0")):
+    for u_knots, points, expected in (("periodic", net, "C1"), ("clamped", repeat_rows(net), "C0")):
         surface = BsplineSurface(points, (3, 3), (u_knots, "clamped"))  # type: ignore[arg-type]
-        assert closed(surface) == Closure(wanted, None)  # type: ignore[arg-type]
+        assert compute_closure(surface) == Closure(expected, None)  # type: ignore[arg-type]
         assert mesh_of(surface.lower(), resolution=(3, 3)).report.watertight
 
 
@@ -163,19 +167,21 @@ def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> N
     """A fault in the last chunk is found."""
     monkeypatch.setattr(module, "CHUNK_PATCHES", 1)
     net = ring()
-    assert closed(BsplineSurface(net, knots=("periodic", "periodic"))) == Closure("C1", "C1")
+    assert compute_closure(BsplineSurface(net, knots=("periodic", "periodic"))) == Closure(
+        "C1", "C1"
+    )
     wall = np.repeat(loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))[:, :1], 5, axis=1)
     wall[..., 2] = np.arange(5)
-    assert closed(BsplineSurface(wall)) == Closure("C1", None)
+    assert compute_closure(BsplineSurface(wall)) == Closure("C1", None)
     wall[1, -1, 1] += 1
-    assert closed(BsplineSurface(wall)) == Closure("C0", None)
+    assert compute_closure(BsplineSurface(wall)) == Closure("C0", None)
 
 
 def test_open_surfaces_are_not_closed() -> None:
     """Open patches, and several patches without a common domain, are not closed."""
-    assert closed(find("saddle").surface()) == Closure(None, None)
-    assert closed(BsplineSurface(points_for(6, 1, 5))) == Closure(None, None)
-    assert closed(find("torus").surface()) is None
+    assert compute_closure(find("saddle").surface()) == Closure(None, None)
+    assert compute_closure(BsplineSurface(points_for(6, 1, 5))) == Closure(None, None)
+    assert compute_closure(find("torus").surface()) is None
 
 
 def test_the_report_says_how_it_closes() -> None:

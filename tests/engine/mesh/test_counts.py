@@ -28,7 +28,7 @@ MODELS = [
 ]
 
 
-def meshed(model: PatchModel, options: MeshOptions) -> Counts:
+def count_built(model: PatchModel, options: MeshOptions) -> Counts:
     report = tessellate(model, options).report
     return Counts(report.vertices, report.triangles, report.quads)
 
@@ -40,7 +40,7 @@ def check(model: PatchModel, resolution: tuple[int, int], **more: Any) -> None:
     kinds: tuple[Faces, ...] = ("triangles", "quads")
     for kind, weld in product(kinds, (True, False)):
         options = MeshOptions(resolution, faces=kind, weld=weld, normals=False, **more)
-        assert count_mesh(model, options) == meshed(model, options), (kind, weld)
+        assert count_mesh(model, options) == count_built(model, options), (kind, weld)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -54,7 +54,7 @@ def test_normals_and_creases_change_no_count() -> None:
     assert isinstance(cone, PatchModel)
     for angle in (0.0, 1.0):
         options = MeshOptions((5, 5), crease_angle=angle)
-        assert count_mesh(cone, options) == meshed(cone, options)
+        assert count_mesh(cone, options) == count_built(cone, options)
 
 
 @given(split_models(), resolutions)
@@ -106,14 +106,14 @@ def test_the_rim_and_the_cells_inside_are_all_faces(kind: Any) -> None:
         inside = (ru - 2) * (rv - 2)
         triangles, quads = build_rim(shape, kind)
         more = (2 * inside, 0) if kind == "triangles" else (0, inside)
-        found = len(triangles) + more[0], len(quads) + more[1]
-        assert found == tuple(map(len, build_faces(shape, kind)))
+        result = len(triangles) + more[0], len(quads) + more[1]
+        assert result == tuple(map(len, build_faces(shape, kind)))
 
 
 def test_a_long_patch_is_counted_without_its_samples() -> None:
     net = np.zeros((2, 2, 3))
     net[1, :, 0] = net[:, 1, 1] = 1
     model = PatchModel("one", (TensorPatches(net[np.newaxis]),), (Part("one", 0, 1),))
-    wanted = Counts(60_001**2, 2 * 60_000**2, 0)
-    assert count_mesh(model, MeshOptions((60_000, 60_000))) == wanted
+    expected = Counts(60_001**2, 2 * 60_000**2, 0)
+    assert count_mesh(model, MeshOptions((60_000, 60_000))) == expected
     assert TriangleShape(4).inner == 3

@@ -23,18 +23,18 @@ def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
 def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle: float) -> None:
     place, normals = sample_normals(seed, count)
     places = Averages.from_leaders(place)
-    wanted = find_leaders(place, normals, chord_length(angle))
+    expected = find_leaders(place, normals, chord_length(angle))
     sharing = find_creases(normals, places, angle)
-    found = place.copy()
+    result = place.copy()
     if sharing is not None:
-        found[places.members] = sharing.leaders
+        result[places.members] = sharing.leaders
         assert getattr(find_creases(-normals, places, angle), "key", None) == sharing.key
-    assert found.tolist() == wanted.tolist()
-    averages = Averages.from_leaders(wanted)
-    assert sorted([*averages.members, *np.unique(wanted)]) == list(range(count))
+    assert result.tolist() == expected.tolist()
+    averages = Averages.from_leaders(expected)
+    assert sorted([*averages.members, *np.unique(expected)]) == list(range(count))
     for leader, mean in zip(averages.leaders, mean_normals(normals, averages), strict=True):
         total = np.zeros(3)
-        for row in np.flatnonzero(wanted == leader)[1:]:
+        for row in np.flatnonzero(expected == leader)[1:]:
             total += normals[row]
         total += normals[leader]
         length = np.sqrt(total @ total)

@@ -14,7 +14,7 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.oracles import triangles
-from tests.strategies import Array, model_of, moved, symmetries, turned
+from tests.strategies import Array, apply_symmetry, model_of, symmetries, translate
 
 Curve = tuple[Array, Array]
 """Control points (n+1, 3) and weights (n+1,)."""
@@ -53,23 +53,23 @@ def ribbons(
     nets, weights = [], []
     for k, degree in enumerate(degrees):
         sides = [raised(lines[k + i], degree) for i in range(2)]
-        nets.append(turned(np.stack([points for points, _ in sides]), turns[k]))
+        nets.append(apply_symmetry(np.stack([points for points, _ in sides]), turns[k]))
         # A common factor does not matter.
-        weights.append(turned(np.stack([(1 + k) * ws for _, ws in sides]), turns[k]))
+        weights.append(apply_symmetry(np.stack([(1 + k) * ws for _, ws in sides]), turns[k]))
     return model_of(nets, weights if rational else None)
 
 
 def lines_of(seams: Seams) -> list[tuple[int, int]]:
     """Degree and users of every edge that is not a point."""
     used = np.unique(seams.edge[~seams.collapsed])
-    found = []
+    result = []
     for group in seams.curves:
-        found += [
+        result += [
             (group.points.shape[1] - 1, int(seams.users[edge]))
             for edge in group.ids
             if edge in used
         ]
-    return sorted(found)
+    return sorted(result)
 
 
 @given(
@@ -128,7 +128,10 @@ def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -
     loop, other = (points, weights), raised((points, weights), 6)
     for step in (1, -1):
         rings = [
-            (np.stack([net, moved(net, 0, 0, height)])[:, ::turn], np.stack([ws, ws])[:, ::turn])
+            (
+                np.stack([net, translate(net, 0, 0, height)])[:, ::turn],
+                np.stack([ws, ws])[:, ::turn],
+            )
             for (net, ws), height, turn in ((loop, -1, 1), (other, 1, step))
         ]
         model = model_of([net for net, _ in rings], [ws for _, ws in rings] if rational else None)
@@ -148,7 +151,10 @@ def test_edges_that_are_only_near_stay_apart() -> None:
         points[1, 2] += shift
         ws[1] *= factor
         model = model_of(
-            [np.stack([line[0], line[0] - (1, 0, 0)]), np.stack([points, moved(points, 1, 0, 0)])],
+            [
+                np.stack([line[0], line[0] - (1, 0, 0)]),
+                np.stack([points, translate(points, 1, 0, 0)]),
+            ],
             [np.stack([line[1]] * 2), np.stack([ws] * 2)],
         )
         assert ((2, 2) in lines_of(find_seams(model.batches))) == shared
@@ -174,12 +180,12 @@ def test_size_does_not_make_curves_the_same() -> None:
     """A loop and a larger copy from the same point; two arches beneath a huge one."""
     loop = np.array([[0.0, 0, 0], [1, 2, 0], [-1, 2, 1], [0, 0, 0]])
     larger = raised((2 * loop, np.ones(4)), 4)[0]
-    model = model_of([np.stack([net, moved(net, 0, 0, 9)]) for net in (loop, larger)])
+    model = model_of([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger)])
     assert (3, 2) not in lines_of(find_seams(model.batches))
     arch = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
     other = raised((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
     huge = raised((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
-    model = model_of([np.stack([net, moved(net, 0, 0, 9)]) for net in (arch, other, huge)])
+    model = model_of([np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, other, huge)])
     assert [line for line in lines_of(find_seams(model.batches)) if line[0] > 1] == [
         (2, 1), (2, 1), (3, 1), (3, 1), (4, 1), (4, 1),
     ]  # fmt: skip

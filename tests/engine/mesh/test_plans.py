@@ -41,16 +41,16 @@ def forget_plans() -> None:
 
 def check_seams(model: PatchModel) -> None:
     """Seams from indices equal those from coordinates, bit for bit."""
-    planned, found = connect(model), find_seams(model.batches)
-    np.testing.assert_array_equal(planned.collapsed, found.collapsed)
-    for one, other in ((planned.edge, found.edge), (planned.corner, found.corner)):
+    planned, result = connect(model), find_seams(model.batches)
+    np.testing.assert_array_equal(planned.collapsed, result.collapsed)
+    for one, other in ((planned.edge, result.edge), (planned.corner, result.corner)):
         pairs = np.unique(np.stack([one.ravel(), other.ravel()]), axis=1)
         assert pairs.shape[1] == one.max() + 1 == other.max() + 1
     np.testing.assert_array_equal(
-        planned.corner_points[planned.corner], found.corner_points[found.corner]
+        planned.corner_points[planned.corner], result.corner_points[result.corner]
     )
     sides = []
-    for seams in (planned, found):
+    for seams in (planned, result):
         samples = sample_edges(seams.curves, None, 5).swapaxes(0, 1)[seams.edge]
         sides.append(np.where(seams.backward[..., None, None], samples[:, :, ::-1], samples))
     np.testing.assert_array_equal(sides[0], sides[1])
@@ -123,10 +123,10 @@ def test_many_connectivities_leave_the_plans_within_their_bound(
 
 def test_a_plan_that_two_threads_need_is_made_once() -> None:
     cache: Cache[Array] = Cache(1 << 20)
-    begin, made = Barrier(2), []
+    begin, built = Barrier(2), []
 
     def build() -> Array:
-        made.append(1)
+        built.append(1)
         return np.zeros(3)
 
     def ask() -> None:
@@ -139,7 +139,7 @@ def test_a_plan_that_two_threads_need_is_made_once() -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(made) == 200
+    assert len(built) == 200
 
 
 def test_results_are_kept_only_if_their_arrays_are_read_only() -> None:

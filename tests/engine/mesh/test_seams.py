@@ -29,13 +29,13 @@ from tests.oracles.sheets import bezier_sheet
 from tests.strategies import (
     ROTATIONS,
     Array,
+    apply_symmetry,
     cube,
     height_nets,
     model_of,
-    moved,
     resolutions,
     split_models,
-    turned,
+    translate,
     weights_like,
 )
 
@@ -61,12 +61,12 @@ def test_equal_rows_have_equal_numbers(seed: int) -> None:
 
 def border_bits(mesh: Mesh) -> set[bytes]:
     """The positions of all border samples of all patches of a mesh made of grids."""
-    found: set[bytes] = set()
+    result: set[bytes] = set()
     for batch in mesh.grids:
         for grid in batch:
             border = np.concatenate([grid[0], grid[-1], grid[:, 0], grid[:, -1]])
-            found |= {row.tobytes() for row in mesh.positions[border]}
-    return found
+            result |= {row.tobytes() for row in mesh.positions[border]}
+    return result
 
 
 @given(split_models(), st.integers(1, 7))
@@ -125,8 +125,8 @@ def test_quadrics_stay_closed_however_their_patches_are_turned(
     """Strips between unequal divisions meet poles, creases and rational edges."""
     (batch,) = patches_of(example).batches
     assert batch.weights is not None
-    pieces = [turned(net, k) for net, k in zip(batch.points, turns, strict=False)]
-    weights = [turned(net, k) for net, k in zip(batch.weights, turns, strict=False)]
+    pieces = [apply_symmetry(net, k) for net, k in zip(batch.points, turns, strict=False)]
+    weights = [apply_symmetry(net, k) for net, k in zip(batch.weights, turns, strict=False)]
     mesh = mesh_of(model_of(pieces, weights), resolution=resolution, faces=faces)
     check_sound(mesh)
     if min(resolution) > 2:  # at two divisions a chord cuts across the strip beside it
@@ -140,7 +140,7 @@ def test_a_shared_edge_takes_the_larger_number() -> None:
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     # The first one's edge x = 1 runs along v: 5 divisions. The second is turned, so that its
     # edge x = 1 runs along u: 2 divisions.
-    other = turned(moved(plane, 1), 5)
+    other = apply_symmetry(translate(plane, 1), 5)
     mesh = mesh_of([plane, other], resolution=(2, 5))
     check_sound(mesh)
     check_winding(mesh)
@@ -193,7 +193,7 @@ def neighbours(count: int) -> tuple[Array, Array, Array]:
 def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
     """Both patches, in either order: the same points along the edge."""
     for nets, weights in zip(*neighbours(20)[::2], strict=True):
-        found = []
+        result = []
         for order in ([0, 1], [1, 0]):
             mesh = mesh_of(
                 model_of([nets[k] for k in order], [weights[k] for k in order]),
@@ -201,15 +201,15 @@ def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> No
                 weld=False,
             )
             sides = [mesh.grids[0][place][0 if k else -1] for place, k in enumerate(order)]
-            found += [mesh.positions[side].tobytes() for side in sides]
-        assert len(set(found)) == 1
+            result += [mesh.positions[side].tobytes() for side in sides]
+        assert len(set(result)) == 1
 
 
 def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
     """One curve in two forms, in two batches."""
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
-    other = moved(net, 1)
+    other = translate(net, 1)
     other[0] = net[-1]
     model = PatchModel(
         "mixed",
@@ -267,7 +267,7 @@ def ring(smooth: bool = True) -> Array:
 @pytest.mark.parametrize("symmetry", range(8))
 def test_a_patch_welds_with_itself(symmetry: int) -> None:
     """A closed band of one patch has no open seam, whether it closes along u or along v."""
-    mesh = mesh_of([turned(ring(), symmetry)], resolution=(12, 12))
+    mesh = mesh_of([apply_symmetry(ring(), symmetry)], resolution=(12, 12))
     check_sound(mesh)
     check_winding(mesh)
     shape = shape_of(mesh)
@@ -324,17 +324,17 @@ def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
         check_sound(mesh)
         assert mesh.report.watertight
         assert shape_of(mesh).euler == 2
-        found = surface_to_mesh(
+        result = surface_to_mesh(
             [bezier_sheet(net) for net in (front, other)], mesh.positions[as_triangles(mesh)], 100
         )
-        assert found.distance <= (mesh.report.deviation_bound or 0) + found.noise
+        assert result.distance <= (mesh.report.deviation_bound or 0) + result.noise
 
 
 @given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))
 def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, n: int) -> None:
     """Only the common edge need be the same curve: here degree p against degree p + 1 across."""
     last = net[-1:]
-    across = np.concatenate([last, moved(last, 1), moved(last, 2), moved(last, 3, z=1)])
+    across = np.concatenate([last, translate(last, 1), translate(last, 2), translate(last, 3, z=1)])
     model = model_of([net, across])
     mesh = mesh_of(model, resolution=(n, n + 1))
     check_sound(mesh)

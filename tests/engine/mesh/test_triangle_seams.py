@@ -26,12 +26,12 @@ from tests.oracles import triangles
 from tests.oracles.topology import topology, volume, welded_by_position
 from tests.strategies import (
     Array,
+    apply_symmetry,
     height_nets,
     mixed_model,
-    moved,
     resolutions,
+    translate,
     triangle_heights,
-    turned,
     weights_like,
 )
 
@@ -50,26 +50,26 @@ def check_prediction(model: PatchModel, mesh: Mesh, options: MeshOptions) -> Non
 def check_closed_by_bits(mesh: Mesh) -> None:
     """Borders found by positions alone are those that the mesh reports."""
     loops = welded_by_position(mesh.positions, as_triangles(mesh))
-    found, told = topology(loops), shape_of(mesh)
-    assert (found.boundary, found.non_manifold) == (told.boundary, told.non_manifold)
+    result, reported = topology(loops), shape_of(mesh)
+    assert (result.boundary, result.non_manifold) == (reported.boundary, reported.non_manifold)
 
 
 @given(divisions, kinds)
 def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
     """R² triangles that are all counter-clockwise, without gaps; half of them point up."""
-    found, quads = build_faces(TriangleShape(count), kind)
-    assert (len(found), len(quads)) == (count**2, 0)
+    result, quads = build_faces(TriangleShape(count), kind)
+    assert (len(result), len(quads)) == (count**2, 0)
     places = [(Fraction(j, count), Fraction(k, count)) for _, j, k in triangles.keys(count)]
     areas = []
-    for loop in found.tolist():
+    for loop in result.tolist():
         (ax, ay), (bx, by), (cx, cy) = (places[i] for i in loop)
         areas.append((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
     assert set(areas) == {Fraction(1, count**2)}
-    shape = topology(found.tolist())
+    shape = topology(result.tolist())
     assert (shape.euler, shape.components, shape.boundary) == (1, 1, 3 * count)
     assert (shape.non_manifold, shape.misoriented) == (0, 0)
     # By rows: the highest sample of a face never falls.
-    rows = [max(places[i][1] for i in loop) for loop in found.tolist()]
+    rows = [max(places[i][1] for i in loop) for loop in result.tolist()]
     assert rows == sorted(rows)
 
 
@@ -115,7 +115,9 @@ def test_triangles_weld_however_they_are_turned(
     """Any side joins any side: the mesh is one piece without cracks, and all faces look up."""
     degree = st.just(data.draw(st.integers(1, 4)))
     pair = neighbours(data.draw(triangle_heights(degree)), data.draw(triangle_heights(degree)))
-    nets = [triangles.turned(net, way) for net, way in zip(pair, (first, second), strict=True)]
+    nets = [
+        triangles.apply_symmetry(net, way) for net, way in zip(pair, (first, second), strict=True)
+    ]
     weights = None
     if rational:
         drawn = [data.draw(weights_like(net)) for net in pair]
@@ -125,7 +127,9 @@ def test_triangles_weld_however_they_are_turned(
             if i == 0:
                 # Weights are equal up to a factor that changes their last digits.
                 drawn[1][row[0, k, j]] = 3 * drawn[0][number]
-        weights = [triangles.turned(w, way) for w, way in zip(drawn, (first, second), strict=True)]
+        weights = [
+            triangles.apply_symmetry(w, way) for w, way in zip(drawn, (first, second), strict=True)
+        ]
     model = mixed_model(nets, weights)
     mesh = tessellate(model, MeshOptions(resolution))
     check_sound(mesh)
@@ -137,13 +141,13 @@ def test_triangles_weld_however_they_are_turned(
     assert (shape_of(mesh).boundary, shape_of(mesh).components) == (4 * count, 1)
 
 
-def joined(grid: Array, triangle: Array) -> Array:
+def join_below(grid: Array, triangle: Array) -> Array:
     """The triangle below a grid, its side t = 0 put on the grid's side v = 0, point by point."""
     below = triangle.copy()
     below[:, 1] = -below[:, 1]
     n = len(grid) - 1
     # Turned over: s must fall along x for the normal to stay up.
-    below = triangles.turned(below, 3)
+    below = triangles.apply_symmetry(below, 3)
     below[: n + 1] = grid[::-1, 0]
     return below
 
@@ -155,8 +159,8 @@ def test_triangles_weld_to_grids_however_both_are_turned(
     """Each of three sides joins each of four, in both directions; the coarser grid gets a strip."""
     n = data.draw(st.integers(1, 4))
     grid = data.draw(height_nets(degree=st.just(n)))
-    below = joined(grid, data.draw(triangle_heights(st.just(n))))
-    nets = [turned(grid, symmetry), triangles.turned(below, way)]
+    below = join_below(grid, data.draw(triangle_heights(st.just(n))))
+    nets = [apply_symmetry(grid, symmetry), triangles.apply_symmetry(below, way)]
     if data.draw(st.booleans()):
         nets.reverse()
     model, options = mixed_model(nets), MeshOptions(resolution, faces=kind)
@@ -180,9 +184,9 @@ def solid(degree: int = 3) -> list[Array]:
     rng = np.random.default_rng(degree)
     corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
     lid = np.array([np.array(key) / degree @ corners for key in triangles.keys(degree)])
-    floor = triangles.turned(lid, 3)
+    floor = triangles.apply_symmetry(lid, 3)
     inside = [min(key) > 0 for key in triangles.keys(degree)]
-    lid = moved(lid, 0, 0, 2)
+    lid = translate(lid, 0, 0, 2)
     lid[inside, 2] += rng.uniform(0.2, 0.5, sum(inside))
     floor[inside, 2] -= rng.uniform(0.2, 0.5, sum(inside))
     sides = []
@@ -209,9 +213,9 @@ def test_closed_solids_of_both_kinds_are_watertight(
     """Euler's characteristic 2, however the patches are turned and divided."""
     lid, *sides, floor = solid()
     rotations = (0, 3, 5, 6)
-    nets = [triangles.turned(lid, ends[0])]
-    nets += [turned(side, rotations[k]) for side, k in zip(sides, grids, strict=True)]
-    nets += [triangles.turned(floor, ends[1])]
+    nets = [triangles.apply_symmetry(lid, ends[0])]
+    nets += [apply_symmetry(side, rotations[k]) for side, k in zip(sides, grids, strict=True)]
+    nets += [triangles.apply_symmetry(floor, ends[1])]
     model, options = mixed_model(nets), MeshOptions(resolution, faces=kind)
     mesh = tessellate(model, options, single=single)
     check_sound(mesh)
@@ -297,9 +301,9 @@ def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
     for i, j, k in triangles.keys(3):
         a, b, c = row[i + 1, j, k], row[i, j + 1, k], row[i, j, k + 1]
         expected |= {frozenset((a, b)), frozenset((b, c)), frozenset((c, a))}
-    found = [frozenset(pair) for pair in drawn.segments.tolist()]
-    assert len(set(found)) == len(found) == 30 + 7
-    assert {pair for pair in found if max(pair) < 15} == expected
+    result = [frozenset(pair) for pair in drawn.segments.tolist()]
+    assert len(set(result)) == len(result) == 30 + 7
+    assert {pair for pair in result if max(pair) < 15} == expected
     assert drawn.cells is None
     assert len(boundary.segments) == 7 * 16
     (only,) = mesh_of(mixed_model([grid]), overlays=("control_net",)).overlays

@@ -10,7 +10,7 @@ from service.engine.mesh.weld import Welding, weld
 UP, ASIDE = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 
-def welded(
+def weld_samples(
     place: list[int],
     normals: list[tuple[float, float, float]] | None = None,
     *,
@@ -20,8 +20,8 @@ def welded(
 ) -> tuple[Welding, np.ndarray | None]:
     """The welding, and the normals after it."""
     array = None if normals is None else np.array(normals)
-    found = weld(np.array(place), None if used is None else np.array(used), array, crease, merge)
-    return found, array
+    result = weld(np.array(place), None if used is None else np.array(used), array, crease, merge)
+    return result, array
 
 
 def figures(found: Welding) -> tuple[list[int], list[int], list[int]]:
@@ -31,29 +31,29 @@ def figures(found: Welding) -> tuple[list[int], list[int], list[int]]:
 
 def test_without_normals_a_place_is_a_vertex() -> None:
     """Samples 1 and 3 are at one place."""
-    assert figures(welded([0, 1, 2, 1])[0]) == ([0, 1, 2, 1], [0, 1, 2], [0, 1, 2])
+    assert figures(weld_samples([0, 1, 2, 1])[0]) == ([0, 1, 2, 1], [0, 1, 2], [0, 1, 2])
 
 
 def test_agreeing_normals_are_merged_into_their_mean() -> None:
     """Within the crease angle; the mean is unit again."""
     near = (np.sin(0.01), 0.0, np.cos(0.01))
-    found, normals = welded([0, 0], [UP, near])
-    assert figures(found) == ([0, 0], [0], [0])
+    result, normals = weld_samples([0, 0], [UP, near])
+    assert figures(result) == ([0, 0], [0], [0])
     assert normals is not None
     np.testing.assert_allclose(normals[0], (np.sin(0.005), 0, np.cos(0.005)), atol=1e-15)
 
 
 def test_equal_normals_keep_every_bit() -> None:
     """The mean of equal vectors is that vector; a pole stays exactly vertical."""
-    _, normals = welded([0, 0, 0], [UP, UP, UP])
+    _, normals = weld_samples([0, 0, 0], [UP, UP, UP])
     assert normals is not None
     assert normals[0].tolist() == list(UP)
 
 
 def test_disagreeing_normals_stay_apart_at_one_place() -> None:
     """Two groups of two; `welds` says that they are one position."""
-    found, normals = welded([0, 0, 2, 0, 0], [UP, ASIDE, UP, UP, ASIDE])
-    assert figures(found) == ([0, 1, 2, 0, 1], [0, 1, 2], [0, 0, 2])
+    result, normals = weld_samples([0, 0, 2, 0, 0], [UP, ASIDE, UP, UP, ASIDE])
+    assert figures(result) == ([0, 1, 2, 0, 1], [0, 1, 2], [0, 0, 2])
     assert normals is not None
     assert normals[:2].tolist() == [list(UP), list(ASIDE)]
 
@@ -61,25 +61,25 @@ def test_disagreeing_normals_stay_apart_at_one_place() -> None:
 def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
     """A crease angle of π merges all normals, also opposite ones."""
     near = (np.sin(1e-7), 0.0, np.cos(1e-7))
-    assert len(welded([0, 0, 0], [UP, UP, near], crease=0)[0].samples) == 2
-    found, normals = welded([0, 0], [UP, (0.0, 0.0, -1.0)], crease=pi)
-    assert len(found.samples) == 1
+    assert len(weld_samples([0, 0, 0], [UP, UP, near], crease=0)[0].samples) == 2
+    result, normals = weld_samples([0, 0], [UP, (0.0, 0.0, -1.0)], crease=pi)
+    assert len(result.samples) == 1
     assert normals is not None
     assert normals[0].tolist() == list(UP)
 
 
 def test_unused_samples_become_no_vertices() -> None:
     """Sample 0 is in no face, although it represents the place of sample 2."""
-    found, _ = welded([0, 1, 0], [UP, UP, ASIDE], used=[1, 2])
-    assert found.samples.tolist() == [1, 2]
-    assert found.vertex[[1, 2]].tolist() == [0, 1]
-    assert found.welds.tolist() == [0, 1]
+    result, _ = weld_samples([0, 1, 0], [UP, UP, ASIDE], used=[1, 2])
+    assert result.samples.tolist() == [1, 2]
+    assert result.vertex[[1, 2]].tolist() == [0, 1]
+    assert result.welds.tolist() == [0, 1]
 
 
 def test_without_merging_every_sample_is_a_vertex() -> None:
     """Places are reported although no samples are merged."""
-    found, _ = welded([0, 1, 0], [UP, UP, UP], merge=False)
-    assert figures(found) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
+    result, _ = weld_samples([0, 1, 0], [UP, UP, UP], merge=False)
+    assert figures(result) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
 
 
 def test_very_many_normals_at_one_place_end() -> None:
@@ -87,7 +87,7 @@ def test_very_many_normals_at_one_place_end() -> None:
     count = 3 * MAX_ROUNDS
     angle = 2 * pi * np.arange(count) / count
     fan = np.stack([np.cos(angle), np.sin(angle), np.zeros(count)], axis=1)
-    found, normals = welded([0] * count, [tuple(row) for row in fan.tolist()])
-    assert len(found.samples) == count
-    assert found.welds.tolist() == [0] * count
+    result, normals = weld_samples([0] * count, [tuple(row) for row in fan.tolist()])
+    assert len(result.samples) == count
+    assert result.welds.tolist() == [0] * count
     np.testing.assert_array_equal(normals, fan)

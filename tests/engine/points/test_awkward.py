@@ -21,12 +21,12 @@ scales = st.sampled_from([1.0, 1e-300, 1e-30, 1e30, 3e38])
 
 
 def check(model: PatchModel, query: PointsQuery) -> None:
-    found = evaluate_points(model, locate(model, query), query.order)
-    assert np.isfinite(found["positions"]).all()
-    np.testing.assert_allclose(np.linalg.norm(found["normals"], axis=1), 1, atol=1e-12)
-    content = json_points.encode(found)
+    result = evaluate_points(model, locate(model, query), query.order)
+    assert np.isfinite(result["positions"]).all()
+    np.testing.assert_allclose(np.linalg.norm(result["normals"], axis=1), 1, atol=1e-12)
+    content = json_points.encode(result)
     assert len(content) <= json_points.byte_bound(len(query.places), query.order)
-    assert set(orjson.loads(content)) == set(found)
+    assert set(orjson.loads(content)) == set(result)
 
 
 def one(batch: Patches, domain: Domain | None = None) -> PatchModel:

@@ -25,7 +25,7 @@ LIMITS = (1e-12, 1e-9, 1e-7)
 shares = st.lists(st.floats(0, 1), min_size=1, max_size=5)
 
 
-def asked(surface: BsplineSurface, uv: Array) -> Columns:
+def evaluate_columns(surface: BsplineSurface, uv: Array) -> Columns:
     model = surface.lower()
     return evaluate_points(model, locate(model, PointsQuery(uv, None, 2)), 2)
 
@@ -57,10 +57,10 @@ def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
 
 def check(surface: BsplineSurface, uv: Array) -> None:
     """Compares all columns, with tolerances `LIMITS` by order, relative to the largest value."""
-    found, wanted = asked(surface, uv), derivatives(surface, uv)
+    result, expected = evaluate_columns(surface, uv), derivatives(surface, uv)
     for name, order in ORDERS.items():
-        size = max(float(np.abs(wanted[name]).max()), 1.0)
-        np.testing.assert_allclose(found[name], wanted[name], atol=LIMITS[sum(order)] * size)
+        size = max(float(np.abs(expected[name]).max()), 1.0)
+        np.testing.assert_allclose(result[name], expected[name], atol=LIMITS[sum(order)] * size)
 
 
 @given(
@@ -86,6 +86,8 @@ def test_partials_at_a_crease_are_those_of_the_right_span() -> None:
     """At the end of the domain the partials are those of the left span."""
     vector = np.array([0, 0, 0, 1, 1, 2, 2, 2.0])
     net = points_for(5, 3, 2)
-    found = asked(BsplineSurface(net, (2, 1), (vector, "clamped")), np.array([[1.0, 0], [2.0, 0]]))
-    np.testing.assert_allclose(found["du"][0], 2 * (net[3, 0] - net[2, 0]), atol=1e-12)
-    np.testing.assert_allclose(found["du"][1], 2 * (net[4, 0] - net[3, 0]), atol=1e-12)
+    result = evaluate_columns(
+        BsplineSurface(net, (2, 1), (vector, "clamped")), np.array([[1.0, 0], [2.0, 0]])
+    )
+    np.testing.assert_allclose(result["du"][0], 2 * (net[3, 0] - net[2, 0]), atol=1e-12)
+    np.testing.assert_allclose(result["du"][1], 2 * (net[4, 0] - net[3, 0]), atol=1e-12)

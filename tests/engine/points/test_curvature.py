@@ -28,11 +28,13 @@ def tensor(surface: PatchSurface) -> TensorPatches:
     return patches
 
 
-def at(patches: TensorPatches, patch: int, places: list[tuple[float, float]]) -> Curvatures:
+def evaluate_curvatures(
+    patches: TensorPatches, patch: int, places: list[tuple[float, float]]
+) -> Curvatures:
     u, v = np.array(places).T
-    found = evaluate_jets(patches, np.full(len(u), patch), u, v, 2).curvatures
-    assert found is not None
-    return found
+    result = evaluate_jets(patches, np.full(len(u), patch), u, v, 2).curvatures
+    assert result is not None
+    return result
 
 
 def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, Curvatures, Array]:
@@ -41,19 +43,19 @@ def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, C
     index = np.arange(count) % patches.count
     u, v = rng.random((2, count))
     u[::7], v[::5], u[::11], v[::13] = 0, 1, 1, 0
-    found = evaluate_jets(patches, index, u, v, 2)
-    assert found.curvatures is not None
-    assert found.normals is not None
-    return found.partials[0], found.normals, found.curvatures, np.array(found.degenerate)
+    result = evaluate_jets(patches, index, u, v, 2)
+    assert result.curvatures is not None
+    assert result.normals is not None
+    return result.partials[0], result.normals, result.curvatures, np.array(result.degenerate)
 
 
 @pytest.mark.parametrize("radius", [1.0, 3.0, 1e-12, 1e12])
 def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
     """K = 1/r², H = k_1 = k_2 = −1/r: the normals point outwards."""
-    _, _, found, degenerate = scattered(tensor(quadrics.sphere(radius)))
+    _, _, result, degenerate = scattered(tensor(quadrics.sphere(radius)))
     assert degenerate.any()
-    np.testing.assert_allclose(found.gaussian * radius**2, 1, rtol=0, atol=1e-11)
-    for k in (found.mean, found.larger, found.smaller):
+    np.testing.assert_allclose(result.gaussian * radius**2, 1, rtol=0, atol=1e-11)
+    for k in (result.mean, result.larger, result.smaller):
         np.testing.assert_allclose(k * radius, -1, rtol=0, atol=1e-11)
 
 
@@ -61,21 +63,23 @@ def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     """H = −cos α / (2ρ) is unbounded; K = 0 along every ruling, so its limit is 0."""
     patches = tensor(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
-    found = at(patches, 0, places)
-    np.testing.assert_allclose(found.gaussian, 0, atol=1e-9)
+    result = evaluate_curvatures(patches, 0, places)
+    np.testing.assert_allclose(result.gaussian, 0, atol=1e-9)
     rho = 1 - np.array([v for _, v in places[:-1]])
-    np.testing.assert_allclose(found.mean[:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
-    assert np.isnan([found.mean[-1], found.larger[-1], found.smaller[-1]]).all()
+    np.testing.assert_allclose(result.mean[:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
+    assert np.isnan([result.mean[-1], result.larger[-1], result.smaller[-1]]).all()
 
 
 def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
     """Half axes a, b, c: k = −c/a² and −c/b² at the pole, along every ruling."""
     sphere = tensor(quadrics.sphere())
     patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
-    found = at(patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)])
-    np.testing.assert_allclose(found.larger, -1.5 / 9, rtol=1e-8)
-    np.testing.assert_allclose(found.smaller, -1.5 / 4, rtol=1e-8)
-    np.testing.assert_allclose(found.gaussian, 1.5**2 / 36, rtol=1e-8)
+    result = evaluate_curvatures(
+        patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)]
+    )
+    np.testing.assert_allclose(result.larger, -1.5 / 9, rtol=1e-8)
+    np.testing.assert_allclose(result.smaller, -1.5 / 4, rtol=1e-8)
+    np.testing.assert_allclose(result.gaussian, 1.5**2 / 36, rtol=1e-8)
 
 
 def test_pole_of_higher_order() -> None:
@@ -95,13 +99,13 @@ def test_pole_of_higher_order() -> None:
         net[..., :2] = arc[:, None] * radius[:, None]
         net[..., 2] = square
         weights = np.outer([1, ROOT_HALF, 1], np.ones(n + 1))
-        found = at(batch(net, weights), 0, [(0.25, 0.0)])
+        result = evaluate_curvatures(batch(net, weights), 0, [(0.25, 0.0)])
         if known:
-            assert found.gaussian == pytest.approx(4, rel=1e-9)
-            assert abs(found.mean[0]) == pytest.approx(2, rel=1e-9)
-            assert abs(found.smaller[0]) == pytest.approx(2, rel=1e-9)
+            assert result.gaussian == pytest.approx(4, rel=1e-9)
+            assert abs(result.mean[0]) == pytest.approx(2, rel=1e-9)
+            assert abs(result.smaller[0]) == pytest.approx(2, rel=1e-9)
         else:
-            assert np.isnan([found.gaussian, found.mean, found.larger, found.smaller]).all()
+            assert np.isnan([result.gaussian, result.mean, result.larger, result.smaller]).all()
 
 
 @given(
@@ -143,7 +147,7 @@ def check(
 ) -> None:
     """Compares all four curvatures; `root` is the tolerance of k_1 and k_2, which have a square
     root."""
-    found = at(batch(net, weights), 0, places)
+    result = evaluate_curvatures(batch(net, weights), 0, places)
     precise = exact.exact_net(net, weights)
     for k, (u, v) in enumerate(places):
         _, du, dv, *_ = jet = exact.second_jet(precise, Fraction(u), Fraction(v))
@@ -151,7 +155,7 @@ def check(
         assert len(jet) == 6
         right = np.array(exact.curvatures(precise, Fraction(u), Fraction(v)), dtype=float)
         measure = max(np.abs(right[1:]).max(), 1.0)
-        assert found.gaussian[k] == pytest.approx(right[0], abs=limit * measure**2)
-        assert found.mean[k] == pytest.approx(right[1], abs=limit * measure)
-        for got, truth in ((found.larger[k], right[2]), (found.smaller[k], right[3])):
-            assert got == pytest.approx(truth, abs=(root or limit) * measure)
+        assert result.gaussian[k] == pytest.approx(right[0], abs=limit * measure**2)
+        assert result.mean[k] == pytest.approx(right[1], abs=limit * measure)
+        for actual, truth in ((result.larger[k], right[2]), (result.smaller[k], right[3])):
+            assert actual == pytest.approx(truth, abs=(root or limit) * measure)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from service.engine.points.differential import evaluate_jets
 from service.surface.batches import TensorPatches
 from tests.oracles import exact
-from tests.strategies import Array, example_batch, moved, nets, weighted_nets
+from tests.strategies import Array, example_batch, nets, translate, weighted_nets
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
 """Tolerances of S, S_u, S_v, S_uu, S_uv, S_vv, relative to the size of the net."""
@@ -38,12 +38,12 @@ def size(net: Array) -> float:
 
 
 def check(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> None:
-    found = partials(net, weights, places)
+    result = partials(net, weights, places)
     precise = exact.exact_net(net, weights)
     for k, (u, v) in enumerate(places):
         truth = exact.second_jet(precise, Fraction(u), Fraction(v))
-        for got, right, limit in zip(found[:, k], truth, LIMITS, strict=True):
-            assert np.abs(got - np.array(right, dtype=float)).max() <= limit * size(net)
+        for actual, right, limit in zip(result[:, k], truth, LIMITS, strict=True):
+            assert np.abs(actual - np.array(right, dtype=float)).max() <= limit * size(net)
 
 
 @given(weighted_nets(nets(degree=st.integers(1, 8))), parameters)
@@ -59,7 +59,7 @@ def test_far_from_the_origin_only_the_position_is_rounded(
 ) -> None:
     net, weights = surface
     near = partials(net, weights, places)
-    far = partials(moved(net, 2.0**20, -(2.0**21)), weights, places)
+    far = partials(translate(net, 2.0**20, -(2.0**21)), weights, places)
     np.testing.assert_allclose(far[1:], near[1:], rtol=0, atol=1e-8)
     np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
 
@@ -69,11 +69,11 @@ def test_corners_and_poles_are_their_control_points() -> None:
     patches = example_batch("sphere")
     for patch in range(patches.count):
         for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
-            got = evaluate_jets(
+            actual = evaluate_jets(
                 patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0
             )
             net = patches.points[patch]
-            np.testing.assert_array_equal(got.partials[0, 0], net[-u, -v], err_msg=str(corner))
+            np.testing.assert_array_equal(actual.partials[0, 0], net[-u, -v], err_msg=str(corner))
     south = evaluate_jets(patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), 1)
     np.testing.assert_array_equal(south.partials[0], np.tile([0.0, 0.0, -1.0], (7, 1)))
     assert south.degenerate is not None
@@ -86,7 +86,7 @@ def test_the_order_decides_which_partials_are_computed() -> None:
     patches = example_batch("saddle")
     middle = np.array([0.5])
     for order, count in enumerate((1, 3, 6)):
-        found = evaluate_jets(patches, np.array([0]), middle, middle, order)
-        assert len(found.partials) == count
-        assert (found.normals is None, found.degenerate is None) == (order < 1, order < 1)
-        assert (found.curvatures is None) == (order < 2)
+        result = evaluate_jets(patches, np.array([0]), middle, middle, order)
+        assert len(result.partials) == count
+        assert (result.normals is None, result.degenerate is None) == (order < 1, order < 1)
+        assert (result.curvatures is None) == (order < 2)

@@ -30,11 +30,11 @@ def pieces() -> tuple[Array, PatchModel]:
 def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() -> None:
     _, model = pieces()
     uv = np.array([[-1, 2], [0.5, 2.5], [np.nextafter(0.5, 0), 2.5], [4, 3], [2.25, 3]])
-    found = locate(model, PointsQuery(uv, None, 0))
-    np.testing.assert_array_equal(found.patch, [0, 1, 0, 1, 1])
-    np.testing.assert_array_equal(found.local[[0, 1, 3, 4]], [[0, 0], [0, 0.5], [1, 1], [0.5, 1]])
-    assert 1 - 1e-15 < found.local[2, 0] <= 1
-    np.testing.assert_array_equal(found.widths[:, 0], [1.5, 3.5, 1.5, 3.5, 3.5])
+    result = locate(model, PointsQuery(uv, None, 0))
+    np.testing.assert_array_equal(result.patch, [0, 1, 0, 1, 1])
+    np.testing.assert_array_equal(result.local[[0, 1, 3, 4]], [[0, 0], [0, 0.5], [1, 1], [0.5, 1]])
+    assert 1 - 1e-15 < result.local[2, 0] <= 1
+    np.testing.assert_array_equal(result.widths[:, 0], [1.5, 3.5, 1.5, 3.5, 3.5])
 
 
 def test_spans_are_counted_along_u_first() -> None:
@@ -51,12 +51,12 @@ def test_partials_are_in_the_parameters_of_the_surface() -> None:
     whole = model_of([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
     uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
-    found = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
+    result = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
     right = evaluate_points(whole, locate(whole, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2)
     for name, factor in (("positions", 1), ("du", 5), ("dv", 1), ("duu", 25), ("duv", 5)):
-        np.testing.assert_allclose(found[name] * factor, right[name], atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(result[name] * factor, right[name], atol=1e-9, err_msg=name)
     for name in ("normals", "gaussian_curvature", "mean_curvature", "principal_curvatures"):
-        np.testing.assert_allclose(found[name], right[name], atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(result[name], right[name], atol=1e-9, err_msg=name)
 
 
 def test_patches_are_numbered_as_in_the_request() -> None:
@@ -73,7 +73,7 @@ def test_patches_are_numbered_as_in_the_request() -> None:
     np.testing.assert_array_equal(one, middles[[4, 4]])
 
 
-def refused(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, str]]:
+def list_refusals(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, str]]:
     query = PointsQuery(np.array(uv, dtype=float), None if patch is None else np.array(patch), 0)
     with pytest.raises(InvalidRequest) as caught:
         locate(model, query)
@@ -83,32 +83,32 @@ def refused(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, st
 def test_parameters_outside_the_domain_are_refused() -> None:
     _, model = pieces()
     outside = [[-1, 2], [-1.1, 2], [4, 3.5], [0, 2], [5, 0]]
-    assert refused(model, outside) == [
+    assert list_refusals(model, outside) == [
         ("outside_domain", f"/uv/{place}") for place in ("1/0", "2/1", "4/0", "4/1")
     ]
-    assert refused(model, [[0, 2]], 0) == [("unexpected_patch", "/patch")]
+    assert list_refusals(model, [[0, 2]], 0) == [("unexpected_patch", "/patch")]
     several = model_of(cube())
-    assert refused(several, [[0, 0], [0.5, 1.5]], [0, 0]) == [("outside_domain", "/uv/1/1")]
-    assert refused(several, [[0, 0]]) == [("missing_field", "/patch")]
-    assert refused(several, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
-    assert refused(several, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
-    assert refused(several, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
-    assert len(refused(several, np.full((50, 2), 2.0), 0)) == 20
+    assert list_refusals(several, [[0, 0], [0.5, 1.5]], [0, 0]) == [("outside_domain", "/uv/1/1")]
+    assert list_refusals(several, [[0, 0]]) == [("missing_field", "/patch")]
+    assert list_refusals(several, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
+    assert list_refusals(several, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
+    assert list_refusals(several, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
+    assert len(list_refusals(several, np.full((50, 2), 2.0), 0)) == 20
 
 
 def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     square, triangle = np.zeros((2, 2, 3)), np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 8]])
     model = mixed_model([square, triangle])
     places = np.array([[0.5, 0.25, 0.25], [0, 0, 1], [1 + 5e-10, 0, 0]])
-    found = locate(model, PointsQuery(places, np.array(1), 0))
-    np.testing.assert_allclose(found.local, places[:, 1:], rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(evaluate_points(model, found, 0)["positions"][0], [1, 1, 2])
-    assert refused(model, places[:1], [0]) == [("wrong_parameters", "/barycentric/0")]
-    assert refused(model, [[0, 0], [0, 0]], [0, 1]) == [("wrong_parameters", "/uv/1")]
+    result = locate(model, PointsQuery(places, np.array(1), 0))
+    np.testing.assert_allclose(result.local, places[:, 1:], rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(evaluate_points(model, result, 0)["positions"][0], [1, 1, 2])
+    assert list_refusals(model, places[:1], [0]) == [("wrong_parameters", "/barycentric/0")]
+    assert list_refusals(model, [[0, 0], [0, 0]], [0, 1]) == [("wrong_parameters", "/uv/1")]
     wrong = [[1, 0, 0], [0.5, 0.5, 1e-8], [0.5, 0.5, -1e-12], [0.5, 0.6, 0]]
-    assert refused(model, wrong, 1) == [
+    assert list_refusals(model, wrong, 1) == [
         ("outside_domain", f"/barycentric/{row}") for row in (1, 2, 3)
     ]
-    assert refused(model_of([square]), places[:1]) == [("wrong_parameters", "/barycentric/0")]
+    assert list_refusals(model_of([square]), places[:1]) == [("wrong_parameters", "/barycentric/0")]
     _, pieces_ = pieces()
-    assert refused(pieces_, places[:1]) == [("wrong_parameters", "/barycentric/0")]
+    assert list_refusals(pieces_, places[:1]) == [("wrong_parameters", "/barycentric/0")]

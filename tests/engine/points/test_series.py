@@ -25,7 +25,7 @@ def product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
     return [sum((a[i] * b[k - i] for i in range(k + 1)), Fraction(0)) for k in range(COUNT)]
 
 
-def off(found: Series, truth: list[Fraction]) -> None:
+def check_errors(found: Series, truth: list[Fraction]) -> None:
     """The terms are as far off as their errors allow, and these are small."""
     measure = max(1.0, *(abs(float(x)) for x in truth))
     for term, error, right in zip(found.terms, found.errors, truth, strict=True):
@@ -38,15 +38,15 @@ def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> No
     """a b − c and (a b − c)/d for a d that begins with 8."""
     exact = [[Fraction(x) for x in terms] for terms in (a, b, c)]
     difference = [x - y for x, y in zip(product(exact[0], exact[1]), exact[2], strict=True)]
-    found = series(a) * series(b) - series(c)
-    off(found, difference)
+    result = series(a) * series(b) - series(c)
+    check_errors(result, difference)
     divisor = [8.0, *(x / 16 for x in b[1:])]
     quotient: list[Fraction] = []
     for k, x in enumerate(difference):
         rest = sum((Fraction(divisor[i]) * quotient[k - i] for i in range(1, k + 1)), Fraction(0))
         quotient.append((x - rest) / 8)
-    off(found / series(divisor), quotient)
-    off((found + found).times(3.0), [6 * x for x in difference])
+    check_errors(result / series(divisor), quotient)
+    check_errors((result + result).times(3.0), [6 * x for x in difference])
 
 
 def test_errors_of_operands_add_to_those_of_results() -> None:
@@ -69,8 +69,8 @@ def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
 
 
 def test_tail_leaves_out_terms_that_are_zero() -> None:
-    found = Series(np.array([[1e-20, 1e-9, 3, 1]] * 3), np.full((3, 4), 1e-6))
-    value, error = found.tail(np.array([2.0, 2.0, 4.0]), np.array([0.0, 0.5, 0.0]))
+    result = Series(np.array([[1e-20, 1e-9, 3, 1]] * 3), np.full((3, 4), 1e-6))
+    value, error = result.tail(np.array([2.0, 2.0, 4.0]), np.array([0.0, 0.5, 0.0]))
     np.testing.assert_array_equal(value, [3, 3.5, np.nan])
     assert error[0] == pytest.approx(1e-6)
     assert error[1] == pytest.approx(1.5e-6 + 0.5)

@@ -43,10 +43,10 @@ def batch(net: Array, weights: Array | None) -> TrianglePatches:
 def at_places(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> list[Array]:
     """Six partials, and the four curvatures, of one patch."""
     s, t = np.array(places, dtype=float).T
-    found = evaluate_triangle_jets(batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2)
-    c = found.curvatures
+    result = evaluate_triangle_jets(batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2)
+    c = result.curvatures
     assert c is not None
-    return [found.partials, np.stack([c.gaussian, c.mean, c.larger, c.smaller])]
+    return [result.partials, np.stack([c.gaussian, c.mean, c.larger, c.smaller])]
 
 
 @given(surfaces(), grid_places)
@@ -59,8 +59,8 @@ def test_partials_and_curvatures_are_those_in_fractions(
     for row, (j, k) in enumerate(places):
         place = (Fraction(16 - j - k, 16), Fraction(j, 16), Fraction(k, 16))
         jet = triangles.second_jet(net, place)
-        for got, right, limit in zip(partials[:, row], jet, LIMITS, strict=True):
-            assert np.abs(got - np.array(right, dtype=float)).max() <= limit * size
+        for actual, right, limit in zip(partials[:, row], jet, LIMITS, strict=True):
+            assert np.abs(actual - np.array(right, dtype=float)).max() <= limit * size
         normal = exact.cross(jet[1], jet[2])
         lengths = [float(exact.dot(d, d)) for d in (jet[1], jet[2])]
         if float(exact.dot(normal, normal)) > 1e-4 * lengths[0] * lengths[1] > 0:
@@ -103,14 +103,14 @@ def test_corners_are_their_control_points_and_normals_are_as_in_a_mesh() -> None
     net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 1], [0.5, 0, 0], [1, 1, 1], [1, 2, 0.3]])
     s, t = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
     patches = batch(net, None)
-    found = evaluate_triangle_jets(patches, np.zeros(3, dtype=np.intp), s, t, 1)
-    np.testing.assert_array_equal(found.partials[0], net[[0, 2, 5]])
-    assert found.degenerate is not None
-    np.testing.assert_array_equal(found.degenerate, [True, False, False])
-    assert found.normals is not None
+    result = evaluate_triangle_jets(patches, np.zeros(3, dtype=np.intp), s, t, 1)
+    np.testing.assert_array_equal(result.partials[0], net[[0, 2, 5]])
+    assert result.degenerate is not None
+    np.testing.assert_array_equal(result.degenerate, [True, False, False])
+    assert result.normals is not None
     mesh = evaluate(patches, (2, 2)).normals
     assert mesh is not None
-    np.testing.assert_allclose(found.normals, mesh[0, [0, 2, 5]], atol=1e-12)
+    np.testing.assert_allclose(result.normals, mesh[0, [0, 2, 5]], atol=1e-12)
 
 
 def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:

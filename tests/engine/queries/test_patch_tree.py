@@ -40,15 +40,15 @@ def test_closest_points(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int
     distances."""
     truth = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
     limit(monkeypatch, spheres=spheres, room=room)
-    found = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
-    low, high = found["distance_bounds"].T
+    result = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
+    low, high = result["distance_bounds"].T
     assert (low <= truth["distance_bounds"][:, 1]).all()
     assert (high >= truth["distance_bounds"][:, 0]).all()
-    reached = found["reached"]
+    reached = result["reached"]
     assert reached.all() == (room > 60)
-    np.testing.assert_allclose(found["distances"][reached], truth["distances"][reached], rtol=1e-5)
-    apart = np.linalg.norm(found["positions"] - POINTS, axis=1)
-    np.testing.assert_allclose(apart, found["distances"], rtol=1e-9)
+    np.testing.assert_allclose(result["distances"][reached], truth["distances"][reached], rtol=1e-5)
+    apart = np.linalg.norm(result["positions"] - POINTS, axis=1)
+    np.testing.assert_allclose(apart, result["distances"], rtol=1e-9)
 
 
 @pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
@@ -57,9 +57,9 @@ def test_hits_of_rays(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) 
     query = RayQuery(POINTS, DIRECTIONS, only_first=False)
     truth = intersect_rays(CLOUD, query, 1 << 20)
     limit(monkeypatch, spheres=spheres, room=room)
-    found = intersect_rays(CLOUD, query, 1 << 20)
-    reached = found["reached"]
+    result = intersect_rays(CLOUD, query, 1 << 20)
+    reached = result["reached"]
     assert truth["reached"].all()
     assert reached.all() == (room > 60)
-    np.testing.assert_array_equal(found["counts"], np.where(reached, truth["counts"], 0))
-    np.testing.assert_allclose(found["t"], truth["t"][reached[truth["ray"]]], rtol=1e-9)
+    np.testing.assert_array_equal(result["counts"], np.where(reached, truth["counts"], 0))
+    np.testing.assert_allclose(result["t"], truth["t"][reached[truth["ray"]]], rtol=1e-9)

@@ -43,7 +43,7 @@ def project(surface: SurfaceKind, points: Array, tolerance: float = 1e-9) -> Col
     return project_on_surface(to_patches(surface.lower()), ProjectQuery(points, tolerance))
 
 
-def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
+def strew_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
     """Points near and far, and points of the surface itself."""
     low, high = to_patches(surface.lower()).bounds
     reach = np.linalg.norm(high - low)
@@ -57,7 +57,7 @@ def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
 def test_no_point_is_nearer_than_the_interval(name: str) -> None:
     surface = FAMILIES[name].surface(77)
-    points = strewn(surface, 21)
+    points = strew_points(surface, 21)
     columns = project(surface, points)
     low, high = columns["distance_bounds"].T
     slack = 1e-14 * np.abs(points).max()
@@ -167,7 +167,7 @@ def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
 def test_a_result_does_not_depend_on_the_other_queries(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(5)
-        points = strewn(surface, 30)
+        points = strew_points(surface, 30)
         together = project(surface, points)
         alone = [project(surface, point[np.newaxis]) for point in points[::9]]
         with monkeypatch.context() as patch:
@@ -183,7 +183,7 @@ def test_parameters_are_those_of_the_surface() -> None:
     surface = FAMILIES["B-splines"].surface(4)
     assert isinstance(surface, BsplineSurface)
     (sheet,) = sheets_of(surface)
-    columns = project(surface, strewn(surface, 90))
+    columns = project(surface, strew_points(surface, 90))
     at = sheet.at(columns["uv"]) + sheet.origin
     np.testing.assert_allclose(at, columns["positions"], atol=1e-13)
 
@@ -244,12 +244,12 @@ def test_normals_where_a_side_of_a_triangle_is_one_point() -> None:
     local = np.stack([1 - t, t], axis=1)
     unknown = np.full((3, 3), np.nan), np.zeros(3, bool)
     model = to_patches(TriangleSurface(net).lower())
-    found = surface_columns(model, np.zeros(3, np.intp), local, unknown)["normals"]
+    result = surface_columns(model, np.zeros(3, np.intp), local, unknown)["normals"]
     basis = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2], axis=1)
     slope = np.stack([2 * t - 2, 2 - 4 * t, 2 * t], axis=1)
     normals = np.cross(slope @ c, basis @ c)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    np.testing.assert_allclose(found, normals, atol=1e-7)
+    np.testing.assert_allclose(result, normals, atol=1e-7)
 
 
 @pytest.mark.parametrize("size", [1e-60, 1e-160, 1e-300, 5e-324])

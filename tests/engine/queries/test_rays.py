@@ -30,7 +30,7 @@ def hits(
     return intersect_rays(to_patches(surface.lower()), query, 10**6)
 
 
-def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
+def strew_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
     """Rays from outside and from inside towards points in the box."""
     low, high = to_patches(surface.lower()).bounds
     reach = float(np.linalg.norm(high - low))
@@ -39,7 +39,7 @@ def strewn(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Arra
     return origins, rng.uniform(low, high, (count, 3)) - origins
 
 
-def missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
+def find_missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
     """Whether each true hit is outside all intervals of its ray."""
     held = np.zeros(len(ray), bool)
     low, high = found["t_bounds"].T
@@ -56,37 +56,37 @@ def missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> 
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
 def test_no_hit_is_missed_and_none_invented(name: str) -> None:
     surface = FAMILIES[name].surface(78)
-    origins, directions = strewn(surface, 20)
-    found = hits(surface, origins, directions)
-    assert found["reached"].all()
+    origins, directions = strew_rays(surface, 20)
+    result = hits(surface, origins, directions)
+    assert result["reached"].all()
     length = np.linalg.norm(directions, axis=1)
     ray, t, error = crossings(sheets_of(surface), origins, directions)
     model = to_patches(surface.lower())
     slack = error + 1e-12 * model.diagonal / length[ray]
-    assert not missed(found, ray, t, slack).any()
-    ray = found["ray"]
-    there = origins[ray] + found["t"][:, np.newaxis] * directions[ray]
-    away = np.linalg.norm(there - found["positions"], axis=1)
+    assert not find_missed(result, ray, t, slack).any()
+    ray = result["ray"]
+    there = origins[ray] + result["t"][:, np.newaxis] * directions[ray]
+    away = np.linalg.norm(there - result["positions"], axis=1)
     assert away.max(initial=0.0) < 1e-9 * model.diagonal
-    low, high = found["t_bounds"].T
-    assert ((low <= found["t"]) & (found["t"] <= high)).all()
+    low, high = result["t_bounds"].T
+    assert ((low <= result["t"]) & (result["t"] <= high)).all()
     first = hits(surface, origins, directions, "first")
     rows = np.flatnonzero(np.diff(ray, prepend=-1))
     for column in ("ray", "t", "uv", "kind"):
-        np.testing.assert_array_equal(np.asarray(found[column])[rows], first[column])
+        np.testing.assert_array_equal(np.asarray(result[column])[rows], first[column])
 
 
 @pytest.mark.parametrize("name", ["utah-teapot", "octahedral-sphere", "nurbs-goblet"])
 def test_examples_are_hit_as_often_as_by_looking_everywhere(name: str) -> None:
     surface = find(name).surface()
     model = to_patches(surface.lower())
-    origins, directions = strewn(surface, 50, 1)
-    found = hits(surface, origins, directions)
+    origins, directions = strew_rays(surface, 50, 1)
+    result = hits(surface, origins, directions)
     ray, t, error = crossings(sheets_of(model), origins, directions, 8_000)
     slack = error + 1e-12 * model.diagonal / np.linalg.norm(directions, axis=1)[ray]
-    assert not missed(found, ray, t, slack).any()
+    assert not find_missed(result, ray, t, slack).any()
     each = [len(np.unique(np.round(t[ray == k], 9))) for k in range(len(origins))]
-    assert found["counts"].tolist() == each
+    assert result["counts"].tolist() == each
 
 
 def test_a_sphere_and_rays_that_graze_it() -> None:
@@ -97,14 +97,14 @@ def test_a_sphere_and_rays_that_graze_it() -> None:
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     depth = np.repeat([0.7, 1e-3, 1e-5, 1e-7, -1e-7, -1e-3], 50)
     origins = normals * (1 - depth)[:, np.newaxis] - 3 * d
-    found = hits(find("sphere").surface(), origins, 2 * d)
-    assert found["reached"].all()
-    assert found["counts"].tolist() == np.where(depth > 0, 2, 0).tolist()
+    result = hits(find("sphere").surface(), origins, 2 * d)
+    assert result["reached"].all()
+    assert result["counts"].tolist() == np.where(depth > 0, 2, 0).tolist()
     half = np.sqrt(1 - (1 - depth[depth > 0]) ** 2)
     true = np.stack([(3 - half) / 2, (3 + half) / 2], axis=1).ravel()
-    assert (np.abs(found["t"] - true) < 1e-8).all()
-    assert found["entering"] == [True, False] * 200
-    np.testing.assert_allclose(found["normals"], found["positions"], atol=1e-9)
+    assert (np.abs(result["t"] - true) < 1e-8).all()
+    assert result["entering"] == [True, False] * 200
+    np.testing.assert_allclose(result["normals"], result["positions"], atol=1e-9)
     exact = hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
     assert set(exact["kind"]) == {"touching"}
     np.testing.assert_allclose(exact["t"], 3, atol=2e-4)
@@ -114,10 +114,10 @@ def test_a_torus_by_roots_of_50_digits() -> None:
     rng = RNG(4)
     inner = rng.uniform([-1.4, -1.4, -0.4], [1.4, 1.4, 0.4], (40, 3))
     origins = rng.normal(size=(40, 3)) * 3
-    found = hits(find("torus").surface(), origins, inner - origins)
+    result = hits(find("torus").surface(), origins, inner - origins)
     for k, (o, d) in enumerate(zip(origins, inner - origins, strict=True)):
         true = torus_roots(o, d, 1.0, 0.4)
-        np.testing.assert_allclose(found["t"][found["ray"] == k], true, rtol=1e-11, atol=1e-11)
+        np.testing.assert_allclose(result["t"][result["ray"] == k], true, rtol=1e-11, atol=1e-11)
 
 
 GRAZING: list[
@@ -157,14 +157,14 @@ def test_grazing_and_edge_on_rays(surface: SurfaceKind | str) -> None:
     origins, directions = (
         np.array(rows, np.float64) for rows in list(zip(*cases, strict=True))[:2]
     )
-    found, first = (hits(surface, origins, directions, which) for which in ("all", "first"))
-    assert found["reached"].all()
-    there = origins[found["ray"]] + found["t"][:, np.newaxis] * directions[found["ray"]]
-    np.testing.assert_allclose(there, found["positions"], atol=2e-8)
+    result, first = (hits(surface, origins, directions, which) for which in ("all", "first"))
+    assert result["reached"].all()
+    there = origins[result["ray"]] + result["t"][:, np.newaxis] * directions[result["ray"]]
+    np.testing.assert_allclose(there, result["positions"], atol=2e-8)
     for k, (_, _, kinds) in enumerate(cases):
-        rows = np.flatnonzero(found["ray"] == k)
-        assert [found["kind"][row] for row in rows] == [kind for kind, _, _ in kinds], cases[k]
-        for (low, high), (kind, begin, end) in zip(found["t_bounds"][rows], kinds, strict=True):
+        rows = np.flatnonzero(result["ray"] == k)
+        assert [result["kind"][row] for row in rows] == [kind for kind, _, _ in kinds], cases[k]
+        for (low, high), (kind, begin, end) in zip(result["t_bounds"][rows], kinds, strict=True):
             assert low <= begin <= end <= high
             assert high - low <= end - begin + (1e-7 if kind != "touching" else 0.02)
         firsts = np.flatnonzero(first["ray"] == k)
@@ -175,19 +175,19 @@ def test_a_hit_on_an_edge_counts_once_and_a_ridge_is_touched() -> None:
     other = ROOF * [-1, 1, 1] + [2, 0, 0]
     vertices = np.concatenate([ROOF.reshape(-1, 3), other.reshape(-1, 3)])
     roof = PatchSurface(vertices, np.array([[[0, 1], [2, 3]], [[6, 7], [4, 5]]]))
-    found = hits(
+    result = hits(
         roof,
         [[1, 1, 5], [1, 1.5, 5], [-1, 1, 1], [1, -1, 1]],
         [[0, 0, -1]] * 2 + [[1, 0, 0], [0, 1, 0]],
     )
-    assert found["kind"] == ["crossing", "crossing", "touching", "along"]
-    assert found["counts"].tolist() == [1, 1, 1, 1]
-    assert found["entering"] == [True, True, None, None]
+    assert result["kind"] == ["crossing", "crossing", "touching", "along"]
+    assert result["counts"].tolist() == [1, 1, 1, 1]
+    assert result["entering"] == [True, True, None, None]
 
 
 def test_a_result_does_not_depend_on_the_other_queries() -> None:
     surface = FAMILIES["NURBS"].surface(5)
-    origins, directions = strewn(surface, 40)
+    origins, directions = strew_rays(surface, 40)
     for which in ("all", "first"):
         together = hits(surface, origins, directions, which)
         for k in range(5):
@@ -199,12 +199,12 @@ def test_a_result_does_not_depend_on_the_other_queries() -> None:
 
 
 def test_far_and_huge_and_endless() -> None:
-    found = hits(SQUARE, [[0.5, 0.5, 1e12], [0.5, 0.5, 3e38]], [[0, 0, -1], [0, 0, -1e-30]])
-    assert found["reached"].tolist() == [False, False]
+    result = hits(SQUARE, [[0.5, 0.5, 1e12], [0.5, 0.5, 3e38]], [[0, 0, -1], [0, 0, -1e-30]])
+    assert result["reached"].tolist() == [False, False]
     line = BezierSurface(np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0]]]))
-    found = hits(line, [[-1, 0, 0], [0.3, 0, 2]], [[1, 0, 0], [0, 0, -1]])
-    assert found["reached"].tolist() == [False, True]
-    assert found["kind"] == ["touching"]
+    result = hits(line, [[-1, 0, 0], [0.3, 0, 2]], [[1, 0, 0], [0, 0, -1]])
+    assert result["reached"].tolist() == [False, True]
+    assert result["kind"] == ["touching"]
     with pytest.raises(TooLarge):
         intersect_rays(
             to_patches(SQUARE.lower()), RayQuery(np.ones((3, 3)) / 2, -np.ones((3, 3))), 2
@@ -215,15 +215,15 @@ def test_a_request_has_a_bounded_number_of_pairs(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("service.engine.queries.rays.MOST_CLOSE", 1000)
     easy, hard = [[0.8, 0.6, 3.0], [0.0, 0, -1]], [[0.8, 0.6, -4.0], [0.0, 0, 1]]
     origins = [[0.1, 2, k / 50] for k in range(20)] + [hard[0], easy[0]]
-    found = hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
-    assert found["reached"].tolist() == [True] * 20 + [False] * 2
-    assert found["counts"].tolist()[:20] == [2] * 20
+    result = hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
+    assert result["reached"].tolist() == [True] * 20 + [False] * 2
+    assert result["counts"].tolist()[:20] == [2] * 20
 
 
 @pytest.mark.parametrize("size", [1e-140, 1e-160])
 def test_intervals_of_rays_from_very_far_away_are_finite(size: float) -> None:
     tiny = BezierSurface(SQUARE.control_net * size)
-    found = hits(tiny, [[size / 3, size / 4, 2], [size / 3, size / 4, 2e38]], [[0, 0, -2.0]] * 2)
-    assert found["counts"].tolist() == [1, 1]
-    low, high = found["t_bounds"].T
+    result = hits(tiny, [[size / 3, size / 4, 2], [size / 3, size / 4, 2e38]], [[0, 0, -2.0]] * 2)
+    assert result["counts"].tolist() == [1, 1]
+    low, high = result["t_bounds"].T
     assert np.all((low <= [1, 1e38]) & (high >= [1, 1e38]) & (high <= [1.1, 1.1e38]))

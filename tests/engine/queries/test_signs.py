@@ -61,7 +61,7 @@ def solid_angles(triangles: Array, points: Array) -> Array:
 SPHERE = to_patches(find("sphere").surface().lower())
 
 
-def turned(patches: TensorPatches, factor: float = 1.0) -> TensorPatches:
+def turn_inside_out(patches: TensorPatches, factor: float = 1.0) -> TensorPatches:
     """The patches, smaller, with du × dv to the other side."""
     assert patches.weights is not None
     return TensorPatches(factor * patches.points.swapaxes(1, 2), patches.weights.swapaxes(1, 2))
@@ -77,7 +77,7 @@ def model_of(name: str) -> PatchModel:
     (ball,) = SPHERE.batches
     assert isinstance(ball, TensorPatches)
     if name == "a hollow ball":
-        return with_others(turned(ball, 0.5))
+        return with_others(turn_inside_out(ball, 0.5))
     if name == "two balls that overlap, one mirrored":
         place = np.diag([1, 1, -0.7, 1.0])
         place[0, 3] = 1
@@ -151,8 +151,8 @@ def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
     for batches, is_closed in (
         ((one, rest), True),
         ((rest,), False),
-        ((turned(one), rest), False),
-        ((turned(one), turned(rest)), True),  # inside out
+        ((turn_inside_out(one), rest), False),
+        ((turn_inside_out(one), turn_inside_out(rest)), True),  # inside out
     ):
         model = PatchModel("ball", batches, parts)
         assert np.isnan(project(model, inner)["signs"][0]) != is_closed

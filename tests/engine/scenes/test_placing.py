@@ -54,7 +54,7 @@ def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> N
     assert error < 1e-6 * float(np.abs(points - origin).max()) + 1e-12
 
 
-def bounded(bound: float | None, both: float | None = None) -> Mesh:
+def build_bounded(bound: float | None, both: float | None = None) -> Mesh:
     """A mesh of three parts that has bounds."""
     mesh = silo()
     parts = tuple(
@@ -71,7 +71,7 @@ def group(*matrices: Array | None) -> GroupModel:
 
 
 def test_bounds_grow_as_distances_do() -> None:
-    scene = arrange(group(None, TURN, SHEAR), (bounded(0.25, 0.5),))
+    scene = arrange(group(None, TURN, SHEAR), (build_bounded(0.25, 0.5),))
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert stretch > 3
     assert scene.report.deviation_bound is not None
@@ -80,16 +80,16 @@ def test_bounds_grow_as_distances_do() -> None:
     np.testing.assert_allclose(scene.report.mesh_deviation_bound, 0.5 * stretch, rtol=1e-9)
     assert scene.report.deviation_bound > 0.25 * stretch
     parts = scene_parts(scene)
-    found = [part.deviation_bound for part in parts]
+    result = [part.deviation_bound for part in parts]
     expected = [0.25 * s / (k + 1) for s in (1.0, 2.0, float(stretch)) for k in range(3)]
-    np.testing.assert_allclose(np.array(found, dtype=float), expected, rtol=1e-9)
+    np.testing.assert_allclose(np.array(result, dtype=float), expected, rtol=1e-9)
     assert [part.name for part in parts][:4] == ["m0/base", "m0/wall", "m0/roof", "m1/base"]
     # An unplaced copy is the mesh itself.
-    assert found[0] == 0.25
+    assert result[0] == 0.25
 
 
 def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
-    scene = arrange(group(TURN, None), (bounded(0.25),))
+    scene = arrange(group(TURN, None), (build_bounded(0.25),))
     whole = flatten(scene)
     assert whole.report.deviation_bound == scene.report.deviation_bound
     bounds = [part.deviation_bound for part in whole.parts]
@@ -107,7 +107,7 @@ def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
 
 
 def test_a_scene_with_an_unknown_bound_of_a_copy_has_none() -> None:
-    models = (bounded(0.25), bounded(None))
+    models = (build_bounded(0.25), build_bounded(None))
     members = (PlacedModel("a", 0), PlacedModel("b", 1))
     scene = arrange(GroupModel("group", (), members), models)
     assert scene.report.deviation_bound is None

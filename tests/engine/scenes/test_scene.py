@@ -70,8 +70,8 @@ def test_a_flattened_copy_is_the_placed_mesh(
     areas = area_vectors(own) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
     np.testing.assert_allclose(area_vectors(mesh), areas, atol=1e-11)
     if own.report.watertight:
-        wanted = abs(np.linalg.det(linear)) * body_volume(own)
-        assert body_volume(mesh) == pytest.approx(wanted, rel=1e-12)
+        required = abs(np.linalg.det(linear)) * body_volume(own)
+        assert body_volume(mesh) == pytest.approx(required, rel=1e-12)
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])

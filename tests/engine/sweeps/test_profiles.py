@@ -126,9 +126,9 @@ def test_a_ribbon_faces_where_it_should() -> None:
     bars = swept.positions.reshape(65, 2, 3)
     assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.2, abs=1e-12)
     assert bars.mean(axis=1) == pytest.approx(points, abs=1e-12)
-    wanted = facing - (tangents @ facing)[:, None] * tangents
-    wanted /= np.linalg.norm(wanted, axis=1)[:, None]
-    assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(wanted, abs=1e-9)
+    expected = facing - (tangents @ facing)[:, None] * tangents
+    expected /= np.linalg.norm(expected, axis=1)[:, None]
+    assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_ribbon_along_its_own_direction_has_its_width() -> None:

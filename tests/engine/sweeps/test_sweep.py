@@ -34,7 +34,7 @@ def greatest_curvature(curve: BsplineCurve) -> float:
     return float((bend / np.linalg.norm(first, axis=1) ** 3).max())
 
 
-def judged(mesh: Mesh) -> trimesh.Trimesh:
+def load_in_trimesh(mesh: Mesh) -> trimesh.Trimesh:
     """The mesh as another library has it, one vertex a position."""
     rows = mesh.triangles if mesh.welds is None else mesh.welds[mesh.triangles]
     return trimesh.Trimesh(mesh.positions, rows, process=False)
@@ -52,7 +52,7 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     if faces == "quads":
         assert (len(mesh.quads), len(mesh.triangles)) == (24 * 8 * 48, 0)
         return
-    solid = judged(mesh)
+    solid = load_in_trimesh(mesh)
     assert solid.is_watertight
     assert solid.is_winding_consistent
     assert solid.euler_number == 0
@@ -72,7 +72,7 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
 def test_hair_tapers_to_its_point() -> None:
     mesh = build(curl().lower(), MeshOptions(resolution=(64, 1)))
     assert mesh.report.watertight
-    assert judged(mesh).is_watertight
+    assert load_in_trimesh(mesh).is_watertight
     curve = curl().curve
     tip = curve.control_points[-1]
     assert (mesh.positions == tip).all(axis=1).any()
@@ -93,9 +93,9 @@ def test_normals_of_a_swelling_tube_are_those_of_its_surface() -> None:
     (grid,) = mesh.grids
     assert mesh.normals is not None
     assert mesh.positions[grid[0, :, 0], 2] == pytest.approx(z, abs=1e-12)
-    wanted = -rate / np.hypot(rate, speed)
+    expected = -rate / np.hypot(rate, speed)
     for column in range(5):
-        assert mesh.normals[grid[0, :, column], 2] == pytest.approx(wanted, abs=1e-12)
+        assert mesh.normals[grid[0, :, column], 2] == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
@@ -122,10 +122,10 @@ def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
 def test_a_curve_that_closes_under_another_radius_is_open() -> None:
     loop = BezierCurve(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 0]]))
     closed = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
-    assert judged(closed).euler_number == 0
+    assert load_in_trimesh(closed).euler_number == 0
     open_ = build(TubeSurface(loop, np.array([0.1, 0.2])).lower(), MeshOptions())
     assert open_.report.watertight
-    assert judged(open_).euler_number == 2
+    assert load_in_trimesh(open_).euler_number == 2
 
 
 CURVES: dict[str, FloatArray] = {

@@ -33,8 +33,8 @@ def wires_of(source: Any, count: int | tuple[int, int] = 2, **options: Any) -> M
 def paths_of(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
     """How many paths of how many stations there are, closed or not."""
     runs = sample_isocurves(model, (4, 4), (count, count))
-    found = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
-    return sorted((*paths.points.shape[:2], paths.closed) for paths in found)
+    result = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
+    return sorted((*paths.points.shape[:2], paths.closed) for paths in result)
 
 
 @pytest.mark.parametrize(("weld", "faces"), [(True, "triangles"), (False, "quads")])
@@ -54,8 +54,8 @@ def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> No
         assert mesh.report.watertight == (wires == "tubes")
     (part,) = mesh.parts
     assert part.name == NAME
-    wanted = MeshOptions(isocurves=(3, 2), has_faces=False, **options)
-    size = mesh_size(find(example).surface().size(), wanted, BY_NAME["json"])
+    expected = MeshOptions(isocurves=(3, 2), has_faces=False, **options)
+    size = mesh_size(find(example).surface().size(), expected, BY_NAME["json"])
     assert size.vertices >= len(mesh.positions)
     assert size.triangles >= len(mesh.triangles)
     assert size.quads >= len(mesh.quads)
@@ -105,9 +105,9 @@ def test_lines_run_straight_through_corners() -> None:
 def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
     """Lines round a cube bend by 90° at its edges, and go round as one tube with square corners."""
     model = model_of(cube())
-    found = paths_of(model, 2)
+    result = paths_of(model, 2)
     # Three rings of four sides: four times four divisions, and a second station at each bend.
-    assert (3, 16 + 1 + 3, True) in found
+    assert (3, 16 + 1 + 3, True) in result
     mesh = wires_of(model, 2, wires="tubes", wire_width=0.1, wire_sides=4, resolution=(1, 1))
     check_sound(mesh)
     assert mesh.report.watertight
@@ -116,8 +116,8 @@ def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
 @given(split_models(oriented=False))
 def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
     """Lines run through the quarters of one patch without interruption, in any orientation."""
-    found = paths_of(model_of(pieces[1]), 2)
-    across = sum(count for count, stations, _ in found if stations == 9)
+    result = paths_of(model_of(pieces[1]), 2)
+    across = sum(count for count, stations, _ in result if stations == 9)
     # Of each direction three borders and two lines between them, through two patches each.
     assert across == 10
 

@@ -28,13 +28,13 @@ from tests.strategies import (
 def curves_of(
     model: PatchModel, counts: tuple[int, int], resolution: tuple[int, int] = (4, 4)
 ) -> list[IsoCurves]:
-    found = sample_isocurves(model, resolution, counts)
+    result = sample_isocurves(model, resolution, counts)
     triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
     grids = model.patch_count - triangles
     curves, points = count_most_isocurves(grids, triangles, resolution, counts)
-    assert sum(len(run.points) for run in found) <= curves
-    assert sum(run.points[..., 0].size for run in found) <= points
-    return found
+    assert sum(len(run.points) for run in result) <= curves
+    assert sum(run.points[..., 0].size for run in result) <= points
+    return result
 
 
 def count(runs: list[IsoCurves]) -> int:
@@ -63,8 +63,8 @@ def test_every_sample_is_a_point_of_the_surface(
             value = run.first[k][constant][0]
             assert value in ((0, 1 / 3, 2 / 3, 1) if constant[0] else (0, 1 / 2, 1))
             for (u, v), point in zip(places(run, k), run.points[k], strict=True):
-                wanted = exact.surface_point(truth, Fraction(u), Fraction(v))
-                x, y, z, w = wanted if len(wanted) == 4 else (*wanted, Fraction(1))
+                expected = exact.surface_point(truth, Fraction(u), Fraction(v))
+                x, y, z, w = expected if len(expected) == 4 else (*expected, Fraction(1))
                 np.testing.assert_allclose(point, [float(c / w) for c in (x, y, z)], atol=1e-11)
 
 
@@ -78,8 +78,8 @@ def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
         for k in range(len(run.points)):
             for (s, t), point in zip(places(run, k), run.points[k], strict=True):
                 place = (1 - Fraction(s) - Fraction(t), Fraction(s), Fraction(t))
-                wanted = [float(c) for c in triangles.value(truth, place)]
-                np.testing.assert_allclose(point, wanted, atol=1e-11)
+                expected = [float(c) for c in triangles.value(truth, place)]
+                np.testing.assert_allclose(point, expected, atol=1e-11)
     if len({tuple(corner) for corner in net.tolist()}) == len(net):
         assert count(runs) == 3 + 3 * 3
         # Lines at a quarter, a half, three quarters end at the mesh's own samples, 8 of them.

@@ -100,7 +100,7 @@ def assert_same(
 
 def converted(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
     """The sail after some operations, which must be a surface of this kind."""
-    made = convert(surface, operations)
-    assert isinstance(made, kind)
-    assert (made.up, made.name) == ("z", "sail")
-    return made
+    built = convert(surface, operations)
+    assert isinstance(built, kind)
+    assert (built.up, built.name) == ("z", "sail")
+    return built

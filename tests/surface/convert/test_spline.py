@@ -79,7 +79,7 @@ def values(surface: BsplineSurface, at: Pair) -> list[float]:
     knots = fractions(surface.knot_vectors[0]), fractions(surface.knot_vectors[1])
     own = surface.control_net.shape[:2]
     net = exact_net(surface.control_net, surface.weights)
-    found = list(spline_surface_point(_wrapped(surface, net), knots, surface.degree, at))
+    result = list(spline_surface_point(_wrapped(surface, net), knots, surface.degree, at))
     share = []
     for axis in (0, 1):
         low, high = map(Fraction, find_domain(surface, axis))
@@ -90,10 +90,10 @@ def values(surface: BsplineSurface, at: Pair) -> list[float]:
                 # A point on the x axis for each number.
                 line = exact_net(np.pad(carried[..., column, None], ((0, 0), (0, 0), (0, 2))))
                 line = _wrapped(surface, line)
-                found.append(spline_surface_point(line, knots, surface.degree, at)[0])
+                result.append(spline_surface_point(line, knots, surface.degree, at)[0])
         else:
-            found += surface_point(exact_net(carried), share[0], share[1])
-    return [float(x) for x in found]
+            result += surface_point(exact_net(carried), share[0], share[1])
+    return [float(x) for x in result]
 
 
 def _wrapped(surface: BsplineSurface, net: Net) -> Net:
@@ -109,13 +109,13 @@ def _wrapped(surface: BsplineSurface, net: Net) -> Net:
 
 def places(surface: BsplineSurface) -> list[Pair]:
     """Parameters in every span: its beginning and within."""
-    found: list[list[Fraction]] = []
+    result: list[list[Fraction]] = []
     for axis in (0, 1):
         breaks = fractions(knot.breaks(surface.knot_vectors[axis], surface.degree[axis]))
-        found.append(
+        result.append(
             [a + (b - a) * s for a, b in pairwise(breaks) for s in (Fraction(0), Fraction(3, 8))]
         )
-    return list(product(found[0], found[1]))[:: max(1, len(found[0]) * len(found[1]) // 4)]
+    return list(product(result[0], result[1]))[:: max(1, len(result[0]) * len(result[1]) // 4)]
 
 
 def assert_same(
@@ -137,18 +137,18 @@ spline = partial(converted, BsplineSurface)
 @given(splines(), st.integers(0, 2), st.integers(0, 2))
 def test_elevated(surface: BsplineSurface, more_u: int, more_v: int) -> None:
     degree = surface.degree[0] + more_u, surface.degree[1] + more_v
-    made = spline(surface, Elevate(degree))
-    assert made.degree == degree
-    assert_same(made, surface)
+    built = spline(surface, Elevate(degree))
+    assert built.degree == degree
+    assert_same(built, surface)
     for axis, more in enumerate((more_u, more_v)):
         if not more:
-            assert made.knots[axis] is surface.knots[axis] or np.array_equal(
-                made.knots[axis], surface.knots[axis]
+            assert built.knots[axis] is surface.knots[axis] or np.array_equal(
+                built.knots[axis], surface.knots[axis]
             )
             continue
         old, new = (
             knot.multiplicities(s.knot_vectors[axis][s.degree[axis] : -s.degree[axis]])[1][1:-1]
-            for s in (surface, made)
+            for s in (surface, built)
         )
         np.testing.assert_array_equal(new, old + more)
 
@@ -165,12 +165,12 @@ def test_piece(
             first, last = low + a * (high - low), low + b * (high - low)
             assume(_has_room(surface.knot_vectors[axis], first, last))
             pieces[axis] = first, last
-    made = spline(surface, Restrict(*pieces))
+    built = spline(surface, Restrict(*pieces))
     for axis, piece in enumerate(pieces):
         # A parameter that is so near to an end of the domain counts as that end.
-        wanted = piece or find_domain(surface, axis)
-        np.testing.assert_allclose(find_domain(made, axis), wanted, atol=1e-11)
-    assert_same(made, surface)
+        expected = piece or find_domain(surface, axis)
+        np.testing.assert_allclose(find_domain(built, axis), expected, atol=1e-11)
+    assert_same(built, surface)
 
 
 def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
@@ -184,33 +184,33 @@ def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
 def test_transposed_and_reversed(surface: BsplineSurface) -> None:
     assert_same(spline(surface, Transpose()), surface, lambda u, v: (v, u))
     for axis, name in enumerate("uv"):
-        made = spline(surface, Reverse(name))  # type: ignore[arg-type]
+        built = spline(surface, Reverse(name))  # type: ignore[arg-type]
         low, high = map(Fraction, find_domain(surface, axis))
         is_named = isinstance(surface.knots[axis], str)
         mirror = low + high if is_named else Fraction(0)
-        assert find_domain(made, axis) == (float(mirror - high), float(mirror - low))
+        assert find_domain(built, axis) == (float(mirror - high), float(mirror - low))
         ends = (lambda u, v, m=mirror: (m - u, v)) if axis == 0 else (
             lambda u, v, m=mirror: (u, m - v))  # fmt: skip
-        assert_same(made, surface, ends)
+        assert_same(built, surface, ends)
 
 
 @settings(max_examples=5)
 @given(splines())
 def test_bezier_patches(surface: BsplineSurface) -> None:
-    made = convert(surface, [ToBezier()])
-    assert isinstance(made, PatchSurface)
-    assert (made.up, made.name, made.parts) == ("z", "sail", ())
+    built = convert(surface, [ToBezier()])
+    assert isinstance(built, PatchSurface)
+    assert (built.up, built.name, built.parts) == ("z", "sail", ())
     u, v = (
         fractions(knot.breaks(k, p))
         for k, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
     cells = list(product(pairwise(u), pairwise(v)))
-    assert len(made.patches) == len(cells)
+    assert len(built.patches) == len(cells)
     for number, ((a, b), (c, d)) in enumerate(cells):
-        there = patch_values(made, number)
+        there = patch_values(built, number)
         for s, t in ((Fraction(0), Fraction(2, 7)), (Fraction(3, 8), Fraction(5, 8))):
-            wanted = values(surface, (a + (b - a) * s, c + (d - c) * t))
-            np.testing.assert_allclose(there(s, t), wanted, rtol=0, atol=4e-12)
+            expected = values(surface, (a + (b - a) * s, c + (d - c) * t))
+            np.testing.assert_allclose(there(s, t), expected, rtol=0, atol=4e-12)
 
 
 @settings(max_examples=6)
@@ -225,13 +225,13 @@ def test_split(surface: BsplineSurface, share: float, other: float | None) -> No
     if v is not None:
         assume(_has_room(surface.knot_vectors[1], bottom, v))
         assume(_has_room(surface.knot_vectors[1], v, top))
-    made = convert(surface, [Split(u, v)])
-    assert isinstance(made, GroupSurface)
-    assert (made.up, made.name) == ("z", "sail")
+    built = convert(surface, [Split(u, v)])
+    assert isinstance(built, GroupSurface)
+    assert (built.up, built.name) == ("z", "sail")
     along_v = [(bottom, top)] if v is None else [(bottom, v), (v, top)]
     cells = list(product([(low, u), (u, high)], along_v))
-    assert len(made.members) == len(cells)
-    for member, cell in zip(made.members, cells, strict=True):
+    assert len(built.members) == len(cells)
+    for member, cell in zip(built.members, cells, strict=True):
         piece = member.surface
         assert isinstance(piece, BsplineSurface)
         assert (find_domain(piece, 0), find_domain(piece, 1)) == cell
@@ -247,10 +247,10 @@ def test_white_stays_white(shape: tuple[int, int]) -> None:
         channels=Channels(colors=np.ones((*shape, 3))),
     )  # fmt: skip
     for operation in (ToBezier(), Elevate((5, 5)), Restrict(u=(0.3, 2.1))):
-        made = convert(surface, [operation])
-        assert isinstance(made, BsplineSurface | PatchSurface)
-        assert made.channels.colors is not None
-        assert (made.channels.colors == 1).all()
+        built = convert(surface, [operation])
+        assert isinstance(built, BsplineSurface | PatchSurface)
+        assert built.channels.colors is not None
+        assert (built.channels.colors == 1).all()
 
 
 @pytest.mark.parametrize(
@@ -263,8 +263,8 @@ def test_closed_surfaces_stay_closed(operation: Operation, rational: bool) -> No
     surface = BsplineSurface(
         rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"), weights
     )
-    made = convert(surface, [operation])
-    before, after = (mesh_of(s.lower(), resolution=(3, 3)).report for s in (surface, made))
+    built = convert(surface, [operation])
+    before, after = (mesh_of(s.lower(), resolution=(3, 3)).report for s in (surface, built))
     assert after.closure == before.closure
     assert after.closure is not None
     assert after.closure.u == "C1"

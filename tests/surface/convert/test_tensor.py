@@ -120,19 +120,19 @@ def test_piece_of_a_patch(
 @given(degrees, seeds, st.booleans())
 def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> None:
     surface = random_bezier(degree, seed, rational)
-    wanted = bezier_values(surface)
-    assert_same(bezier_values(bezier(surface, Transpose())), wanted, lambda u, v: (v, u))
-    assert_same(bezier_values(bezier(surface, Reverse("u"))), wanted, lambda u, v: (1 - u, v))
-    assert_same(bezier_values(bezier(surface, Reverse("v"))), wanted, lambda u, v: (u, 1 - v))
+    expected = bezier_values(surface)
+    assert_same(bezier_values(bezier(surface, Transpose())), expected, lambda u, v: (v, u))
+    assert_same(bezier_values(bezier(surface, Reverse("u"))), expected, lambda u, v: (1 - u, v))
+    assert_same(bezier_values(bezier(surface, Reverse("v"))), expected, lambda u, v: (u, 1 - v))
     many = random_patches(degree, seed, rational)
     for patch in (0, 1):
-        wanted = patch_values(many, patch)
+        expected = patch_values(many, patch)
         turned = patch_values(patches(many, Transpose()), patch)
-        assert_same(turned, wanted, lambda u, v: (v, u))
+        assert_same(turned, expected, lambda u, v: (v, u))
         turned = patch_values(patches(many, Reverse("u")), patch)
-        assert_same(turned, wanted, lambda u, v: (1 - u, v))
+        assert_same(turned, expected, lambda u, v: (1 - u, v))
         turned = patch_values(patches(many, Reverse("v")), patch)
-        assert_same(turned, wanted, lambda u, v: (u, 1 - v))
+        assert_same(turned, expected, lambda u, v: (u, 1 - v))
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-30, 1e30, 1e308])
@@ -142,8 +142,8 @@ def test_a_common_factor_of_weights_has_no_effect(size: float) -> None:
     weights = np.array([[1.0, 1, 1], [1, 1, 1], [1, 1, 1]]) * size
     surface = BezierSurface(usual.control_net, weights, "z", "sail")
     for operation in (Elevate((4, 4)), Restrict(u=(0.25, 0.5))):
-        made, wanted = (bezier(s, operation).control_net for s in (surface, usual))
-        np.testing.assert_allclose(made, wanted, atol=1e-14)
+        built, expected = (bezier(s, operation).control_net for s in (surface, usual))
+        np.testing.assert_allclose(built, expected, atol=1e-14)
 
 
 def test_a_seam_across_the_directions_is_not_opened() -> None:
@@ -177,8 +177,8 @@ def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
         [ToBezier()],
     ]
     for operations in works:
-        made = convert(surface, operations)
-        after = mesh_of(made.lower(), resolution=(3, 3)).report
+        built = convert(surface, operations)
+        after = mesh_of(built.lower(), resolution=(3, 3)).report
         assert (after.vertices, after.boundary_edges, after.watertight, after.poles_repaired) == (
             before.vertices, before.boundary_edges, before.watertight, before.poles_repaired,
         )  # fmt: skip

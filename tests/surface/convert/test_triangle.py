@@ -88,12 +88,12 @@ def values_at(
     net: np.ndarray, weights: np.ndarray | None, channels: Sequence[np.ndarray], at: Vector
 ) -> list[float]:
     """The point, then the values of the channels."""
-    found = value(exact_triangle(net, weights), at)
+    result = value(exact_triangle(net, weights), at)
     if weights is not None:
-        found = tuple(x / found[3] for x in found[:3])
+        result = tuple(x / result[3] for x in result[:3])
     for carried in channels:
-        found += value(exact_triangle(carried), at)
-    return [float(x) for x in found]
+        result += value(exact_triangle(carried), at)
+    return [float(x) for x in result]
 
 
 def of_triangle(surface: TriangleSurface, at: Vector) -> list[float]:
@@ -121,10 +121,10 @@ patches = partial(converted, PatchSurface)
 @given(degrees, st.integers(0, 4), seeds, st.booleans())
 def test_elevated_triangle(degree: int, more: int, seed: int, rational: bool) -> None:
     surface = random_triangle(degree, seed, rational)
-    made = triangle(surface, Elevate((degree + more, degree + more)))
-    assert made.degree == degree + more
+    built = triangle(surface, Elevate((degree + more, degree + more)))
+    assert built.degree == degree + more
     for at in PLACES:
-        assert_near(of_triangle(made, at), of_triangle(surface, at))
+        assert_near(of_triangle(built, at), of_triangle(surface, at))
 
 
 @settings(max_examples=6)
@@ -134,19 +134,19 @@ def test_split_triangle(
 ) -> None:
     surface = random_triangle(degree, seed, rational)
     r, s, t = (Fraction(x, sum(shares)) for x in shares)
-    made = patches(surface, Split(at=(float(r), float(s), float(t))))
-    assert len(made.triangles) == 3
-    assert len(made.patches) == 0
+    built = patches(surface, Split(at=(float(r), float(s), float(t))))
+    assert len(built.triangles) == 3
+    assert len(built.patches) == 0
     n = max(degree, 2)
-    assert made.triangle_degree == n
+    assert built.triangle_degree == n
     inside = 3 * count_points(n - 1) - 3 * n + 1 if n > 1 else 1
-    assert len(made.vertices) == inside + 3 * n, "lines between triangles are there once"
+    assert len(built.vertices) == inside + 3 * n, "lines between triangles are there once"
     for corner in range(3):
         for at in PLACES:
             place = [x * at[corner] for x in (r, s, t)]
             for m in range(3):
                 place[m] += at[m] if m != corner else 0
-            assert_near(of_member(made, corner, at), of_triangle(surface, tuple(place)))
+            assert_near(of_member(built, corner, at), of_triangle(surface, tuple(place)))
 
 
 @pytest.mark.parametrize(
@@ -154,12 +154,12 @@ def test_split_triangle(
 )
 def test_transposed_and_reversed_triangle(operation: Operation, two: tuple[int, int]) -> None:
     surface = random_triangle(3, 1, True)
-    made = triangle(surface, operation)
+    built = triangle(surface, operation)
     for at in PLACES:
         there = list(at)
         there[two[0]], there[two[1]] = at[two[1]], at[two[0]]
-        assert of_triangle(made, tuple(there)) == of_triangle(surface, at)
-    twice = triangle(made, operation)
+        assert of_triangle(built, tuple(there)) == of_triangle(surface, at)
+    twice = triangle(built, operation)
     np.testing.assert_array_equal(twice.control_net, surface.control_net)
     np.testing.assert_array_equal(twice.weights, surface.weights)
 
@@ -168,12 +168,12 @@ def test_transposed_and_reversed_triangle(operation: Operation, two: tuple[int, 
 @given(st.tuples(degrees, degrees), seeds, st.booleans(), st.sampled_from(["lower", "upper"]))
 def test_half_of_a_patch(degree: tuple[int, int], seed: int, rational: bool, half: Half) -> None:
     surface = random_bezier(degree, seed, rational)
-    made = triangle(surface, ToTriangle(half))
-    assert made.degree == sum(degree)
+    built = triangle(surface, ToTriangle(half))
+    assert built.degree == sum(degree)
     there = bezier_values(surface)
     for r, s, t in PLACES:
         u, v = (s, t) if half == "lower" else (1 - s, 1 - t)
-        assert_near(of_triangle(made, (r, s, t)), there(u, v))
+        assert_near(of_triangle(built, (r, s, t)), there(u, v))
 
 
 @pytest.mark.parametrize("rational", [False, True])
@@ -181,17 +181,17 @@ def test_grids_and_triangles_together(rational: bool) -> None:
     surface = mixed(1, rational)
     before = mesh_of(surface.lower(), resolution=(3, 3)).report
     for operation in (Elevate((5, 5)), Transpose(), Reverse("u"), Reverse("v"), ToBezier()):
-        made = patches(surface, operation)
-        assert made.parts == surface.parts
-        report = mesh_of(made.lower(), resolution=(3, 3)).report
+        built = patches(surface, operation)
+        assert built.parts == surface.parts
+        report = mesh_of(built.lower(), resolution=(3, 3)).report
         assert report.boundary_edges == before.boundary_edges
         assert report.vertices == before.vertices
-    made = patches(surface, Elevate((5, 5)))
-    assert (made.degree, made.triangle_degree) == ((5, 5), 5)
-    assert len(made.vertices) == 36 + 21 - 6, "the edge is there once"
-    assert_same(patch_values(made, 0), patch_values(surface, 0))
+    built = patches(surface, Elevate((5, 5)))
+    assert (built.degree, built.triangle_degree) == ((5, 5), 5)
+    assert len(built.vertices) == 36 + 21 - 6, "the edge is there once"
+    assert_same(patch_values(built, 0), patch_values(surface, 0))
     for at in PLACES:
-        assert_near(of_member(made, 0, at), of_member(surface, 0, at))
+        assert_near(of_member(built, 0, at), of_member(surface, 0, at))
         r, s, t = at
         for operation, there in (
             (Transpose(), (r, t, s)), (Reverse("u"), (s, r, t)), (Reverse("v"), (t, s, r)),

@@ -16,13 +16,13 @@ from tests.engine.adaptive.bordering import build_border, check_border
 from tests.examples import patches_of
 from tests.strategies import (
     Array,
+    apply_symmetry,
     degenerate_nets,
     model_of,
-    moved,
     nets,
     split_models,
     symmetries,
-    turned,
+    translate,
     weighted_nets,
 )
 
@@ -51,16 +51,16 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
     pieces: tuple[Array, list[Array]], tolerance: float, order: list[int]
 ) -> None:
     """16 sides have 12 edges; vertices have the same bits alone, together and in any order."""
-    found = build_border(pieces[1], Goal(tolerance))
-    check_border(found, tolerance)
+    result = build_border(pieces[1], Goal(tolerance))
+    check_border(result, tolerance)
     pairs = {
         frozenset(pair)
         for face in range(4)
         for side in range(4)
-        for pair in [found.side(face, side)[1]]
+        for pair in [result.side(face, side)[1]]
     }
     assert len(pairs) == 12
-    bits = found.bits()
+    bits = result.bits()
     again = build_border([pieces[1][k] for k in order], Goal(tolerance)).bits()
     for place, k in enumerate(order):
         assert again[4 * place : 4 * place + 4] == bits[4 * k : 4 * k + 4]
@@ -88,16 +88,16 @@ def test_splines_that_meet_agree_without_knowing_each_other(
     other[0] = net[-1]
     if weights is not None and others is not None:
         others[0] = weights[-1]
-        others = turned(others, symmetry)
+        others = apply_symmetry(others, symmetry)
     one = BsplineSurface(net, (degree, 3), weights=weights)
     swapped = symmetry & 4
     two = BsplineSurface(
-        turned(other, symmetry), (3, degree) if swapped else (degree, 3), weights=others
+        apply_symmetry(other, symmetry), (3, degree) if swapped else (degree, 3), weights=others
     )
     for tolerance in (3.0, 0.1, 1e-2):
-        found = build_border(one.lower(), Goal(tolerance))
-        check_border(found, tolerance)
-        side = found.side(0, 1)[2]
+        result = build_border(one.lower(), Goal(tolerance))
+        check_border(result, tolerance)
+        side = result.side(0, 1)[2]
         bits = build_border(two.lower(), Goal(tolerance)).bits()
         assert min(side.tobytes(), side[::-1].tobytes()) in bits
 
@@ -108,11 +108,11 @@ def test_flat_spans_are_merged_along_the_border() -> None:
     net = np.stack([u, v, 0 * u], axis=-1)
     assert len(build_border(BsplineSurface(net).lower(), Goal(0.1)).border.points) == 4
     net[0, 11, 2] = 1
-    found = build_border(BsplineSurface(net).lower(), Goal(0.1))
-    check_border(found, 0.1)
-    assert [len(found.side(0, side)[0]) for side in (1, 2, 3)] == [2, 2, 2]
+    result = build_border(BsplineSurface(net).lower(), Goal(0.1))
+    check_border(result, 0.1)
+    assert [len(result.side(0, side)[0]) for side in (1, 2, 3)] == [2, 2, 2]
     # Flat spans far from the point add no vertices.
-    at = np.array(found.side(0, 0)[0]) / SPAN
+    at = np.array(result.side(0, 0)[0]) / SPAN
     assert 4 < len(at) < 16
     assert not ((at > 0) & (at < 5)).any()
 
@@ -126,16 +126,16 @@ def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -
     angle = 2 * pi * np.arange(count) / (count if periodic else count - 1)
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     ring[-1] = ring[-1] if periodic else ring[0]
-    net = np.stack([ring, moved(ring, 0, 0, 1)])
+    net = np.stack([ring, translate(ring, 0, 0, 1)])
     knots: Knots = "periodic" if periodic else "clamped"
     model = BsplineSurface(net, (1, degree), ("clamped", knots)).lower()
-    found = build_border(model, Goal(100.0))
-    check_border(found, 100.0)
+    result = build_border(model, Goal(100.0))
+    check_border(result, 100.0)
     for side in (0, 1):
-        vertex = found.side(0, side)[1]
+        vertex = result.side(0, side)[1]
         assert vertex[0] == vertex[-1]
         assert len(set(vertex)) >= 3
-    assert found.side(0, 2)[1] == found.side(0, 3)[1]
+    assert result.side(0, 2)[1] == result.side(0, 3)[1]
 
 
 @pytest.mark.parametrize("thickness", [0.12, 0.2, 1.0])
@@ -146,10 +146,10 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
         np.array([[0.0, 0, 0], [0, 0, z], [0.5, 0, z], [1, 0, 0]])
         for z in (thickness, -0.7 * thickness)
     )
-    wing = [np.stack([side, moved(side, 0, 3)]) for side in (upper, lower)]
-    found = build_border(wing, Goal(10.0))
-    check_border(found, 10.0)
-    ends = [found.side(face, 0)[1] for face in range(2)]
+    wing = [np.stack([side, translate(side, 0, 3)]) for side in (upper, lower)]
+    result = build_border(wing, Goal(10.0))
+    check_border(result, 10.0)
+    ends = [result.side(face, 0)[1] for face in range(2)]
     assert [len(vertex) for vertex in ends] == [3, 3]
     assert ends[0][1] != ends[1][1]
     assert [{vertex[0], vertex[-1]} for vertex in ends] == [{ends[0][0], ends[0][-1]}] * 2
@@ -166,11 +166,11 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
     """Straight sides with uneven parameters, in one span and in several."""
     weights = np.array([[1.0, 1, 9, 1]] * 2) if rational else None
     line = np.array([[0.0, 0, 0], [0, 0, 0], [0, 1, 0], [0, 9, 0]])
-    model = model_of([np.stack([line, moved(line, 1)])], None if weights is None else [weights])
+    model = model_of([np.stack([line, translate(line, 1)])], None if weights is None else [weights])
     assert len(build_border(model, Goal(0.5)).side(0, 0)[0]) == 2
-    found = build_border(model, Goal(0.5, two_sided=True))
-    at, _, points = found.side(0, 0)
-    check_border(found, 0.5)
+    result = build_border(model, Goal(0.5, two_sided=True))
+    at, _, points = result.side(0, 0)
+    check_border(result, 0.5)
     assert len(at) > 2
     for a, b, p, q in zip(at, at[1:], points, points[1:], strict=False):
         for k in range(9):
@@ -180,7 +180,7 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
             there = basis @ line / basis.sum()
             assert np.linalg.norm(there - p - (q - p) * k / 8) <= 1.0
     # Of a spline each span has an equal share of the chord.
-    net = np.stack([moved(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
+    net = np.stack([translate(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
     spline = BsplineSurface(net, (1, 1)).lower()
     assert len(build_border(spline, Goal(5.0)).side(0, 0)[0]) == 2
     assert len(build_border(spline, Goal(5.0, two_sided=True)).side(0, 0)[0]) == 3
@@ -212,10 +212,10 @@ def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None
         Goal(0.1 * scale, 0.3, two_sided=True),
         Goal(inf, view=view),
     ):
-        found = build_border(model, goal)
-        assert len(found.border.points) >= 4
+        result = build_border(model, goal)
+        assert len(result.border.points) >= 4
         if scale > 1e-300:  # subnormal points are less precise
-            check_border(found, 0.1 * scale)
+            check_border(result, 0.1 * scale)
 
 
 def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
@@ -223,13 +223,13 @@ def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
     angle = np.linspace(0, 2 * pi, 7)
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     ring[-1] = ring[0]
-    net = np.stack([moved(ring, 0, 0, k) for k in range(5)], axis=1)
+    net = np.stack([translate(ring, 0, 0, k) for k in range(5)], axis=1)
     whole = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
     assert len(whole.side(0, 0)[0]) == 2
     net[-1, 3:] += (0, 0.5, 0)
-    found = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
-    check_border(found, 0.1)
-    sides = [found.side(0, side) for side in (0, 1)]
+    result = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
+    check_border(result, 0.1)
+    sides = [result.side(0, side) for side in (0, 1)]
     for at, _, _ in sides:
         assert at == [k * SPAN for k in range(5)]
     assert sides[0][1][:3] == sides[1][1][:3]

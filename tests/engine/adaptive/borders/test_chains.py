@@ -9,7 +9,7 @@ from service.engine.bounds.faces import find_faces
 from service.engine.mesh.seams import Seams, find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.strategies import Array, symmetries, turned
+from tests.strategies import Array, apply_symmetry, symmetries
 
 
 def find_model_chains(model: PatchModel) -> tuple[Chains, Seams]:
@@ -19,12 +19,12 @@ def find_model_chains(model: PatchModel) -> tuple[Chains, Seams]:
 
 def list_points(chains: Chains, seams: Seams, number: int) -> Array:
     """Control points along a chain."""
-    found = []
+    result = []
     for row in range(chains.start[number], chains.start[number + 1]):
         for group in seams.curves:
             (place,) = np.nonzero(group.ids == chains.edge[row])
-            found += [net[:: -1 if chains.backward[row] else 1] for net in group.points[place]]
-    return np.concatenate(found)
+            result += [net[:: -1 if chains.backward[row] else 1] for net in group.points[place]]
+    return np.concatenate(result)
 
 
 @given(st.integers(0, 99), st.integers(5, 9), symmetries)
@@ -33,13 +33,13 @@ def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: 
     net = np.random.default_rng(seed).integers(-2, 3, (6, columns, 3)).astype(float)
     one, two = (
         find_model_chains(BsplineSurface(points, (2, 2)).lower())
-        for points in (net, turned(net, symmetry))
+        for points in (net, apply_symmetry(net, symmetry))
     )
-    found = [
+    result = [
         sorted(list_points(*each, number).tobytes() for number in range(len(each[0].length)))
         for each in (one, two)
     ]
-    assert found[0] == found[1]
+    assert result[0] == result[1]
 
 
 def test_the_sides_of_a_torus_are_two_chains() -> None:

@@ -49,8 +49,8 @@ def test_an_arc_turns_by_its_angle(turn: float) -> None:
     for angle, exceeds in ((0.95 * turn, True), (1.05 * turn, False)):
         at = build_arc(turn)
         assert find_cut(compare_normals(at, angle, build_scale(1, 1))) == (exceeds, False)
-        found = compare_normals(at.swapaxes(0, 1), angle, build_scale(1, 1))
-        assert find_cut(found) == (exceeds, True)
+        result = compare_normals(at.swapaxes(0, 1), angle, build_scale(1, 1))
+        assert find_cut(result) == (exceeds, True)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-15])
@@ -59,9 +59,9 @@ def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
     u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
     cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
     cap[1, 0, 1] += noise
-    found = estimate_normals(list_nine_points(cap))
+    result = estimate_normals(list_nine_points(cap))
     for i in range(3):
-        apart = np.linalg.norm(np.abs(found[i][0][:, 0]) - [0.0, 0.0, 1.0])
+        apart = np.linalg.norm(np.abs(result[i][0][:, 0]) - [0.0, 0.0, 1.0])
         assert 2 * asin(apart / 2) < 0.02
 
 
@@ -150,5 +150,5 @@ def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
     """A cell that is too narrow to be cut across is not cut along its length for ever."""
     u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
     trough = list_nine_points(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
-    found = compare_normals(trough, 0.5, build_scale(1.0, 1.0, size=1.0))
-    assert find_cut(found)[0] is False
+    result = compare_normals(trough, 0.5, build_scale(1.0, 1.0, size=1.0))
+    assert find_cut(result)[0] is False

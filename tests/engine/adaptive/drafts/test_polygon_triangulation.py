@@ -54,10 +54,10 @@ def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
 def test_all_ways_are_listed() -> None:
     """All listed ways are different, and their number is a Catalan number."""
     for corners in range(4, ALL + 1):
-        found = list_triangulations(corners)
+        result = list_triangulations(corners)
         assert list_triples(corners).shape == (3, comb(corners, 3))
-        assert len(found) == comb(2 * corners - 4, corners - 2) // (corners - 1)
-        assert len({tuple(sorted(way)) for way in found.tolist()}) == len(found)
+        assert len(result) == comb(2 * corners - 4, corners - 2) // (corners - 1)
+        assert len({tuple(sorted(way)) for way in result.tolist()}) == len(result)
 
 
 @given(st.integers(4, ALL), st.integers(0, 99))

@@ -11,7 +11,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border
-from tests.strategies import Array, model_of, moved
+from tests.strategies import Array, model_of, translate
 
 
 def build_first_triangles(
@@ -19,10 +19,10 @@ def build_first_triangles(
 ) -> tuple[CellBoundaries, DraftTriangles]:
     """The first triangles of a model, before any is certified."""
     model = model_of(nets)
-    found = build_border(model, Goal(tolerance))
-    task = Task(PatchNets.of(model), found.faces, Goal(tolerance), MeshLimits())
-    draft = Draft(task, found.border, lambda positions: positions)
-    leaves = divide_cells(task, build_whole_cells(found.faces))
+    result = build_border(model, Goal(tolerance))
+    task = Task(PatchNets.of(model), result.faces, Goal(tolerance), MeshLimits())
+    draft = Draft(task, result.border, lambda positions: positions)
+    leaves = divide_cells(task, build_whole_cells(result.faces))
     draft.renew(leaves)
     # The first samples are those of the boundaries, in their order.
     boundaries = trace_boundaries(draft.border_places, leaves, draft.halvings)
@@ -59,15 +59,15 @@ def test_triangles_at_a_pole_have_hosts() -> None:
     """One side is a point: each leaf beside it has a flat triangle, whose host is in the leaf."""
     net = build_arch(0.5)
     net[0] = net[0, 0]
-    boundaries, found = build_first_triangles([net], 0.01)
-    flat = np.flatnonzero(~found.is_written)
+    boundaries, result = build_first_triangles([net], 0.01)
+    flat = np.flatnonzero(~result.is_written)
     assert len(flat) > 1
-    assert (found.host >= 0).all()
-    assert found.is_written[found.host[flat]].all()
-    assert (found.leaf[found.host[flat]] == found.leaf[flat]).all()
-    assert (boundaries.u[found.corners[flat]] == 0).sum(axis=1).tolist() == [2] * len(flat)
-    assert not len(found.bare)
-    assert not len(found.crossed)
+    assert (result.host >= 0).all()
+    assert result.is_written[result.host[flat]].all()
+    assert (result.leaf[result.host[flat]] == result.leaf[flat]).all()
+    assert (boundaries.u[result.corners[flat]] == 0).sum(axis=1).tolist() == [2] * len(flat)
+    assert not len(result.bare)
+    assert not len(result.crossed)
 
 
 def test_borders_without_vertices_have_strips() -> None:
@@ -75,16 +75,16 @@ def test_borders_without_vertices_have_strips() -> None:
     u, v = np.meshgrid(np.arange(4) / 3, np.arange(4) / 3, indexing="ij")
     net = np.stack([u, v, v * (1 - v) * np.array([0.0, 3.0, -3.0, 3.0])[:, None]], axis=-1)
     net[0, :, 2] = 0.0
-    boundaries, found = build_first_triangles([net], 0.01)
-    strips = found.leaf < 0
+    boundaries, result = build_first_triangles([net], 0.01)
+    strips = result.leaf < 0
     assert strips.any()
     assert (boundaries.u[boundaries.lifted] > 0).all()
-    bases = np.unique(found.base[strips])
-    assert np.array_equal(found.base[bases], bases)
+    bases = np.unique(result.base[strips])
+    assert np.array_equal(result.base[bases], bases)
     assert np.count_nonzero(strips) == len(boundaries.lifted)
     ends = boundaries.vertex[boundaries.ends].T
     for segment in np.unique(boundaries.segment):
         a, b = ends[boundaries.segment == segment][0]
-        mine = boundaries.vertex[found.corners[strips & (found.segment == segment)]]
+        mine = boundaries.vertex[result.corners[strips & (result.segment == segment)]]
         assert ((mine == a) | (mine == b)).any(axis=1).all()
         assert ((mine == a).any(axis=1) & (mine == b).any(axis=1)).sum() == 1
