@@ -44,7 +44,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Schedulin
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One process more than there are processors: tests wait for browsers and servers."""
+    """One more process than processors, because tests wait for browsers and servers."""
     return len(os.sched_getaffinity(0)) + 1
 
 

@@ -17,7 +17,7 @@ NODE_MODULES = Path(__file__).parent / "web" / "node_modules"
 
 
 def program(*names: str) -> str:
-    """Path of the first of these programs, on PATH or beside Python; else the test is skipped."""
+    """Path of the first of these programs on PATH or beside Python; without any, skips the test."""
     path = os.pathsep.join((os.environ.get("PATH", os.defpath), str(Path(sys.executable).parent)))
     for name in names:
         if result := shutil.which(name, path=path):
@@ -26,12 +26,12 @@ def program(*names: str) -> str:
 
 
 def chromium() -> str:
-    """Path of Chromium; else the test is skipped."""
+    """Path of Chromium; without it, skips the test."""
     return program("chromium", "chromium-browser", "google-chrome")
 
 
 def node_package(name: str) -> Path:
-    """Folder of a package of `tests/web/package.json`; else the test is skipped."""
+    """Folder of a package of `tests/web/package.json`; without it, skips the test."""
     folder = NODE_MODULES / name
     if not folder.is_dir():
         pytest.skip(f"not installed: {name} ('make test' fetches it from the npm registry)")

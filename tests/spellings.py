@@ -137,7 +137,7 @@ def numerals(number: float) -> tuple[str, ...]:
 
 
 def _string(text: str, random: Random) -> str:
-    """A string with some of its characters escaped; those that must be are not there."""
+    """A string with some of its characters escaped; it has no characters that must be escaped."""
     if random.random() < 0.9:
         return f'"{text}"'
     return '"' + "".join(_escaped(c) if random.random() < 0.5 else c for c in text) + '"'

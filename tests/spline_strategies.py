@@ -32,7 +32,7 @@ def knot_vectors(
     parted: bool = False,
     max_spans: int = 5,
 ) -> KnotVector:
-    """Knots of any domain, clamped, half clamped or not; each inner knot up to p times.
+    """Knots of any domain, clamped at both ends, at one or at none; each inner knot up to p times.
 
     With `parted` some occur p + 1 times, where the curve is discontinuous.
     """

@@ -71,7 +71,7 @@ COMPUTING = [
     for path, item in DOCUMENT["paths"].items()
     if "post" in item and path not in ("/v1/surfaces", "/v1/sign")
 ]
-"""Paths of the calls that compute an answer from a body, and change nothing."""
+"""Paths of the calls that compute a response from a body, and change nothing."""
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +120,9 @@ def test_a_service_serves_its_document(client: Client) -> None:
 @pytest.mark.parametrize("name", SETTINGS)
 def test_document_is_valid(name: str) -> None:
     document = DOCUMENT if name == "everything" else document_of(SETTINGS[name])
-    if name == "everything":  # the others have less of the same, which takes as long to judge
+    if (
+        name == "everything"
+    ):  # the other documents have fewer parts of it, and judging them takes as long
         OpenAPIV31SpecValidator(document).validate()
         for schema in document["components"]["schemas"].values():
             Draft202012Validator.check_schema(schema)
@@ -482,7 +484,7 @@ def test_schemas_of_requests_are_no_stricter_than_the_code(
 
 
 def described(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
-    """A schema and all properties within, with where they are."""
+    """A schema and all properties within, with their places."""
     yield name, schema
     for field, inner in schema.get("properties", {}).items():
         yield from described(f"{name}.{field}", inner)

@@ -50,7 +50,7 @@ REQUESTS = [block for block in BLOCKS if block.language == "sh" and "curl" in bl
 
 
 def section(title: str) -> str:
-    """The text under a heading, up to the next one."""
+    """The text under a heading, up to the next heading."""
     return re.split(rf"^#+ {re.escape(title)}$", README, flags=re.M)[1].split("\n#")[0]
 
 

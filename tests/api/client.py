@@ -22,14 +22,14 @@ Body: TypeAlias = bytes | Iterable[bytes] | AsyncIterable[bytes]
 
 
 _ALWAYS = {"X-Request-Id": "a-test"}
-"""All requests have this id, so that responses can be compared with their headers."""
+"""All requests have this id, so that tests can compare the headers of responses, too."""
 
 
 class Client:
     """Requests to one application, on one event loop."""
 
     def __init__(self, app: ASGIApp, portal: BlockingPortal) -> None:
-        # As behind a server, an exception that the application raises after a 500 goes to the log.
+        # Like a server, the client logs an exception that the application raises after a 500.
         self._transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         self._portal = portal
 

@@ -1,4 +1,4 @@
-"""Harmful and invalid bodies, each with the error that the service must respond with.
+"""Harmful and invalid bodies, each with the error that the service must return.
 
 Each case has the code and the pointer of the first error; `STATUS` has the status of each code.
 Many bodies contain `ECHO`, which no response may repeat.
@@ -19,20 +19,20 @@ SPLINE = f'"type":"bspline","control_net":{NET}'
 
 MIB = 1 << 20
 CHUNK = 1 << 16
-"""Bytes that a server hands over at a time."""
+"""Bytes of one piece of a body that a server receives."""
 
 STATUS = {"malformed_json": 400, "malformed_body": 400, "body_too_large": 413}
 """The statuses of codes; all other codes have 422."""
 
 
 def pieces(body: bytes) -> list[bytes]:
-    """A body in the pieces in which a server receives it; an empty body is one empty piece."""
+    """The pieces of a body as a server receives them; an empty body is one empty piece."""
     return [body[start : start + CHUNK] for start in range(0, max(len(body), 1), CHUNK)]
 
 
 @dataclass(frozen=True)
 class Hostile:
-    """One body, which is built when it is needed, because some are long."""
+    """One body, built when a test needs it, because some bodies are long."""
 
     name: str
     build: Callable[[], bytes]

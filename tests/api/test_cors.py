@@ -1,4 +1,4 @@
-"""Which pages of other origins may read responses, cached and computed ones."""
+"""Pages of other origins: which of them may read cached and computed responses."""
 
 from collections.abc import Iterator
 

@@ -36,7 +36,7 @@ def client(app: FastAPI) -> Iterator[Client]:
 
 
 class Watch:
-    """Counts surfaces that are patches at the same time; the first waits for all requests."""
+    """Counts surfaces that are lowered at the same time; the first mesh waits for all requests."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = self.most = 0

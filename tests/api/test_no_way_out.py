@@ -16,7 +16,7 @@ ALLOWED = tuple(
     str(Path(folder).resolve())
     for folder in (Path(service.__file__).parent, sys.prefix, sys.base_prefix)
 )
-"""Folders from which modules are imported at their first use, and static files are read."""
+"""Folders of modules, which are imported at their first use, and of static files."""
 
 
 @pytest.fixture(scope="module")

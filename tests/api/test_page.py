@@ -1,4 +1,4 @@
-"""The pages of the editor and of the calls as they are served, and the service without scripts."""
+"""The pages of the editor and of the calls, and the service without their scripts."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Errors outside of routes, limits, slow bodies."""
+"""Errors outside of routes; limits; slow bodies."""
 
 import io
 from collections.abc import AsyncIterator, Iterator

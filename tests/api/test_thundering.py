@@ -1,4 +1,4 @@
-"""Many clients at once at one URL whose mesh is not in the cache."""
+"""Many clients that request one URL at once, whose mesh is not in the cache."""
 
 import asyncio
 import threading

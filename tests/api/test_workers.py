@@ -1,4 +1,4 @@
-"""Threads and memory: granted in order, bounded, and always released."""
+"""Threads and memory: the service grants them in order, limits them, and always releases them."""
 
 import asyncio
 import gc
@@ -54,7 +54,7 @@ class Work:
 
 
 async def run_tasks() -> None:
-    """Lets all tasks run until they wait."""
+    """Lets all tasks run until all of them wait."""
     for _ in range(10):
         await asyncio.sleep(0)
 
@@ -302,7 +302,7 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
             jobs = [Job(workers) for _ in sizes]
             for job, size in zip(jobs, sizes, strict=True):
                 await job.run(Work(size, long=False), "x")
-            for job in jobs:  # both end before the event loop goes on
+            for job in jobs:  # both end before the event loop continues
                 job.close()
             if trimming := workers._trimming:
                 await trimming

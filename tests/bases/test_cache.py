@@ -61,7 +61,7 @@ def test_a_builder_that_fails_leaves_nothing_behind() -> None:
 
 
 def test_threads_get_the_right_arrays_while_others_evict() -> None:
-    """Four threads use more keys than fit; each gets the array of its key."""
+    """Four threads use more keys than the cache can hold; each gets the array of its key."""
     cache = ArrayCache(16 * KIB)
     start, wrong = Barrier(4), []
 

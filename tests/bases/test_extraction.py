@@ -27,7 +27,7 @@ def vectors_of(rows: np.ndarray) -> list[tuple[Fraction, ...]]:
 
 @given(knot_vectors(parted=True), seeds)
 def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> None:
-    """de Casteljau on the Bézier points meets Cox and de Boor on the control points."""
+    """de Casteljau on the Bézier points agrees with Cox and de Boor on the control points."""
     points = points_for(vector.points, seed)
     lowered, none = extract_bezier_points(points, *vector)
     assert none is None

@@ -20,7 +20,7 @@ def parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
 
 
 def test_the_three_named_vectors() -> None:
-    """Whole numbers; every span of length one; the domain begins at zero."""
+    """Knots are integers, every span has length one, and the domain begins at zero."""
     np.testing.assert_array_equal(knot.uniform_knots(5, 3), [-3, -2, -1, 0, 1, 2, 3, 4, 5])
     np.testing.assert_array_equal(knot.clamped_knots(5, 3), [0, 0, 0, 0, 1, 2, 2, 2, 2])
     np.testing.assert_array_equal(knot.periodic_knots(4, 2), [-2, -1, 0, 1, 2, 3, 4, 5, 6])
@@ -30,7 +30,7 @@ def test_the_three_named_vectors() -> None:
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 64])
 def test_the_named_vectors_have_the_length_they_need(degree: int) -> None:
-    """n + p + 1 knots, and as many spans as there can be."""
+    """n + p + 1 knots, with the largest possible number of spans."""
     for make in (knot.uniform_knots, knot.clamped_knots):
         vector = make(degree + 4, degree)
         assert len(vector) == 2 * degree + 5
@@ -41,7 +41,7 @@ def test_the_named_vectors_have_the_length_they_need(degree: int) -> None:
 
 
 def test_spans_are_right_continuous() -> None:
-    """A repeated knot belongs to the span behind it; the end to the last one."""
+    """A repeated knot belongs to the span that begins there; the end belongs to the last span."""
     vector = np.array([0, 0, 0, 1, 1, 2, 4, 4, 4.0])
     np.testing.assert_array_equal(knot.spans(vector, 2), [2, 4, 5])
     np.testing.assert_array_equal(knot.breaks(vector, 2), [0, 1, 2, 4])
@@ -51,7 +51,7 @@ def test_spans_are_right_continuous() -> None:
 
 @given(knot_vectors(parted=True), st.lists(fraction_of, max_size=4))
 def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[float]) -> None:
-    """Every function at every parameter, the breaks included; the others vanish there."""
+    """Checks all functions at all parameters, breaks included; all others vanish there."""
     t = parameters(vector, shares)
     span, values = knot.evaluate_basis(*vector, t)
     exact = fractions(vector.knots)

@@ -1,4 +1,4 @@
-"""Rows in pieces: every row once, in order, never too many at a time."""
+"""Batches of rows: every row once, in order, and no batch too long."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""`surface estimate`, here and at a service."""
+"""`surface estimate`, computed locally and by a service."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`surface health`: what a container's health check runs."""
+"""`surface health`, the health check of a container."""
 
 import socket
 from collections.abc import Iterator

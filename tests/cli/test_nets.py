@@ -1,4 +1,4 @@
-"""Files of control points on the command line, here and at a service."""
+"""Files of control points on the command line, read locally and by a service."""
 
 import json
 from pathlib import Path

@@ -43,7 +43,7 @@ BYTES = NET.tobytes()
 
 @st.composite
 def arrays(draw: st.DrawFn) -> NDArray[Any]:
-    """Control nets of every type and order, of any bits, NaN among them."""
+    """Control nets of every type and order, with any bits, NaN included."""
     shape = draw(st.lists(st.integers(1, 4), min_size=2, max_size=3))
     shape.append(draw(st.sampled_from((3, 4))))
     dtype = np.dtype(draw(st.sampled_from(DTYPES)))
@@ -55,7 +55,7 @@ def arrays(draw: st.DrawFn) -> NDArray[Any]:
 
 
 def put_together(tree: Mapping[str, Any]) -> NDArray[Any]:
-    """The array that a surface was made of."""
+    """The array of control points of a surface."""
     if tree["type"] == "patches":
         points, weights = tree["vertices"][tree["patches"]], tree.get("weights")
         weights = None if weights is None else weights[tree["patches"]]
@@ -94,7 +94,7 @@ REPLACED = [
     (b"}  ", b"} 1"),
     (b"\1\0v", b"\3\0v"),
 ]
-"""Replacements in a header, after which the file may still be valid, or almost."""
+"""Replacements in a header; the file may stay valid, or become almost valid."""
 
 
 @st.composite

@@ -32,7 +32,7 @@ def run(*command: str | Path, stdin: str = "") -> str:
 
 
 def variables(path: Path) -> dict[str, str]:
-    """A file of environment variables, one a line."""
+    """The variables of a file with one variable on each line."""
     lines = path.read_text(encoding="utf-8").splitlines()
     pairs = (line.partition("=") for line in lines if line and not line.startswith("#"))
     return {name: value for name, _, value in pairs}

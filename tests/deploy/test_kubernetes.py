@@ -20,7 +20,7 @@ KUBERNETES = "1.37"
 FOLDER = DEPLOY / "kubernetes"
 OVERLAYS = sorted(path.name for path in (FOLDER / "overlays").iterdir())
 CUSTOM = {"ServiceMonitor", "PrometheusRule"}
-"""Kinds of the Prometheus Operator, which Kubernetes itself does not know."""
+"""Kinds of the Prometheus Operator, which Kubernetes itself does not define."""
 
 Manifest = dict[str, Any]
 overlays = pytest.mark.parametrize("overlay", OVERLAYS)
@@ -44,7 +44,7 @@ def of_kind(overlay: str, kind: str) -> list[Manifest]:
 
 
 def find_only(overlay: str, kind: str) -> Manifest:
-    """The only one of its kind."""
+    """The only object of its kind."""
     (only,) = of_kind(overlay, kind)
     return only
 

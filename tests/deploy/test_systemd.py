@@ -22,7 +22,7 @@ def read_value(name: str) -> str:
 
 @pytest.fixture
 def unit(tmp_path: Path) -> Path:
-    """The unit, with a program that exists on this machine."""
+    """A copy of the unit with a program that exists on this machine."""
     text = UNIT.read_text(encoding="utf-8")
     assert OURS in text
     copy = tmp_path / UNIT.name

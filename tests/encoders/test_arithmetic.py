@@ -16,7 +16,7 @@ PROGRAM = "from service.encoders.arithmetic import arithmetic; print(arithmetic(
 
 
 def name_with_core(core: str) -> str:
-    """The name in a process whose BLAS computes as for another processor."""
+    """The name in a process whose BLAS uses the code for another processor."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": core}
     return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
 

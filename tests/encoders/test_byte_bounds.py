@@ -41,9 +41,9 @@ each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def measure_forms(
     fmt: Format, mesh: Mesh, compact: Sequence[dict[str, Any]] = COMPACT
 ) -> list[tuple[int, int]]:
-    """Bytes of the mesh, and their predicted bound, in every form of a format that can hold it.
+    """Bytes of the mesh, and their predicted bound, in every form of a format that can store it.
 
-    How well a `compact` form compresses is not predicted.
+    The bound does not predict the compression of `compact` forms.
     """
     sizes = []
     choices = [EncodeOptions(form) for form in (FORMS if fmt.name == "oogl" else [None])]

@@ -44,7 +44,7 @@ def write(form: str, name: str) -> bytes:
 
 
 def build_mesh(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
-    """The mesh of the file, in float64 and of one piece."""
+    """The mesh of the file, in float64 and as one mesh."""
     request = request_of(form)
     model, options = keep_storable_channels(
         request.to_surface().lower(), request.mesh_options(), fmt
@@ -60,7 +60,7 @@ def test_the_validator_finds_no_issue(form: str, suffix: str, tmp_path: Path) ->
 
 @each_form
 def test_geomview_reads_all_faces(form: str, tmp_path: Path) -> None:
-    """Geomview finds all faces, and every corner in its place."""
+    """Geomview reads all faces, with every corner in its place."""
     mesh = build_mesh(form)
     read = read_oogl(write(form, "oogl"), tmp_path)
     assert len(read.faces) >= len(mesh.triangles) / 2
@@ -145,7 +145,7 @@ def test_the_validator_finds_no_issue_in_examples(example: str, tmp_path: Path) 
 def test_geomview_reads_examples(
     example: str, form: OoglForm, faces: Faces, tmp_path: Path
 ) -> None:
-    # A form of grids has no place for neighbours that divide their edge into other numbers.
+    # A form of grids cannot store neighbours with different divisions of their common edge.
     resolution = (2, 2) if form == "mesh" else (2, 1)
     options = MeshOptions(resolution=resolution, faces=faces, overlays=OVERLAYS)
     surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]

@@ -1,4 +1,4 @@
-"""Numbers as text: every fast method gives the text that Python writes number by number."""
+"""Numbers as text: every fast method gives the text that Python writes for each number."""
 
 import json
 from dataclasses import replace

@@ -1,1 +1,1 @@
-"""Tests of how a surface is computed."""
+"""Tests of service.engine."""

@@ -31,12 +31,12 @@ def faces_of(mesh: Mesh) -> Faces:
 
 
 def places_of(mesh: Mesh) -> np.ndarray:
-    """For each vertex the one that stands for its position; in an unwelded mesh that is itself."""
+    """For each vertex the first vertex at its position; in an unwelded mesh, the vertex itself."""
     return np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
 
 
 def shape_of(mesh: Mesh) -> Topology:
-    """The topology of the surface: vertices at one welded position are one."""
+    """The topology of the surface; vertices at one welded position count as one."""
     place = places_of(mesh).tolist()
     return topology([[place[i] for i in face] for face in faces_of(mesh)])
 
@@ -66,7 +66,7 @@ def check_values(mesh: Mesh) -> None:
         assert faces.shape[1:] == (corners,)
         assert faces.max(initial=0) < count
     if mesh.report.triangles + mesh.report.quads and mesh.welds is not None:
-        # A vertex that no face has stands for a place that no face has.
+        # A vertex without a face is at a place without faces.
         used = np.union1d(mesh.triangles, mesh.quads)
         unused = np.setdiff1d(np.arange(count), used)
         assert not np.isin(mesh.welds[unused], mesh.welds[used]).any()

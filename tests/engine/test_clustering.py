@@ -1,4 +1,4 @@
-"""Grouping by place and nearness, compared with its definition."""
+"""Groups by place and distance, compared with their definition."""
 
 import numpy as np
 from hypothesis import given
@@ -36,7 +36,7 @@ def test_groups_have_the_documented_members(
 
 
 def test_a_crowd_at_one_place_ends_single() -> None:
-    """More groups than rounds can separate: the rest stay alone, and none is lost."""
+    """If there are more groups than rounds, the remaining rows stay single, and none is lost."""
     count = 3 * MAX_ROUNDS
     leader = find_leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
     np.testing.assert_array_equal(leader, np.arange(count))

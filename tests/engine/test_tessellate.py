@@ -76,7 +76,7 @@ def test_teapot_has_no_cracks_by_position() -> None:
         welded = mesh_of("utah-teapot", resolution=resolution)
         result = topology(welded_by_position(welded.positions, welded.triangles))
         assert result == shape_of(welded)
-        # At one division the two halves of the handle are one and the same sheet.
+        # At one division the two halves of the handle are the same sheet.
         assert result.non_manifold == 0 or resolution == (1, 1)
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
 
@@ -164,7 +164,7 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
     """Extent 1 at a million: single precision keeps its digits of the shape, not of the place."""
     model = patches_of(example)
     (batch,) = model.batches
-    # Adding and subtracting the offset is what the input itself loses.
+    # Adding and subtracting the offset gives the rounding of the input.
     moved = TensorPatches(batch.points + offset, batch.weights)
     far = PatchModel("far", (moved,), model.parts)
     mesh, truth = mesh_of(far, single=True), mesh_of(far)

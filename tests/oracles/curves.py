@@ -16,7 +16,7 @@ from tests.oracles.splines import fractions, spline_point
 
 
 def exact_points(points: Any, weights: Any = None) -> list[Vector]:
-    """The control points as fractions; homogeneous, (wx, wy, w), where there are weights."""
+    """The control points as fractions; homogeneous, (wx, wy, w), with weights."""
     rows = [tuple(Fraction(float(x)) for x in point) for point in points]
     if weights is None:
         return rows

@@ -104,10 +104,11 @@ def mesh_to_surface(
 ) -> float:
     """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
 
-    Points of the triangles stand at their barycentric multiples of 1/`inner`. From the nearest
-    sample of every sheet one descends to the nearest point. What is found may be too large, so
-    where it is largest one begins again at the nearest of many more samples, until the largest of
-    all is one that was looked at twice; and once more, at a multitude, where it is beyond `doubt`.
+    Points of the triangles stand at their barycentric multiples of 1/`inner`. The search descends
+    from the nearest sample of every sheet to the nearest point. Its distances may be too large. So
+    the search for the largest distance is repeated from the nearest of many more samples, until the
+    largest distance of all was computed twice; above `doubt`, it is repeated once more, from
+    `MULTITUDE` samples.
     """
     steps = [(i, j) for i in range(inner + 1) for j in range(inner + 1 - i)]
     weights = np.array([(inner - i - j, i, j) for i, j in steps]) / inner
@@ -149,9 +150,9 @@ def _descended(
 ) -> Array:
     """Distances (m,) to a sheet, by steps of Gauss and Newton from the nearest samples.
 
-    Slopes are differences. Beside the step itself those along u, along v and along the third side
-    of a triangle are tried, for the nearest point may be on the border; a step that leads further
-    away is shortened.
+    Slopes are differences. Steps along u, along v and along the third side of a triangle are tried,
+    too, because the nearest point may be on the border. A step that leads further away is
+    shortened.
     """
     _, rows = tree.query(points, k=list(range(1, starts + 1)))
     at = places[rows.T.ravel()]
@@ -186,10 +187,10 @@ def _slope(sheet: Sheet, at: Array, here: Array, size: Array, axis: int) -> Arra
 
 
 def _steps(a: Array, b: Array, apart: Array) -> list[Array]:
-    """Steps (m, 2) that make what is apart small, to first order: freely and along three lines."""
+    """Steps (m, 2) that reduce the differences, to first order: freely and along three lines."""
     e, f, g = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b)))
     p, q = ((x * apart).sum(axis=1) for x in (a, b))
-    # A little more on the diagonal, for partials that vanish or run along each other.
+    # The diagonal is a little larger, for partials that vanish or are parallel.
     e, g = e * (1 + 1e-9) + 1e-300, g * (1 + 1e-9) + 1e-300
     zero = np.zeros_like(p)
     area, across = e * g - f * f, e + g - 2 * f + 1e-300

@@ -45,7 +45,7 @@ def _to_segments(along: Array, start: Array, end: Array, square: Array) -> Array
     the square of its length.
     """
     t = np.clip(_dot(start, along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    # Measured from the nearer end, so that no digits are lost beside it.
+    # Measured from the nearer end, so that no digits are lost near it.
     first = t < 0.5
     rest = np.where(first, start, end) - np.where(first, t, t - 1.0) * along
     return _dot(rest, rest)
@@ -92,9 +92,9 @@ class Soup:
         return self._true(points, self.guess(points))
 
     def farthest(self, points: Array) -> tuple[Array, float]:
-        """Distances (m,), never too small, and the largest true one.
+        """Distances (m,), never too small, and the largest true distance.
 
-        Where a distance is no more than the largest, it may be a guess.
+        A distance up to the largest may be a guess.
         """
         result = self.guess(points)
         order = np.argsort(-result, kind="stable")

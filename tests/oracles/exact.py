@@ -34,7 +34,7 @@ class Jet(NamedTuple):
 
 
 def exact_net(points: Any, weights: Any = None) -> Net:
-    """The net as fractions; homogeneous, (wx, wy, wz, w), where there are weights."""
+    """The net as fractions; homogeneous, (wx, wy, wz, w), with weights."""
     net = _in_fractions(*_key(points))
     if weights is None:
         return [[*row] for row in net]
@@ -86,7 +86,7 @@ def surface_point(net: Net, u: Fraction, v: Fraction) -> Vector:
 
 
 def bilinear_point(net: Net, u: Fraction, v: Fraction) -> Vector:
-    """Repeated bilinear interpolation of 2 × 2 blocks, then linear in the direction left over."""
+    """Bilinear interpolation of 2 × 2 blocks, then linear interpolation in one direction."""
     while len(net) > 1 and len(net[0]) > 1:
         net = [
             [_mix(_mix(a[j], a[j + 1], v), _mix(b[j], b[j + 1], v), u) for j in range(len(a) - 1)]

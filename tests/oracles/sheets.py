@@ -43,13 +43,13 @@ class Sheet(Protocol):
     def samples(self, count: int) -> Array:
         """At least `count` places (m, 2).
 
-        At equal distances in the domain, those on the border and on knot lines among them, and a
-        quarter as many at about equal distances in space.
+        They have equal distances in the domain, on the border and on knot lines, too. A quarter of
+        this number follows, at about equal distances in space.
         """
         ...
 
     def inside(self, places: Array) -> Array:
-        """The places, moved into the domain where they are outside."""
+        """The places; those outside of the domain are moved into it."""
         ...
 
     def step(self, count: int) -> Array:
@@ -185,8 +185,8 @@ def _halves(u: Array, v: Array) -> Array:
 def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
     """Centres of a number of triangles of places (T, 3, 2) that are about equally large in space.
 
-    Those that are at least half as large as the largest are halved, across the side that is
-    longest by way of its middle; what bulges between short sides is large as well.
+    Triangles at least half as large as the largest are halved across their longest side. The length
+    of a side is measured through its middle, so that bulges count, too.
     """
     sizes, sides = _sizes(sheet, cells)
     while len(cells) < count:

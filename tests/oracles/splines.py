@@ -60,7 +60,7 @@ def spline_surface_point(
     degree: tuple[int, int],
     at: tuple[Fraction, Fraction],
 ) -> Vector:
-    """Σ N_i(u) N_j(v) P_ij, projected where there are four coordinates."""
+    """Σ N_i(u) N_j(v) P_ij, projected if there are four coordinates."""
     lines = [spline_point(row, knots[1], degree[1], at[1]) for row in net]
     point = spline_point(lines, knots[0], degree[0], at[0])
     if len(point) == 3:
@@ -69,5 +69,5 @@ def spline_surface_point(
 
 
 def fractions(values: object) -> list[Fraction]:
-    """Floats as the rational numbers they are."""
+    """Floats as exact rational numbers."""
     return [Fraction(float(value)) for value in values]  # type: ignore[attr-defined]

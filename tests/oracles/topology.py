@@ -14,10 +14,9 @@ from scipy.sparse.csgraph import connected_components
 class Topology:
     """Counts of a polygon mesh.
 
-    `boundary` edges belong to one face, `non_manifold` edges to three or more; `misoriented`
-    edges are run through twice in the same direction by two faces. `degenerate` faces name a
-    vertex twice. A component is connected by edges; a common point is not enough. `euler`
-    is V − E + F over the vertices in use.
+    `boundary` edges belong to one face, `non_manifold` edges to three or more; `misoriented` edges
+    have the same direction in two faces. `degenerate` faces name a vertex twice. A component is
+    connected by edges; a common point is not enough. `euler` is V − E + F over the vertices in use.
     """
 
     vertices: int

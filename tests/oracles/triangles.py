@@ -27,7 +27,7 @@ def degree_of(count: int) -> int:
 
 
 def exact_triangle(points: Any, weights: Any = None) -> Triangle:
-    """The net as fractions; homogeneous, (wx, wy, wz, w), where there are weights."""
+    """The net as fractions; homogeneous, (wx, wy, wz, w), with weights."""
     rows = [tuple(Fraction(float(x)) for x in point) for point in points]
     if weights is not None:
         ws = [Fraction(float(w)) for w in weights]

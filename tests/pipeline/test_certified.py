@@ -43,7 +43,7 @@ def mesh_options(**accuracy: Any) -> MeshOptions:
 
 
 def build_mesh(work: MeshWork) -> Mesh | Scene:
-    """The mesh that goes into the file."""
+    """The mesh of the file."""
     return work.build(*work.lower())
 
 
@@ -76,7 +76,7 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
     assert len(document["faces"]) == report.triangles > 0
     corners = points[np.array(document["faces"])]
     sheets = [] if isinstance(surface, GroupSurface) else sheets_of(surface)
-    if 0 < len(sheets) <= 8:  # the others take seconds
+    if 0 < len(sheets) <= 8:  # other examples take seconds
         result = surface_to_mesh(sheets, corners, 400)
         assert result.distance <= report.deviation_bound + result.noise
     low, high = report.bounds_min, report.bounds_max

@@ -1,4 +1,4 @@
-"""Meshes from request to file: results, refusals, and the small cost of a refusal."""
+"""Meshes from request to file: results, refusals, and the low cost of a refusal."""
 
 import tracemalloc
 from dataclasses import astuple, replace
@@ -260,7 +260,7 @@ def test_methods_are_for_patches() -> None:
 
 
 def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
-    # So far from zero, for its size, that six digits move vertices further than the surface bends.
+    # The surface is so far from zero that six digits move vertices further than it bends.
     net = np.array([[[i, j, i * j % 3] for j in range(3)] for i in range(3)], dtype=float)
     surface = BezierSurface(net * 0.01 + [123.0, -9.9999, 1234.5])
     options = MeshOptions(resolution=(16, 16), faces="quads", normals=False, uvs=False)

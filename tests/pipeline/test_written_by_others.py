@@ -48,7 +48,7 @@ def add_noise(surface: Any, rows: Any, size: float) -> Any:
 
 
 def wrapped(scale: float, shift: float) -> Any:
-    """A torus of degree 3, its first rows and columns once more, on uniform knots."""
+    """A torus of degree 3 over uniform knots, with its first rows and columns repeated."""
     u, v = np.meshgrid(np.arange(8) * np.pi / 4, np.arange(6) * np.pi / 3, indexing="ij")
     away = 3 + np.cos(v)
     ring = np.stack([away * np.cos(u), away * np.sin(u), np.sin(v)], axis=-1)
@@ -64,7 +64,7 @@ def sheet(*knots: Any, at: Any = (0, 0, 0), scale: float = 1) -> Any:
 
 
 def face(axis: int, side: int, rng: Any) -> Any:
-    """A side of a cube of 1 cm, 1000 km from zero, in degrees and knots of its own."""
+    """A side of a cube of 1 cm, 1000 km from zero, with random degrees and knots."""
     net = np.zeros((2, 2, 3))
     net[..., axis] = side
     net[1, :, axis - 2], net[:, 1, axis - 1] = 1, 1

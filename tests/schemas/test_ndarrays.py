@@ -37,7 +37,7 @@ SMALL = DocumentLimits(max_control_points=12, max_degree=3)
 
 
 def in_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
-    """The lists that the array stands for."""
+    """The lists with the values of the array."""
     if grid.triangle_level is None or values.ndim < grid.triangle_level:
         return values.tolist()
     if grid.triangle_level == 2:

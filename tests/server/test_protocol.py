@@ -22,7 +22,7 @@ GET = b"GET /%d HTTP/1.1\r\n" + HOST + b"\r\n"
 
 
 class Echo:
-    """Responds with the body of the request; keeps scopes and bodies."""
+    """Responds with the body of the request; stores scopes and bodies."""
 
     def __init__(self) -> None:
         self.scopes: list[Scope] = []

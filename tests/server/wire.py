@@ -85,7 +85,7 @@ class Server:
         )
 
     def wait(self, seconds: float) -> None:
-        """Lets time go by."""
+        """Advances the clock."""
         self.clock.now += seconds
         for connection in list(self.state.connections):
             assert isinstance(connection, BoundedProtocol)

@@ -1,1 +1,1 @@
-"""Tests of the places where surfaces are kept."""
+"""Tests of service.storage."""

@@ -23,7 +23,7 @@ def store_of(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
 
 
 def file_of(folder: Path, content: bytes) -> Path:
-    """The path of a content in a folder."""
+    """The path of the file of a content in a folder."""
     return folder / key_of(id_of(content))
 
 

@@ -22,7 +22,7 @@ BALLAST = 1 << 20
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Path]:
-    """A small disk, half of it taken by a file called `ballast`."""
+    """A small disk; a file called `ballast` takes half of it."""
     mounted = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", tmp_path],
         capture_output=True,

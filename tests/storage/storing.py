@@ -1,4 +1,4 @@
-"""Stores some hundred contents in a folder, and prints the id of each one that is stored.
+"""Stores some hundred contents in a folder, and prints the id of each stored content.
 
 `python -m tests.storage.storing FOLDER`: one id a line, written once the store has answered.
 """
@@ -15,7 +15,7 @@ AT_ONCE = 8
 
 
 def contents() -> Iterator[bytes]:
-    """Different contents, most of them short, every twentieth of half a megabyte."""
+    """Different contents, most of them short; every twentieth has half a megabyte."""
     for index in range(CONTENTS):
         size = 1 << 19 if index % 20 == 0 else 100 + index
         yield f"{index:6d}".encode() * (size // 6)

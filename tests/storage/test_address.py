@@ -23,7 +23,7 @@ NOBODY = 65534
 
 
 async def stores_in(place: str, folder: Path) -> bool:
-    """Whether what is stored at an address lies in a folder."""
+    """Whether contents stored at an address are in a folder."""
     await open_store(place, 0).put(id_of(CONTENT), CONTENT)
     return [path.name for path in files(folder)] == [id_of(CONTENT)]
 
@@ -63,7 +63,7 @@ def test_other_addresses(place: str, message: str) -> None:
 
 @contextmanager
 def as_nobody() -> Iterator[None]:
-    """Root may write everywhere: then somebody else is asked."""
+    """Runs as another user, because root may write everywhere."""
     root = os.geteuid() == 0
     if root:
         os.seteuid(NOBODY)

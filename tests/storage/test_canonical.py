@@ -1,4 +1,4 @@
-"""All ways to write a surface have one content; every other surface has another."""
+"""All texts of a surface have one content; different surfaces have different contents."""
 
 import json
 import math
@@ -155,7 +155,7 @@ def _values(value: Any) -> Iterator[Any]:
 
 
 def _numbers(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Where numbers with a fraction may stand."""
+    """The paths of numbers that may have a fraction."""
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
         for key, item in items:

@@ -1,1 +1,1 @@
-"""Tests of what a surface is, and of its lowering to patches."""
+"""Tests of service.surface."""

@@ -28,7 +28,7 @@ def replace_coordinate(value: float, *place: int) -> np.ndarray:
 
 @given(weighted_nets())
 def test_lowers_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
-    """One batch of one patch, the numbers untouched."""
+    """One batch of one patch, with the numbers of the surface."""
     net, weights = weighted
     model = BezierSurface(net, weights, up="z", name="bowl").lower()
     (batch,) = model.batches

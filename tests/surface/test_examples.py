@@ -96,7 +96,7 @@ def test_teapot_has_its_parts_and_stands_upright() -> None:
 
 
 def test_bourke_has_the_heights_of_the_c_library() -> None:
-    """x = i, y = j, and z from random() seeded with 1111: its first and last figures."""
+    """x = i, y = j, and z from random() seeded with 1111: its first and last numbers."""
     net = points_of("bourke-1111")[0]
     i, j = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
     np.testing.assert_array_equal(net[..., 0], i)
@@ -162,7 +162,7 @@ def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
 
 
 def test_the_monkey_saddle_is_its_polynomial() -> None:
-    """z = x³ − 3xy², three legs alike: exactly, but for the rounding of √3."""
+    """z = x³ − 3xy² with three equal legs: exactly, except for the rounding of √3."""
     (net,) = points_of("monkey-saddle")
     points = triangles.positions(triangles.jets(net, None, 6))
     x, y, z = points.T

@@ -30,7 +30,7 @@ OPTIONS = (
 
 
 def pieces_of(surface: object) -> tuple[Single, ...]:
-    """The members of a group, or the patches of a surface, each a surface of its own."""
+    """The members of a group, or the patches of a surface, as separate surfaces."""
     if isinstance(surface, GroupSurface):
         return tuple(m.surface for m in surface.members)  # type: ignore[misc]
     assert isinstance(surface, PatchSurface)

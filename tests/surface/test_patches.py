@@ -104,7 +104,7 @@ def test_is_frozen_and_copies_its_input() -> None:
 
 
 def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:
-    """All faults at once, the part's name escaped as JSON pointers want it."""
+    """All faults at once, with the name of the part escaped for JSON pointers."""
     issues = issues_of(parts=(("a/b", (0, 3)), ("c", (0, -1))))
     assert [(i.code, i.pointer) for i in issues] == [
         ("index_out_of_range", "/parts/a~1b/1"),

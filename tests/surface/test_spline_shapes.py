@@ -33,7 +33,7 @@ def test_every_section_of_the_goblet_is_a_circle() -> None:
 
 
 def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
-    """Watertight, normals outward; one position with two normals on foot and rim alone."""
+    """Watertight, with normals outward; only positions on foot and rim have two normals."""
     mesh = mesh_of("nurbs-goblet", resolution=(6, 6))
     check_sound(mesh)
     check_winding(mesh)

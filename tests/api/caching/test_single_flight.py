@@ -1,4 +1,4 @@
-"""Single flight: one task does work for which several requests wait."""
+"""Single flight: one task computes a result for several requests."""
 
 import asyncio
 import gc

@@ -1,4 +1,4 @@
-"""Keys: how they are made, listed, recognised and sent."""
+"""Keys: their creation, their lists, their recognition, and their header."""
 
 import re
 

@@ -27,7 +27,7 @@ class Gltf:
     buffer: bytes
 
     def array(self, accessor: int) -> NDArray[Any]:
-        """Elements of an accessor as they are stored, shape (N, columns)."""
+        """The stored elements of an accessor, shape (N, columns)."""
         entry = self.document["accessors"][accessor]
         view = self.document["bufferViews"][entry["bufferView"]]
         kind, columns = np.dtype(COMPONENTS[entry["componentType"]]), COLUMNS[entry["type"]]
@@ -70,12 +70,12 @@ class Gltf:
         return result
 
     def node(self, name: str) -> dict[str, Any]:
-        """The one node of this name below the root."""
+        """The only node of this name below the root."""
         (node,) = (node for node in self.document["nodes"][1:] if node["name"] == name)
         return dict(node)
 
     def primitive(self, name: str) -> dict[str, Any]:
-        """The one primitive of the mesh at the node of this name."""
+        """The only primitive of the mesh at the node of this name."""
         (primitive,) = self.document["meshes"][self.node(name)["mesh"]]["primitives"]
         return dict(primitive)
 

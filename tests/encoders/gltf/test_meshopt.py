@@ -46,7 +46,7 @@ def without_compression(options: EncodeOptions) -> EncodeOptions:
 
 
 def faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[Any, ...]]:
-    """Faces as the numbers of their corners, each from its least corner on."""
+    """Faces as the numbers of their corners; each begins with its least corner."""
     primitive = gltf.primitive(name)
     columns = [
         gltf.array(number).astype(np.float64)
@@ -80,7 +80,7 @@ def test_decompressed_it_is_the_same_mesh(mesh: Mesh, options: EncodeOptions) ->
 
 def test_normals_are_within_a_tenth_of_a_degree() -> None:
     rows = np.random.default_rng(4).normal(size=(4225, 3))
-    # Also normals along an axis and along a diagonal.
+    # Normals along an axis and along a diagonal are included.
     rows[:27] = np.indices((3, 3, 3)).reshape(3, -1).T - 1
     rows[13] = 1, 1e-6, -1e-6
     rows /= np.linalg.norm(rows, axis=1)[:, None]
@@ -133,7 +133,7 @@ def test_the_validator_reports_the_unknown_extension(
 
 
 def list_issues(content: bytes, path: Path) -> list[tuple[str, int, str]]:
-    """Code, severity (2: for information) and place of what the validator has to say."""
+    """Code, severity (2: for information) and place of each message of the validator."""
     return sorted(
         (issue["code"], issue["severity"], issue["pointer"]) for issue in issues(content, path)
     )

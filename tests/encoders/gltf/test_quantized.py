@@ -1,4 +1,4 @@
-"""Quantized glTF: the stored integers, and the values that they mean."""
+"""Quantized glTF: the stored integers, and the values that they represent."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -121,7 +121,7 @@ def test_equal_surfaces_share_one_mesh() -> None:
 
 
 def test_copies_stand_where_they_were_placed() -> None:
-    """A sheared one by two nodes; one of several parts with a node each; in both forms."""
+    """A sheared copy has two nodes, a copy of several parts one for each part; in both forms."""
     ball, drum = find("sphere").surface(), find("cylinder").surface()
     group = group_of(Member(ball, "ball", matrix=SHEAR), Member(drum, "drum", matrix=MIRROR))
     for gltf in (write_group(group), read_gltf(render(group, COARSE, BY_NAME["gltf"]))):
@@ -163,7 +163,7 @@ def test_colors_are_linear_and_opacity_blends() -> None:
 
 
 def everything() -> GroupSurface:
-    """Every example but groups, sheared and mirrored, in colours or without."""
+    """Every example except groups, sheared and mirrored, with and without colours."""
     surfaces = [example.surface() for example in EXAMPLES.values()]
     alone = [surface for surface in surfaces if not isinstance(surface, GroupSurface)]
     members = [

@@ -18,7 +18,7 @@ MOST = 1_000_000
 
 
 class Bordered(NamedTuple):
-    """A model, its faces, and how their sides are divided."""
+    """A model, its faces, and the divisions of their sides."""
 
     model: PatchModel
     seams: Seams
@@ -88,7 +88,7 @@ def check_border(found: Bordered, tolerance: float) -> None:
 
 
 def _point(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
-    """A point of a chain of curves, t counting its spans."""
+    """A point of a chain of curves; t counts its spans."""
     span = min(int(t), len(nets) - 1)
     points, weights = nets[span]
     (net,) = exact_net([points], None if weights is None else [weights])

@@ -1,4 +1,4 @@
-"""Goals of the models of a group, with which all copies are near enough."""
+"""Goals of the models of a group, for which all copies are near enough."""
 
 from math import inf, pi, tan
 

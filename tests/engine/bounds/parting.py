@@ -47,7 +47,7 @@ def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) 
 
 
 def build_parts(places: Index, corners: Index, beyond: Index) -> Parts:
-    """Parts of which every triangle is the host of its own part."""
+    """Parts with one triangle each, which is the host of its part."""
     none = np.zeros(len(corners), dtype=np.intp)
     return Parts(none, places[corners], corners, beyond)
 

@@ -1,4 +1,4 @@
-"""The certificate of degenerate hosts, neighbours and surfaces."""
+"""The certificate for degenerate hosts, neighbours and surfaces."""
 
 import numpy as np
 import pytest
@@ -74,7 +74,7 @@ def test_the_wedge_of_a_folded_neighbour_lowers_the_bound(lift: float) -> None:
     assert without[0] > 0.15
     assert bounds.deviation[0] <= without[0]
     if abs(lift) < 0.1:
-        # Of height over the host, and of what folding back takes.
+        # The height over the host, and the loss by folding back.
         assert bounds.deviation[0] < 2 * lift + 1e-12
 
 

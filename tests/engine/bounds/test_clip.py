@@ -15,7 +15,7 @@ def face_of(rows: int, columns: int) -> Faces:
 
 
 def edges_of(corners: np.ndarray) -> Counter[tuple[tuple[int, int], ...]]:
-    """How often each edge is used."""
+    """The number of uses of each edge."""
     triangles = [[tuple(place) for place in one] for one in np.moveaxis(corners, 2, 0).tolist()]
     return Counter(tuple(sorted((one[k], one[(k + 1) % 3]))) for one in triangles for k in range(3))
 

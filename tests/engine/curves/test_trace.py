@@ -144,7 +144,7 @@ def test_length_of_a_circle(divisions: int) -> None:
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16])
 def test_length_over_a_cusp(divisions: int) -> None:
-    """|C′| is not smooth in the middle, where it vanishes; the whole is 2 √2 − 1."""
+    """|C′| is not smooth in the middle, where it vanishes; the total length is 2 √2 − 1."""
     expected = bezier_length(CUSP.control_points, None, [0.5])
     assert expected == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-14)
     assert length_of(CUSP.lower(), divisions) == pytest.approx(expected, rel=1e-11)

@@ -94,7 +94,7 @@ def test_every_formulation_is_chosen_somewhere() -> None:
     assert choose_formulation(teapot, (16, 16), True) == "kronecker"
     assert choose_formulation(smooth((15, 15), False), (128, 128), True) == "separable"
     assert choose_formulation(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
-    # Fixed costs of a patch occur for every patch.
+    # Each patch has the fixed costs.
     assert choose_formulation(teapot, (24, 24), True) == "kronecker"
     assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
 

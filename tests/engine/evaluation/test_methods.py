@@ -1,4 +1,4 @@
-"""The methods beside `matrix`: their results and errors; all else is equal to `matrix`."""
+"""The methods other than `matrix`: their results and errors; all else is equal to `matrix`."""
 
 from fractions import Fraction
 from itertools import pairwise

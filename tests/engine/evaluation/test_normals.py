@@ -115,7 +115,7 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
 
 @given(degenerate_nets(), st.booleans(), st.data())
 def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.DataObject) -> None:
-    """Collapsed, repeated, flat, straight, all in one point: unit length, in both precisions."""
+    """Collapsed, repeated, flat and straight nets, and points; in both precisions."""
     patches = patch(net, data.draw(weights_like(net)) if weighted else None)
     for dtype, slack in ((np.float64, 4e-16), (np.float32, 3e-7)):
         result = evaluate(patches, (4, 3), dtype=dtype)
@@ -215,7 +215,7 @@ def test_teapot_poles_look_straight_up_and_down(
 
 
 def test_near_a_pole_normals_are_right_too() -> None:
-    """Where du is short but not zero the digits stay: 1/500 000 away from the sphere's pole."""
+    """Normals keep their digits where du is short: 1/500 000 from the pole of a sphere."""
     batch = example_batch("sphere")
     assert batch.weights is not None
     t = 2.0 ** -np.arange(1.0, 20)

@@ -1,4 +1,4 @@
-"""Members of a group that share an edge: closed in every format, and nodes of their own."""
+"""Members of a group that share an edge: closed in every format, and separate nodes."""
 
 from dataclasses import replace
 from typing import Any
@@ -27,7 +27,7 @@ OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=
 
 
 def placed_pieces(seed: int) -> tuple[GroupSurface, bool]:
-    """The pieces of a body, each in coordinates of its own and placed where it was."""
+    """The pieces of a body, each in different coordinates and placed where it was."""
     case, rng = NEARLY["borders"][1](seed), np.random.default_rng(seed)
     assert isinstance(case.surface, MultipatchSurface)
     members = []
@@ -108,7 +108,7 @@ def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
     for expected, normal in zip(others, apart.normals[half:], strict=True):
         apart_by = np.abs(mine - expected).max(axis=1)
         assert apart_by.min() < 1e-12
-        if expected[1]:  # at the keel the normals of both halves are averaged, if they are near
+        if expected[1]:  # at the keel, near normals of both halves are averaged
             np.testing.assert_allclose(mesh.normals[apart_by.argmin()], normal, atol=1e-9)
 
 
@@ -130,7 +130,7 @@ def triangle() -> TriangleSurface:
 
 
 def pipes() -> list[BsplineSurface]:
-    """A ring, and one that goes on where it ends, its seam at another knot."""
+    """A ring, and a ring that continues it, with its seam at another knot."""
     angle = np.arange(8) * np.pi / 4
     ring = np.stack([3 * np.cos(angle), 2 * np.sin(angle), np.sin(3 * angle)], axis=-1)
     rise = np.array([0.0, 0, 1])

@@ -1,4 +1,4 @@
-"""Groups of near points, against components found pair by pair."""
+"""Groups of near points, compared with components computed pair by pair."""
 
 from itertools import combinations
 
@@ -53,7 +53,7 @@ def test_groups_are_the_components_that_are_not_wide(
     expected = groups_by_pairs(points, 1.0)
     if max(np.bincount(connected_components(cdist(points, points) <= 2.0)[1])) <= MAX_CROWD:
         assert result.tolist() == expected
-    # Larger crowds may be left as they are, and order never matters.
+    # Larger crowds may stay unchanged; the order has no effect.
     assert all(
         f in (w, k) or (points[f] == points[k]).all()
         for k, (f, w) in enumerate(zip(result, expected, strict=True))

@@ -67,7 +67,7 @@ def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -
     "options", [{"resolution": (2, 2)}, {"accuracy": Accuracy(tolerance=1e-5)}]
 )
 def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
-    """A cube of flat faces, 4e-7 of its size off: nearly all of the deviation is the moving."""
+    """A cube of flat faces with gaps of 4e-7 of its size: nearly all deviation is the movement."""
     model = model_of(shake_nets(cube(), 4e-7))
     mesh = mesh_of(model, weld_tolerance=1e-6, **options)
     assert (mesh.report.watertight, shape_of(mesh).euler) == (True, 2)

@@ -219,7 +219,7 @@ def test_lengths_of_borders_and_their_places() -> None:
 
 
 def halves(turned: bool) -> GroupSurface:
-    """A torus as two members, one given as the mirror image of the other."""
+    """A torus as two members, one of them the mirror image of the other."""
     torus = example("torus")
     half = replace(torus, patches=torus.patches[:8], parts=())
     flip = np.diag([1.0, -1, 1, 1]) if turned else np.diag([-1.0, -1, 1, 1])

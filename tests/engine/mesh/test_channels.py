@@ -158,7 +158,7 @@ def test_rounding_is_no_difference(off: float, welded: bool) -> None:
 
 
 def test_creases_have_equal_values_bit_for_bit() -> None:
-    """Normals stay apart, the attribute of the place is one."""
+    """Two normals, but one value of the attribute, at each place."""
     random = np.random.default_rng(4)
     edge = random.random((6, 1))
     left, right = random.random((6, 6, 1)), random.random((6, 6, 1))
@@ -172,7 +172,7 @@ def test_creases_have_equal_values_bit_for_bit() -> None:
 
 
 def test_channels_change_no_position_and_no_report() -> None:
-    """Beside other values at every seam."""
+    """Also if the values differ at every seam."""
     surface = model_of(quarters(np.random.default_rng(3).random((4, 4, 3))))
     (batch,) = surface.batches
     apart = np.arange(4.0)[:, None, None, None] + np.zeros((4, 1, 1, 1))
@@ -191,7 +191,7 @@ def test_channels_change_no_position_and_no_report() -> None:
 
 
 def test_a_pole_has_as_many_vertices_as_values() -> None:
-    """One with a constant, one a triangle with a value that runs about it."""
+    """One pole with a constant value, and one of a triangle with a varying value."""
     roof = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1]]])
     ramp = np.array([[[0.0], [0]], [[8], [8]]])
     one = mesh_of(with_values([roof], [ramp * 0]), resolution=(8, 1))

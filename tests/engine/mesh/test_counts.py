@@ -1,4 +1,4 @@
-"""Counts predicted before a mesh is built are those of the mesh."""
+"""Predicted counts are equal to the counts of the mesh."""
 
 from itertools import product
 from typing import Any

@@ -105,7 +105,7 @@ def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> 
     triangle = TrianglePatches(net[None])
     side = triangle.side(2)[0][0]
     shared = raised((side, np.ones(3)), degree)[0] if degree > 2 else side
-    # The lower degree may also be the patch's: then it is the triangle that was raised.
+    # The patch may also have the lower degree: then the side of the triangle has the raised degree.
     patch = TensorPatches(np.stack([shared[::-1], shared[::-1] - (0, 2, 1)])[None])
     batches: tuple[Patches, ...] = (triangle, patch) if first else (patch, triangle)
     model = PatchModel("pair", batches, (Part("pair", 0, 2),))

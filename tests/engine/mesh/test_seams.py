@@ -138,8 +138,8 @@ def test_quadrics_stay_closed_however_their_patches_are_turned(
 def test_a_shared_edge_takes_the_larger_number() -> None:
     """At 2 × 5 two squares meet in an edge that one divides in 2, the other in 5."""
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    # The first one's edge x = 1 runs along v: 5 divisions. The second is turned, so that its
-    # edge x = 1 runs along u: 2 divisions.
+    # The edge x = 1 of the first square runs along v: 5 divisions. The second square is turned, so
+    # that its edge x = 1 runs along u: 2 divisions.
     other = apply_symmetry(translate(plane, 1), 5)
     mesh = mesh_of([plane, other], resolution=(2, 5))
     check_sound(mesh)
@@ -297,7 +297,7 @@ def test_a_moebius_strip_has_one_border() -> None:
 
 
 def test_three_pages_meet_in_one_spine() -> None:
-    """Not a manifold, and the report does not call it watertight."""
+    """It is not a manifold, and the report does not call it watertight."""
     page = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]])
     pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _angles(3)]
     mesh = mesh_of(pages, resolution=(3, 3))

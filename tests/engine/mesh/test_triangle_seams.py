@@ -142,7 +142,7 @@ def test_triangles_weld_however_they_are_turned(
 
 
 def join_below(grid: Array, triangle: Array) -> Array:
-    """The triangle below a grid, its side t = 0 put on the grid's side v = 0, point by point."""
+    """The triangle below a grid; its side t = 0 has the points of the side v = 0 of the grid."""
     below = triangle.copy()
     below[:, 1] = -below[:, 1]
     n = len(grid) - 1

@@ -38,7 +38,7 @@ def evaluate_curvatures(
 
 
 def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, Curvatures, Array]:
-    """Points and normals at places of all patches, corners and borders among them."""
+    """Points and normals at places of all patches, corners and borders included."""
     rng = np.random.default_rng(3)
     index = np.arange(count) % patches.count
     u, v = rng.random((2, count))

@@ -44,7 +44,7 @@ def project(surface: SurfaceKind, points: Array, tolerance: float = 1e-9) -> Col
 
 
 def strew_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
-    """Points near and far, and points of the surface itself."""
+    """Points near the surface, far from it, and on it."""
     low, high = to_patches(surface.lower()).bounds
     reach = np.linalg.norm(high - low)
     near, far = (
@@ -236,7 +236,7 @@ def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPa
 
 
 def test_normals_where_a_side_of_a_triangle_is_one_point() -> None:
-    """About that point the patch is the cone of D(t), of which the normal is D' × D."""
+    """Near that point the patch is the cone of D(t), whose normal is D' × D."""
     top, c = np.array([0.0, 0, 1]), np.array([[1.0, 0, -1], [1, 1, -1], [0, 1, -1]])
     rows = [[2, 2, -1], [2, 0.5, -0.5], top + c[0], top, [0.5, 2, -0.5], top + c[1], top]
     net = np.array([*rows, top + c[2], top, top])

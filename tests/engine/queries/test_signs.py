@@ -62,7 +62,7 @@ SPHERE = to_patches(find("sphere").surface().lower())
 
 
 def turn_inside_out(patches: TensorPatches, factor: float = 1.0) -> TensorPatches:
-    """The patches, smaller, with du × dv to the other side."""
+    """The patches, scaled, with du × dv to the other side."""
     assert patches.weights is not None
     return TensorPatches(factor * patches.points.swapaxes(1, 2), patches.weights.swapaxes(1, 2))
 

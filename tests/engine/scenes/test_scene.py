@@ -53,7 +53,7 @@ def body_volume(mesh: Mesh) -> float:
 def test_a_flattened_copy_is_the_placed_mesh(
     example: str, matrix: Array, faces: str, weld: bool
 ) -> None:
-    """Points times the matrix, normals times its inverse transposed, faces as before or turned."""
+    """Points times the matrix, normals times its inverse transposed, faces equal or reversed."""
     options = MeshOptions(resolution=(3, 4), faces=faces, weld=weld)  # type: ignore[arg-type]
     surface = find(example).surface()
     mesh = build(group_of(Member(surface, matrix=matrix), up=surface.up), options)
@@ -89,7 +89,7 @@ def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
 
 
 def test_members_become_parts_under_their_names_and_colors() -> None:
-    """A surface of several parts keeps them below its name."""
+    """The names of several parts follow the name of their surface."""
     model = group_of(
         Member(find("cylinder").surface(), "drum", RED),
         Member(find("saddle").surface()),

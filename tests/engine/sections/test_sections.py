@@ -45,7 +45,7 @@ def patches(surface: SurfaceKind) -> PatchModel:
 
 
 def shape(section: Section) -> tuple[int, int, int]:
-    """Closed polylines, open ones, points where the surface touches the plane."""
+    """The numbers of closed polylines, of open polylines, and of touching points."""
     closed = sum(line.closed for line in section.polylines)
     return closed, len(section.polylines) - closed, len(section.touching)
 
@@ -103,7 +103,7 @@ def test_torus(normal: tuple[float, ...], offset: float, expected: tuple[int, in
     sections = cut(patches(torus(1.0, REACH)), normal, offset)
     (section,) = sections.sections
     assert shape(section) == expected
-    # Every point is on the torus, between its neighbours no more than the bound away.
+    # Every point is on the torus, and the polyline is within the bound between the points.
     for line in section.polylines:
         middles = (line.points[1:] + line.points[:-1]) / 2
         for points, away in ((line.points, 1e-11), (middles, sections.deviation_bound)):

@@ -62,7 +62,7 @@ def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Face
 
 
 def test_a_cone_leans_its_normals() -> None:
-    """Radius 1 at the bottom, 0 at the top, height 2: normals as the cone has them."""
+    """Radius 1 at the bottom, 0 at the top, height 2: the normals are those of a cone."""
     path = build_path(bezier([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]

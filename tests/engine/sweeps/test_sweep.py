@@ -20,7 +20,7 @@ from service.surface.swept_shapes import curl, streamer, trefoil
 
 
 def spline_of(curve: BsplineCurve) -> BSpline:
-    """A periodic B-spline as scipy has it."""
+    """A periodic B-spline in SciPy."""
     points = np.concatenate([curve.control_points, curve.control_points[: curve.degree]])
     return BSpline(curve.knot_vector, points, curve.degree)
 
@@ -35,7 +35,7 @@ def greatest_curvature(curve: BsplineCurve) -> float:
 
 
 def load_in_trimesh(mesh: Mesh) -> trimesh.Trimesh:
-    """The mesh as another library has it, one vertex a position."""
+    """The mesh in trimesh, with one vertex for each position."""
     rows = mesh.triangles if mesh.welds is None else mesh.welds[mesh.triangles]
     return trimesh.Trimesh(mesh.positions, rows, process=False)
 

@@ -31,7 +31,7 @@ def wires_of(source: Any, count: int | tuple[int, int] = 2, **options: Any) -> M
 
 
 def paths_of(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
-    """How many paths of how many stations there are, closed or not."""
+    """For each kind of path: the number of paths, their stations, and whether they are closed."""
     runs = sample_isocurves(model, (4, 4), (count, count))
     result = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
     return sorted((*paths.points.shape[:2], paths.closed) for paths in result)

@@ -124,7 +124,7 @@ def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]
 
 @pytest.mark.parametrize("example", ["utah-teapot", "torus", "cone"])
 def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
-    """Borders bit for bit, the others up to rounding, where their number divides the mesh's."""
+    """Borders bit for bit, other curves up to rounding, if their number divides the resolution."""
     vertices = mesh_of(example, resolution=(8, 8)).positions
     known = {tuple(vertex) for vertex in vertices.tolist()}
     first, *rest = curves_of(patches_of(example), (4, 4), (8, 8))

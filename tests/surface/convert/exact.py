@@ -99,7 +99,7 @@ def assert_same(
 
 
 def converted(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
-    """The sail after some operations, which must be a surface of this kind."""
+    """The surface after some operations, which must be a surface of this kind."""
     built = convert(surface, operations)
     assert isinstance(built, kind)
     assert (built.up, built.name) == ("z", "sail")

@@ -58,7 +58,7 @@ def test_the_sides_of_a_torus_are_two_chains() -> None:
 
 
 def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:
-    """The seam is one chain, which is used once forwards and once backwards."""
+    """The seam is one chain, with one side along it and one against it."""
     angle = np.linspace(0, 2 * np.pi, 9)
     middle = 3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     across = np.stack(

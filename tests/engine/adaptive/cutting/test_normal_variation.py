@@ -1,4 +1,4 @@
-"""Angles of normals in cells against exact ones; and cells in which no cut makes them smaller."""
+"""Angles of normals in cells, compared with exact angles; and cells whose angles no cut reduces."""
 
 from math import asin, pi, sin
 

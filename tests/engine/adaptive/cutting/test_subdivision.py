@@ -1,4 +1,4 @@
-"""Cells: cut where the surface bends, in the direction in which it bends, and nowhere else."""
+"""Cells: cut only where the surface bends, and in the direction in which it bends."""
 
 from fractions import Fraction
 
