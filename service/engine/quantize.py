@@ -89,14 +89,14 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     )
     low, high = (bound.astype(np.float64) + origin for bound in find_extent(shown_points(on)))
     # Both differences are exact, except for the rounding of coordinates far from zero.
-    apart = positions.astype(np.float64) - mesh.positions.astype(np.float64)
-    apart += origin - mesh.origin
-    further = float(np.sqrt(np.square(apart).sum(axis=1).max(initial=0.0))) + bound_origin_error(
+    moves = positions.astype(np.float64) - mesh.positions.astype(np.float64)
+    moves += origin - mesh.origin
+    error = float(np.sqrt(np.square(moves).sum(axis=1).max(initial=0.0))) + bound_origin_error(
         mesh.origin, low, high
     )
 
     def grown(bound: float | None) -> float | None:
-        return None if bound is None else round_up(bound + further)
+        return None if bound is None else round_up(bound + error)
 
     report = replace_bounds(mesh.report, low, high)
     return replace(

@@ -149,8 +149,8 @@ def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sha
     if not (options.weld and layout.has_shared_samples):
         return None
     if rows.channels:
-        alike = match_values(layout.leaders, rows.channels)
-        leader = merge_samples(layout.leaders, rows.normals, options.crease_angle, alike)
+        first_equal = match_values(layout.leaders, rows.channels)
+        leader = merge_samples(layout.leaders, rows.normals, options.crease_angle, first_equal)
         leaders = leader.take(layout.averages.members)
         return Sharing(leaders, hash_arrays(leaders), is_averaged=True)
     if rows.normals is None:

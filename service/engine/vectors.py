@@ -34,8 +34,8 @@ def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
     largest = 0.0
     for corner in range(faces.shape[1]):
         one, other = normals[faces[:, corner - 1]], normals[faces[:, corner]]
-        apart, together = (np.square(rows).sum(axis=1) for rows in (one - other, one + other))
-        largest = max(largest, float(np.arctan2(np.sqrt(apart), np.sqrt(together)).max()))
+        difference, total = (np.square(rows).sum(axis=1) for rows in (one - other, one + other))
+        largest = max(largest, float(np.arctan2(np.sqrt(difference), np.sqrt(total)).max()))
     return 2 * largest
 
 

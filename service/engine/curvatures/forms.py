@@ -76,9 +76,9 @@ def compute_curvatures(
         np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=pair[1])
         # The nets of a rational patch are those of w S_u and w S_v.
         share = square * weight**4 / measure[:, np.newaxis]
-        clear = (share > LOST**2) & (square > LEAST)
-        clear &= np.isfinite(pair[0]) & np.isfinite(pair[1])
-    return pair, ~(share > SURE**2), ~clear
+        is_clear = (share > LOST**2) & (square > LEAST)
+        is_clear &= np.isfinite(pair[0]) & np.isfinite(pair[1])
+    return pair, ~(share > SURE**2), ~is_clear
 
 
 def _project(x: list[Planes]) -> list[Planes]:

@@ -51,7 +51,7 @@ def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
     """The stretch V Σ Vᵀ of a placement (4, 4); None if the placement keeps all lengths."""
     if matrix is None:
         return None
-    _, scalings, turned = np.linalg.svd(matrix[:3, :3])
+    _, scalings, rotation = np.linalg.svd(matrix[:3, :3])
     most, least = float(scalings[0]), float(scalings[2])
     if abs(most - 1.0) <= EVEN and abs(least - 1.0) <= EVEN:
         return None
@@ -59,5 +59,5 @@ def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
     if most - least <= EVEN * most:
         stretch[:3, :3] *= float(f"{most:.{DIGITS}g}")
     else:
-        stretch[:3, :3] = (turned.T * scalings) @ turned
+        stretch[:3, :3] = (rotation.T * scalings) @ rotation
     return stretch

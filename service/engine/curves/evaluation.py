@@ -161,12 +161,12 @@ class _Local:
 
         So a corner between longer pieces is at the first of the pieces that are one point.
         """
-        solid = np.flatnonzero(self.solid)
-        after = np.searchsorted(solid, piece)
+        solid_pieces = np.flatnonzero(self.solid)
+        after = np.searchsorted(solid_pieces, piece)
         # A closed curve continues with its first piece.
-        back = (after == len(solid)) & (not self.closed)
-        chosen = solid[np.where(back, after - 1, after % len(solid))]
-        ends, number = np.unique(np.stack([chosen, back]), axis=1, return_inverse=True)
+        back = (after == len(solid_pieces)) & (not self.closed)
+        pieces = solid_pieces[np.where(back, after - 1, after % len(solid_pieces))]
+        ends, number = np.unique(np.stack([pieces, back]), axis=1, return_inverse=True)
         return self.directions(ends[0], ends[1].astype(np.float64), False)[number.ravel()]
 
 

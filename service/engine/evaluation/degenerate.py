@@ -82,21 +82,21 @@ def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArr
     They are reversed if this part lies before t. So in the result the sample has index 0 along
     `axis`. The restriction is de Casteljau's algorithm.
     """
-    moved = np.moveaxis(coefficients, axis, -1).copy()
-    ones = (1,) * (moved.ndim - 1)
+    rows = np.moveaxis(coefficients, axis, -1).copy()
+    ones = (1,) * (rows.ndim - 1)
     flip = t > 0.5
-    moved[flip] = moved[flip][..., ::-1]
+    rows[flip] = rows[flip][..., ::-1]
     begin = np.where(flip, 1.0 - t, t)
     inner = np.flatnonzero(begin > 0)
     if len(inner):
         # The right part of a subdivision is the last value of every level of the triangle.
-        triangle, s = moved[inner], begin[inner].reshape(-1, *ones)
+        triangle, s = rows[inner], begin[inner].reshape(-1, *ones)
         n = triangle.shape[-1]
         for level in range(1, n):
             keep = n - level
             triangle[..., :keep] = (1 - s) * triangle[..., :keep] + s * triangle[..., 1 : keep + 1]
-        moved[inner] = triangle
-    return np.moveaxis(moved, -1, axis)
+        rows[inner] = triangle
+    return np.moveaxis(rows, -1, axis)
 
 
 def trace_inwards(
@@ -143,12 +143,12 @@ def _patch_normals(
     used, back = np.unique(which, return_inverse=True)
     mean = coefficients[used].mean(axis=(2, 3))
     length = np.linalg.norm(mean, axis=1)
-    flat = np.flatnonzero(length <= VANISHING * nets.measure[used])
-    length[flat] = 1.0
+    flat_rows = np.flatnonzero(length <= VANISHING * nets.measure[used])
+    length[flat_rows] = 1.0
     normals = mean / length[:, None]
     # Without area, the patch is a line or a point: the result is perpendicular to its longest
     # difference.
-    for row in flat.tolist():
+    for row in flat_rows.tolist():
         edges = np.concatenate(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1
         )

@@ -206,15 +206,15 @@ class Evaluation(ABC):
         doubtful = self.doubtful[0] if len(self.doubtful) == 1 else np.concatenate(self.doubtful)
         normals = self.normals.reshape(-1, 3)
         self._write_poles(self.normals)
-        missing = np.isnan(normals[doubtful, 0])
-        remaining = doubtful[missing]
+        is_missing = np.isnan(normals[doubtful, 0])
+        remaining = doubtful[is_missing]
         poles = len(doubtful) - len(remaining)
         if len(remaining) and in_double is not None:
             counts = np.bincount(remaining // self.each, minlength=self.patches.count)
             is_crowded = counts * ONE_BY_ONE > self.each
             index = np.flatnonzero(is_crowded)
             if len(index):
-                poles = int(np.count_nonzero(~is_crowded[doubtful[~missing] // self.each]))
+                poles = int(np.count_nonzero(~is_crowded[doubtful[~is_missing] // self.each]))
                 remaining = remaining[~is_crowded[remaining // self.each]]
             for first, last in row_runs(len(index), max(1, CHUNK_SAMPLES // self.each)):
                 samples_again = in_double(index[first:last])

@@ -71,8 +71,8 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
     owners = [np.searchsorted(edge_ends, edge, side="right") - 1]
     owners.append(np.searchsorted(corner_ends, corner, side="right") - 1)
     pairs: Ints = np.stack(owners, axis=1)
-    apart = owners[0] != owners[1]
-    edge, corner, pairs = edge[apart], corner[apart], pairs[apart]
+    are_distinct = owners[0] != owners[1]
+    edge, corner, pairs = edge[are_distinct], corner[are_distinct], pairs[are_distinct]
     if not 0 < len(edge) <= MAX_PAIRS:
         return pairs[:0]
     _, _, is_on = place_corners(edges, edge, edges.corners[corner], reach)

@@ -75,7 +75,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     members: list[PlacedModel] = []
     at = [-1] * len(group.members)
     for numbers in find_neighbours(group, seams_of, tolerance):
-        joint, turned = compose(group, numbers)
+        joint, are_mirrored = compose(group, numbers)
         joint, seams = join(joint, tolerance, allow)
         owner = _owners(joint, group, numbers)
         low, high = np.full(len(seams.users), len(numbers)), np.full(len(seams.users), -1)
@@ -87,7 +87,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         allow(joint)
         parts = [len(_parts_of(group, n)) for n in numbers]
         has_uvs = any(channel.kind == "uvs" for channel in joint.batches[0].channels)
-        swapped = tuple(each and not has_uvs for each in turned)
+        swapped = tuple(each and not has_uvs for each in are_mirrored)
         clusters.append(Cluster(tuple(numbers), tuple(np.cumsum([0, *parts]).tolist()), swapped))
         for n in numbers:
             at[n] = len(members)

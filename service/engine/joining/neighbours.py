@@ -80,13 +80,13 @@ def _list_channels(group: GroupModel, number: int) -> list[tuple[str, str, int]]
 def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
     """Members with open edges whose boxes meet the box of another member."""
     numbers, boxes = [], []
-    seen: set[tuple[int, bytes]] = set()
+    visited: set[tuple[int, bytes]] = set()
     for number, member in enumerate(group.members):
         # Copies in one place cover each other; they do not meet along an edge.
         place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
-        if place in seen or member.model not in seams:
+        if place in visited or member.model not in seams:
             continue
-        seen.add(place)
+        visited.add(place)
         if seams[member.model].connectivity.open_count:
             numbers.append(number)
             boxes.append(place_bounds(group.models[member.model].bounds, member.matrix))

@@ -91,11 +91,11 @@ def _cuts(seams: Seams, reach: float) -> Cuts:
         return NOWHERE
     order = np.lexsort((at, edge))
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
-    kept = _beside_shared(edges, edge, corner, at, reach)
-    side = edges.side[edge[kept]]
-    turned = seams.backward.ravel()[side]
-    at = np.where(turned, 1 - at[kept], at[kept])
-    return Cuts(side // 4, side % 4, at, slack[kept])
+    is_kept = _beside_shared(edges, edge, corner, at, reach)
+    side = edges.side[edge[is_kept]]
+    is_reversed = seams.backward.ravel()[side]
+    at = np.where(is_reversed, 1 - at[is_kept], at[is_kept])
+    return Cuts(side // 4, side % 4, at, slack[is_kept])
 
 
 def _beside_shared(
@@ -123,9 +123,9 @@ def _beside_shared(
     for group, rows, number in iterate_degrees(edges):
         of = np.full(len(edges.side), -1)
         of[number] = rows
-        mine = np.flatnonzero(of[owner] >= 0)
-        for part in row_slices(len(mine), 4 * len(shares) * (degree + 1), CHUNK):
-            part_rows = mine[part]
+        piece_after = np.flatnonzero(of[owner] >= 0)
+        for part in row_slices(len(piece_after), 4 * len(shares) * (degree + 1), CHUNK):
+            part_rows = piece_after[part]
             curve = of[owner[part_rows]]
             weights = None if group.weights is None else group.weights[curve]
             values[part_rows] = points_at(group.points[curve], weights, places[part_rows])
@@ -139,6 +139,6 @@ def _beside_shared(
     # The pieces before and after each cut.
     place = np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
-    mine = place[: len(edge)]
-    kept: Bools = shared[mine] | shared[mine - 1]
-    return kept
+    piece_after = place[: len(edge)]
+    is_shared: Bools = shared[piece_after] | shared[piece_after - 1]
+    return is_shared

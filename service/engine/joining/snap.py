@@ -84,10 +84,10 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     if weights is not None:
         change = np.log(weights.values / initial)
         changed = float(change.max(initial=0.0) - change.min(initial=0.0))
-    moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
-    moved += expm1(changed) * model.largest_patch / 2
+    distance_moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
+    distance_moved += expm1(changed) * model.largest_patch / 2
     batches, first = list(model.batches), 0
-    for number, run in enumerate(runs if moved else ()):
+    for number, run in enumerate(runs if distance_moved else ()):
         run_rows = slice(first, first + len(run))
         batches[number] = replace_border(
             batches[number], points[run_rows], None if weights is None else weights.values[run_rows]
@@ -96,10 +96,10 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     if pattern.connectivity.has_thin:
         near = 0.0 if weights is None else weights.near
         batches, flattened = collapse_thin_patches(batches, pattern.connectivity, distance, near)
-        moved += flattened
-    if not moved:
+        distance_moved += flattened
+    if not distance_moved:
         return model
-    return replace(model, batches=tuple(batches), moved=model.moved + moved * ROUNDED_UP)
+    return replace(model, batches=tuple(batches), moved=model.moved + distance_moved * ROUNDED_UP)
 
 
 def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:

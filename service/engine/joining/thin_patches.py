@@ -39,9 +39,9 @@ def collapse_thin_patches(
     distance, weight_tolerance : float
         Points, and logarithms of weights, at most this far apart count as equal.
     """
-    flat, furthest = list(batches), 0.0
+    new_batches, furthest = list(batches), 0.0
     for which, rows, line in find_thin(batches, connectivity):
-        batch = flat[which]
+        batch = new_batches[which]
         nets, net_weights = flat_nets(batch, rows)
         points, weights = batch.points.copy(), batch.weights
         bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
@@ -53,6 +53,6 @@ def collapse_thin_patches(
             weights = weights.copy()
             weights.reshape(batch.count, -1)[rows[is_thin]] = net_weights[is_thin][:, line]
         points.reshape(batch.count, -1, 3)[rows[is_thin]] = nets[is_thin][:, line]
-        flat[which] = replace(batch, points=points, weights=weights)
+        new_batches[which] = replace(batch, points=points, weights=weights)
         furthest = max(furthest, float(bound[is_thin].max(initial=0.0)))
-    return flat, furthest
+    return new_batches, furthest

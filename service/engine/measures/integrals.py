@@ -112,8 +112,8 @@ def bound_growth(groups: list[Cells]) -> float:
     growths = []
     for cells in groups:
         for rows in chunks(cells, 1):
-            plain, moved = (CellNets(cells.take(rows), by) for by in (0.0, cells.noise))
-            (a, b), (c, d) = plain.stretches, moved.stretches
+            exact_nets, moved_nets = (CellNets(cells.take(rows), by) for by in (0.0, cells.noise))
+            (a, b), (c, d) = exact_nets.stretches, moved_nets.stretches
             growths.append(float((c * d - a * b).sum()))
     return fsum(growths) * UPWARDS
 

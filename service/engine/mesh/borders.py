@@ -29,11 +29,11 @@ def find_mesh_borders(
     returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
     coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
     if options.weld:
-        counted = coarse or seams.is_folded or _is_met_twice(layout)
+        must_count = coarse or seams.is_folded or _is_met_twice(layout)
     else:
         # Each face at a pole has a different vertex there.
-        counted = coarse or layout.has_poles
-    if counted:
+        must_count = coarse or layout.has_poles
+    if must_count:
         return count_borders(mesh_faces, welds)
     if not options.weld:
         return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()

@@ -178,8 +178,10 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
         other, is_other_plane = _find_normals(b, t, longest)
         both = is_plane & is_other_plane
         planes += int(both.sum())
-        turned = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
-        smooth = smooth and not (turned & both).any() and bool((is_plane == is_other_plane).all())
+        has_turned = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
+        smooth = (
+            smooth and not (has_turned & both).any() and bool((is_plane == is_other_plane).all())
+        )
     if apart <= SAME_PARTIAL * longest and longest > 0:
         return "C1"
     return "G1" if smooth and planes else "C0"

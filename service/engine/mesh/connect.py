@@ -67,8 +67,10 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
             weights = np.concatenate([border_weights(batch) for batch in batches])
         seams = pattern.seams(border, weights)
         if tolerance and seams is None and weights is not None:
-            apart = find_weight_tolerance(model, tolerance)
-            if _are_near(weights, apart) or pattern.has_near_weights(weights, apart):
+            weight_tolerance = find_weight_tolerance(model, tolerance)
+            if _are_near(weights, weight_tolerance) or pattern.has_near_weights(
+                weights, weight_tolerance
+            ):
                 return None
     return seams or find_seams(batches).renumbered()
 
@@ -81,19 +83,23 @@ def may_be_cut(model: PatchModel, seams: Seams) -> bool:
     """
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
-    known, (domain,) = seams.connectivity, model.domains
-    if known.border_returns or known.open_count == 2 * (len(domain.u) + len(domain.v) - 2):
-        return known.border_returns
-    return _loops_are_near(model.batches[0], domain, known)
+    connectivity, (domain,) = seams.connectivity, model.domains
+    if connectivity.border_returns or connectivity.open_count == 2 * (
+        len(domain.u) + len(domain.v) - 2
+    ):
+        return connectivity.border_returns
+    return _loops_are_near(model.batches[0], domain, connectivity)
 
 
-def _loops_are_near(batch: Patches, domain: Domain, known: Connectivity) -> bool:
+def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) -> bool:
     """Whether a spline that closes one way has two open borders whose boxes meet."""
     assert isinstance(batch, TensorPatches)
     grid = len(domain.u) - 1, len(domain.v) - 1
     for sides in (0, 2):
-        ends = known.edge.reshape(*grid, 4).swapaxes(0, sides // 2)[[0, -1], :, [sides, sides + 1]]
-        if known.open_lines[ends].all() and 2 * ends.shape[1] == known.open_count:
+        ends = connectivity.edge.reshape(*grid, 4).swapaxes(0, sides // 2)[
+            [0, -1], :, [sides, sides + 1]
+        ]
+        if connectivity.open_lines[ends].all() and 2 * ends.shape[1] == connectivity.open_count:
             nets = batch.points.reshape(*grid, *batch.points.shape[1:])
             nets = nets.swapaxes(0, 1).swapaxes(2, 3) if sides else nets
             first, last = nets[0, :, 0].reshape(-1, 3), nets[-1, :, -1].reshape(-1, 3)

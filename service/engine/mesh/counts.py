@@ -165,8 +165,8 @@ def _count_used_positions(
     layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints
 ) -> int:
     """The number of distinct positions in faces; without faces, of all samples."""
-    shown = np.zeros(layout.size, dtype=bool)
+    is_shown = np.zeros(layout.size, dtype=bool)
     for shape, patches, _ in groups:
         samples = layout.patch_samples(patches, shape)
-        shown[place[samples[:, find_used_samples(shape, kind)]]] = True
-    return int(np.count_nonzero(shown if shown.any() else place == np.arange(len(place))))
+        is_shown[place[samples[:, find_used_samples(shape, kind)]]] = True
+    return int(np.count_nonzero(is_shown if is_shown.any() else place == np.arange(len(place))))

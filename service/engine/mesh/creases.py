@@ -135,8 +135,8 @@ def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     total += first.T
     squares = total * total
     length = np.sqrt(squares[0] + squares[1] + squares[2])
-    unclear = length <= OPPOSITE
-    if np.count_nonzero(unclear):
-        total[:, unclear], length[unclear] = first[unclear].T, 1.0
+    is_unclear = length <= OPPOSITE
+    if np.count_nonzero(is_unclear):
+        total[:, is_unclear], length[is_unclear] = first[is_unclear].T, 1.0
     total /= length
     return total.T

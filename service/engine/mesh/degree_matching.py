@@ -40,10 +40,10 @@ def find_lowest(
     -------
     leader : ndarray of int, shape (E,)
         The edge itself, or an edge of lower degree.
-    turned : ndarray of bool, shape (E,)
+    is_reversed : ndarray of bool, shape (E,)
         Whether the leader runs in the opposite direction.
     """
-    leader, turned = np.arange(len(lines)), np.zeros(len(lines), dtype=bool)
+    leader, is_reversed = np.arange(len(lines)), np.zeros(len(lines), dtype=bool)
     degree = np.zeros(len(lines), dtype=np.intp)
     for group in curves:
         degree[group.ids] = group.points.shape[1] - 1
@@ -64,8 +64,8 @@ def find_lowest(
         lowest = find_leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
         joins = degree[edge[lowest]] < degree[edge]
         leader[edge[joins]] = edge[lowest[joins]]
-        turned[edge[joins]] = back[joins] != back[lowest[joins]]
-    return leader, turned
+        is_reversed[edge[joins]] = back[joins] != back[lowest[joins]]
+    return leader, is_reversed
 
 
 def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:

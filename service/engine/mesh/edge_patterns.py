@@ -90,8 +90,8 @@ class EdgePattern:
             side_weights = weights[sides]
             side_weights /= side_weights.max(axis=1, keepdims=True)
             lead = side_weights[np.unique(number, return_index=True)[1]]
-            apart = np.abs(side_weights - lead[number]).max(axis=1)
-            if ((apart > SAME_WEIGHT / 8) & (apart <= 4 * tolerance)).any():
+            differences = np.abs(side_weights - lead[number]).max(axis=1)
+            if ((differences > SAME_WEIGHT / 8) & (differences <= 4 * tolerance)).any():
                 return True
         return False
 
@@ -172,12 +172,12 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         place, side_rows = place[order], side_rows[order]
         points = numbers[side_rows]
         collapsed[place] = (points == points[:, :1]).all(axis=1)
-        canonical, _, turned = direct_edges(points[..., None].astype(np.float64), None)
+        canonical, _, is_reversed = direct_edges(points[..., None].astype(np.float64), None)
         leader, number = find_first_rows(canonical[..., 0])
         first = sum(map(len, edges))
         ids.append(np.arange(first, first + len(leader)))
         edge[place] = first + number
-        backward[place] = turned ^ turned[leader[number]]
+        backward[place] = is_reversed ^ is_reversed[leader[number]]
         edges.append(side_rows[leader])
         sides_of.append((np.where(backward[place, None], side_rows[:, ::-1], side_rows), number))
     at_corners = np.concatenate(corners)

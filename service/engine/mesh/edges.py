@@ -114,7 +114,7 @@ def _sample_by(
     weights: FloatArray | None,
     divisions: int,
 ) -> FloatArray:
-    points, weights, turned = direct_edges(
+    points, weights, is_reversed = direct_edges(
         points.copy(), None if weights is None else weights.copy()
     )
     if weights is None:
@@ -124,7 +124,7 @@ def _sample_by(
         values[_find_polynomial(weights), :, 3] = 1.0
         values = values[..., :3] / values[..., 3:]
     values[:, 0], values[:, -1] = points[:, 0], points[:, -1]
-    values[turned] = values[turned, ::-1]
+    values[is_reversed] = values[is_reversed, ::-1]
     return values.swapaxes(0, 1)
 
 
@@ -163,5 +163,5 @@ def _sum_pairs(terms: FloatArray) -> FloatArray:
 
 def _find_polynomial(weights: FloatArray) -> Bools:
     """Which edges have equal weights: they are sampled as polynomial edges, for equal bits."""
-    plain: Bools = (weights == 1.0).all(axis=1)
-    return plain
+    is_plain: Bools = (weights == 1.0).all(axis=1)
+    return is_plain

@@ -212,15 +212,15 @@ class Layout(SampleRuns):
         """Patches grouped by their index pattern, in the order of the first patch of each group."""
         side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, side_divisions)
-        known = self.connectivity
+        connectivity = self.connectivity
         rows = np.concatenate(
             [
                 self.is_triangle[:, None],
                 self.ru[:, None],
                 self.rv[:, None],
                 sides,
-                known.collapsed,
-                known.twice_cut[:, :2] & ~self.is_triangle[:, None],
+                connectivity.collapsed,
+                connectivity.twice_cut[:, :2] & ~self.is_triangle[:, None],
             ],
             axis=1,
         )

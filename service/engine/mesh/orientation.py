@@ -71,6 +71,6 @@ def orient_sides(seams: Seams) -> OrientedSides:
             returns &= (group.weights == group.weights[:, ::-1]).all(axis=1)
         if returns.any():
             passage[np.isin(seams.edge, group.ids[returns])] = 0
-    counted = passage != 0
-    users = np.bincount(seams.edge[counted], minlength=len(seams.users))
-    return OrientedSides(seams.edge, passage, (users[seams.edge] == 1) & counted)
+    is_counted = passage != 0
+    users = np.bincount(seams.edge[is_counted], minlength=len(seams.users))
+    return OrientedSides(seams.edge, passage, (users[seams.edge] == 1) & is_counted)

@@ -199,7 +199,7 @@ def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
 def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
     """Local indices, equal for all samples of a collapsed side."""
     if isinstance(shape, TriangleShape):
-        merged = np.arange(triangle.count_points(shape.divisions))
+        indices = np.arange(triangle.count_points(shape.divisions))
         borders = list(triangle.side_rows(shape.divisions))
     else:
         ru, rv = shape.resolution
@@ -209,20 +209,20 @@ def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
             if n != divisions
         )
         number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
-        merged = np.arange(number.size + extra)
+        indices = np.arange(number.size + extra)
         borders = [number[0], number[-1], number[:, 0], number[:, -1]]
     collapsed = zip(borders, shape.collapsed[: len(borders)], strict=True)
-    _merge(merged, [border for border, is_point in collapsed if is_point])
-    return merged
+    _merge(indices, [border for border, is_point in collapsed if is_point])
+    return indices
 
 
-def _merge(merged: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None:
+def _merge(indices: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None:
     """Makes the indices along each line equal."""
     for line in points:
         # Two collapsed sides that meet are the same point.
-        among = np.zeros(len(merged), dtype=bool)
-        among[merged[line]] = True
-        merged[among[merged]] = merged[line].min()
+        among = np.zeros(len(indices), dtype=bool)
+        among[indices[line]] = True
+        indices[among[indices]] = indices[line].min()
 
 
 def _find_proper(faces: Ints) -> NDArray[np.bool_]:

@@ -113,12 +113,12 @@ class SampleRuns:
         """Samples along sides (patch · 4 + side) in the direction of their edges: (n, R+1)."""
         samples = self.find_grid_samples(sides, divisions)
         extra = self.extra.ravel()[sides]
-        apart = extra >= 0
-        if apart.any():
+        has_extra = extra >= 0
+        if has_extra.any():
             # From corner to corner through the extra samples of the side.
-            ends = ENDS[sides[apart] % 4]
-            samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
-            samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
+            ends = ENDS[sides[has_extra] % 4]
+            samples[has_extra, 1:] = extra[has_extra, None] + np.arange(divisions)
+            samples[has_extra, -1] = self.corner_samples()[sides[has_extra] // 4, ends]
         backward = self.connectivity.backward.ravel()[sides]
         samples[backward] = samples[backward, ::-1]
         return samples

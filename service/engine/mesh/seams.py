@@ -75,11 +75,11 @@ class Seams:
             order = np.argsort(side[group.ids])
             old, new = group.ids[order], np.arange(first, first + len(order))
             rank[old] = new
-            points, turned = group.points[order], against[old]
-            points[turned] = points[turned, ::-1]
+            points, is_reversed = group.points[order], against[old]
+            points[is_reversed] = points[is_reversed, ::-1]
             weights = None if group.weights is None else group.weights[order]
             if weights is not None:
-                weights[turned] = weights[turned, ::-1]
+                weights[is_reversed] = weights[is_reversed, ::-1]
             curves.append(EdgeCurves(new, points, weights))
             first += len(order)
         stand_in, number = find_first_rows(connectivity.corner.reshape(-1, 1).astype(np.float64))
@@ -109,20 +109,20 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     edge_count = 0
     for sides in _sides_by_degree(batches):
         checkpoint()
-        points, weights, turned = _direct_sides(sides)
+        points, weights, is_reversed = _direct_sides(sides)
         place = sides.place
         if weights is not None:
             # Where weights differ by rounding, the least count, so that the order of patches does
             # not matter.
             order = np.lexsort(weights.T)
-            place, turned = place[order], turned[order]
+            place, is_reversed = place[order], is_reversed[order]
             points, weights = points[order], weights[order]
         distinct, number = unique_rows(points.reshape(len(points), -1))
         if weights is not None:
             leader = find_leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
         edge[place] = number + edge_count
-        backward[place] = turned
+        backward[place] = is_reversed
         ids = np.arange(edge_count, edge_count + len(distinct))
         curves.append(
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
@@ -156,15 +156,15 @@ def _join_degrees(
     against = backward[side]
     begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
     begin, end = np.where(against, end, begin), np.where(against, begin, end)
-    leader, turned = find_lowest(curves, ~collapsed.ravel()[side], begin, end)
-    kept = leader == np.arange(len(leader))
-    number = np.cumsum(kept) - 1
+    leader, is_reversed = find_lowest(curves, ~collapsed.ravel()[side], begin, end)
+    is_kept = leader == np.arange(len(leader))
+    number = np.cumsum(is_kept) - 1
     left = []
     for group in curves:
-        rows = kept[group.ids]
+        rows = is_kept[group.ids]
         weights = None if group.weights is None else group.weights[rows]
         left.append(EdgeCurves(number[group.ids[rows]], group.points[rows], weights))
-    return number[leader[edge]], backward ^ turned[edge], left
+    return number[leader[edge]], backward ^ is_reversed[edge], left
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -203,13 +203,13 @@ def _join_sides(parts: list[_Sides]) -> _Sides:
 def _direct_sides(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
     """Each side in the direction in which its numbers come first in dictionary order."""
     rows = sides.points.reshape(len(sides.points), -1)
-    turned = sides.points[:, ::-1].reshape(rows.shape)
+    reversed_rows = sides.points[:, ::-1].reshape(rows.shape)
     if sides.weights is not None:
         rows = np.concatenate([rows, sides.weights], axis=1)
-        turned = np.concatenate([turned, sides.weights[:, ::-1]], axis=1)
-    differs = rows != turned
+        reversed_rows = np.concatenate([reversed_rows, sides.weights[:, ::-1]], axis=1)
+    differs = rows != reversed_rows
     at = np.arange(len(rows)), differs.argmax(axis=1)
-    turn = rows[at] > turned[at]
+    turn = rows[at] > reversed_rows[at]
     points = np.where(turn[:, None, None], sides.points[:, ::-1], sides.points)
     if sides.weights is None:
         return points, None, turn

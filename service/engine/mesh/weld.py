@@ -82,12 +82,12 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
     Parameters are those of `weld`; `leader[leader]` equals `leader`.
     """
     identity = np.arange(len(place))
-    kept = leader == identity
+    is_kept = leader == identity
     if used is not None and len(used):
         is_used = np.zeros(len(place), dtype=bool)
         is_used[leader[used]] = True
-        kept &= is_used
-    samples = np.flatnonzero(kept)
+        is_kept &= is_used
+    samples = np.flatnonzero(is_kept)
     # The first vertex at every place: in reverse order, the first one is written last.
     first = np.zeros(len(place), dtype=np.intp)
     first[place[samples[::-1]]] = identity[: len(samples)][::-1]
@@ -106,9 +106,9 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
     used = np.zeros(len(welding.samples), dtype=bool)
     for rows in faces:
         used[rows] = True
-    shown = np.zeros_like(used)
-    shown[welding.welds[used]] = True
-    used |= ~shown[welding.welds]
+    is_shown = np.zeros_like(used)
+    is_shown[welding.welds[used]] = True
+    used |= ~is_shown[welding.welds]
     kept = np.flatnonzero(used)
     number = np.cumsum(used) - 1
     first = np.zeros_like(number)

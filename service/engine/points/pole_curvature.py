@@ -70,7 +70,7 @@ def find_limit_curvatures(
     `service.engine.evaluation.degenerate` defines the order of the lines.
     """
     result = np.full((4, len(which)), np.nan)
-    open_ = np.ones(len(which), dtype=bool)
+    is_open = np.ones(len(which), dtype=bool)
     on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
     orders: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
@@ -80,11 +80,11 @@ def find_limit_curvatures(
     )
     for group, directions in orders:
         for direction in directions:
-            rows = np.flatnonzero(group & open_)
+            rows = np.flatnonzero(group & is_open)
             if not len(rows):
                 continue
             order = Line(nets, which[rows], u[rows], v[rows], direction).order()
-            open_[rows[order <= ORDERS[-1]]] = False
+            is_open[rows[order <= ORDERS[-1]]] = False
             for least, most in pairwise((-1, *ORDERS)):
                 block = rows[(order > least) & (order <= most)]
                 if len(block):
@@ -161,8 +161,8 @@ def _quotients(
     lead, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
     mean = np.where(vectors.dot(lead, normals) < 0, -mean, mean)
     spread = mean**2 - gauss
-    unsure = 2 * np.abs(mean) * mean_error + gauss_error
-    spread = np.sqrt(np.where(spread <= unsure, 0.0, spread))
+    uncertainty = 2 * np.abs(mean) * mean_error + gauss_error
+    spread = np.sqrt(np.where(spread <= uncertainty, 0.0, spread))
     return np.stack([gauss, mean, mean + spread, mean - spread])
 
 

@@ -101,9 +101,11 @@ def _correct_near_poles(
     nets.collapsed[:, 3] = False
     u, v = tensor_u(local, which, places), places[:, 2]
     units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
-    lost = np.flatnonzero(np.isnan(curvatures).all(axis=0))
-    curvatures[:, lost] = find_limit_curvatures(nets, row[lost], u[lost], v[lost], normals[lost])
-    curvatures[:, lost] *= units[:, lost]
+    unknown = np.flatnonzero(np.isnan(curvatures).all(axis=0))
+    curvatures[:, unknown] = find_limit_curvatures(
+        nets, row[unknown], u[unknown], v[unknown], normals[unknown]
+    )
+    curvatures[:, unknown] *= units[:, unknown]
     near = find_curvatures_near(nets, row, u, v, normals) * units
     return np.where(np.isnan(near), curvatures, near)
 

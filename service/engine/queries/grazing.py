@@ -129,8 +129,8 @@ def grazed_strips(
     delta += 16 * UNIT * (1 + reach) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + reach))
     wide = (np.abs(h1) + np.abs(h2) + delta) * SAFE
     empty |= np.abs(h0) > wide
-    thin = np.abs(h0) + wide <= thickness / 2
-    thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
+    is_thin = np.abs(h0) + wide <= thickness / 2
+    is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
     # Theorem 2.
     size = np.abs(ta * pb - tb * pa)
     most = np.zeros(len(size))
@@ -139,8 +139,8 @@ def grazed_strips(
         terms += np.abs(p * tbb - t * pbb)
         both = np.abs(p) + np.abs(t)
         most = np.maximum(most, terms * SAFE + both * (3 * model[m.REST] + model[m.ROUND]))
-    thin &= (most <= STRIP * size) & ~empty & (steep <= STEEPEST)
-    rows = np.flatnonzero(thin)
+    is_thin &= (most <= STRIP * size) & ~empty & (steep <= STEEPEST)
+    rows = np.flatnonzero(is_thin)
     spread = 4 * np.maximum(np.abs(ta[rows]), np.abs(tb[rows])) / np.abs(px[rows])
     strips = Strips(w[:, rows], is_along_b[rows], np.stack([x0[rows], x1[rows]]), spread)
-    return empty, thin, strips
+    return empty, is_thin, strips

@@ -82,11 +82,11 @@ class Nearest:
         starts = np.flatnonzero(np.diff(point, prepend=-1))
         least = np.minimum.reduceat(upper, starts)
         who = point[starts]
-        better = least < self.best[who]
-        if better.any():
+        is_better = least < self.best[who]
+        if is_better.any():
             hit = np.flatnonzero(upper == np.repeat(least, np.diff(starts, append=len(point))))
             hit = hit[np.diff(point[hit], prepend=-1) > 0]
-            who, hit = who[better], hit[better]
+            who, hit = who[is_better], hit[is_better]
             self.best[who] = self._center_best[who] = upper[hit]
             self._center_cell[who] = cell[hit]
 

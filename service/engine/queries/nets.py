@@ -217,7 +217,7 @@ def frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
 
 def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
     """Tensor nets (3 K, n+1, n+1, D) of the quadrilaterals of triangular nets (K, points, D)."""
-    found = []
+    results = []
     for corners in _QUADRILATERALS:
         # (m+1, m+1, K, points of degree n − m, D)
         step = nets[np.newaxis, np.newaxis]
@@ -238,5 +238,5 @@ def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
                 value *= (rising if beta else falling)[:, None, None, None]
                 raised[alpha : alpha + m + 1, beta : beta + m + 1] += value
             step = raised
-        found.append(step[:, :, :, 0].transpose(2, 0, 1, 3))
-    return np.concatenate(found)
+        results.append(step[:, :, :, 0].transpose(2, 0, 1, 3))
+    return np.concatenate(results)

@@ -214,7 +214,7 @@ def root_bounds(
             np.clip(value - 0.5 * (aa * s * s + bb * t * t) - ab * s * t, -1.0, 1.0)
             for value, (aa, ab, bb) in zip(values, turned, strict=True)
         )
-    found = RootBounds(
+    bounds = RootBounds(
         -b[:, rows],
         a[:, rows],
         lengths[:, rows],
@@ -223,4 +223,4 @@ def root_bounds(
         np.stack([s, t]),
         exists,
     )
-    return empty, settled, found
+    return empty, settled, bounds

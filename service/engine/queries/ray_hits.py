@@ -120,7 +120,7 @@ def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     pad = np.where(hits.origin == Origin.STRIP, PAD * long, 0.0)
     order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
-    even, is_behind = EVEN * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
+    variation, is_behind = EVEN * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
     cluster = _clusters(hits, pad)
     first = np.flatnonzero(np.diff(cluster, prepend=-1))
     sizes = np.diff(first, append=len(cluster))
@@ -130,7 +130,7 @@ def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     for k in np.flatnonzero((special > 1) | ((sizes > 1) & (special > 0))).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
         keep[rows] = False
-        for row, what in _merge(hits, sines, (long, even, is_behind), rows):
+        for row, what in _merge(hits, sines, (long, variation, is_behind), rows):
             keep[row], kind[row] = True, what
     hits.origin[:] = kind
     kept = hits.take(keep)
@@ -163,20 +163,24 @@ def _merge(
         inner = (hits.low[near] > ends.min()) & (hits.high[near] < ends.max())
         steep = inner & (np.abs(sines[near]) > TANGENT)
         strips, near = np.concatenate([strips, near[~steep]]), near[steep]
-        flat = proved[np.abs(sines[proved]) <= TANGENT]
+        tangent_rows = proved[np.abs(sines[proved]) <= TANGENT]
         sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
         residuals = hits.residual[rows[origin == Origin.STRIP]]
-        long, even, is_behind = limits
-        if np.ptp(ends) > long and _is_even(residuals, even[rows[0]]):
+        long, variation, is_behind = limits
+        if np.ptp(ends) > long and _is_even(residuals, variation[rows[0]]):
             low, high = hits.low[strips].min(), hits.high[strips].max()
-            within = flat[(hits.low[flat] <= high) & (hits.high[flat] >= low)]
+            within = tangent_rows[
+                (hits.low[tangent_rows] <= high) & (hits.high[tangent_rows] >= low)
+            ]
             proved, strips = np.setdiff1d(proved, within), np.concatenate([strips, within])
             ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
             chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
             crossings.append((_stand_for(hits, chosen, strips), Kind.ALONG))
         else:
             # Strips beside a crossing that is almost tangent belong to its interval.
-            strips = np.array([row for row in strips if not _joins(hits, row, flat)], np.intp)
+            strips = np.array(
+                [row for row in strips if not _joins(hits, row, tangent_rows)], np.intp
+            )
             if len(strips):
                 ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
                 chosen = ahead[np.argmin(hits.residual[ahead])]

@@ -178,8 +178,8 @@ class RayLevels:
         if len(rows):
             self.settled.append((ray[rows], cell[rows], low[rows], bounds))
             if self.only_first:
-                sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
-                self.shorten(ray[sure], low[sure] + 3 * models[columns.RADIUS, cell[sure]])
+                is_sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
+                self.shorten(ray[is_sure], low[is_sure] + 3 * models[columns.RADIUS, cell[is_sure]])
         rows = np.flatnonzero(~(empty | settled))
         normals = models[columns.NORMAL : columns.NORMAL + 3].take(cell[rows], axis=1)
         is_grazed = np.abs(dot(normals, d[:, rows])) <= STEEPEST
@@ -195,13 +195,13 @@ class RayLevels:
         rays = self.rays
         model = self.cells.models.take(cell, axis=1)
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
-        empty, thin, strips = grazed_strips(model, o, d, rays.slack[ray], rays.thickness[ray])
+        empty, is_thin, strips = grazed_strips(model, o, d, rays.slack[ray], rays.thickness[ray])
         left = ~empty
-        rows = np.flatnonzero(thin)
+        rows = np.flatnonzero(is_thin)
         if len(rows):
-            hits, done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
+            hits, is_done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
             self.found.append(hits)
-            left[rows[done]] = False
+            left[rows[is_done]] = False
         return left
 
     def shorten(self, ray: Ints, t: FloatArray) -> None:
@@ -243,13 +243,13 @@ class RayLevels:
             rows = part[low[part] <= self.farthest[ray[part]]]
             for chunk in (rows[k : k + PAIRS] for k in range(0, len(rows), PAIRS)):
                 checkpoint()
-                hits, done = find_roots(
+                hits, is_done = find_roots(
                     self.cells, self.rays, ray[chunk], cell[chunk], bounds.take(chunk)
                 )
                 self.found.append(hits)
-                left.append(chunk[~done])
+                left.append(chunk[~is_done])
                 if self.only_first:
-                    sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
-                    self.shorten(hits.ray[sure], hits.t[sure])
+                    is_sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
+                    self.shorten(hits.ray[is_sure], hits.t[is_sure])
         rows = np.concatenate(left) if left else np.zeros(0, np.intp)
         return self.halve(ray[rows], cell[rows])

@@ -104,47 +104,49 @@ def find_roots(
     thickness and Newton's method cannot come nearer inside the cell. A cell has no root if Theorem
     2 of `ray_bounds`, applied at one of the places, proves that the root is outside.
     """
-    done = np.zeros(len(ray), bool)
+    is_done = np.zeros(len(ray), bool)
     hits_by_step: list[Hits] = []
     rows, at = np.arange(len(ray)), bounds.start
     for left in range(STEPS, 0, -1):
         which = bounds.take(rows)
-        seen = _evaluate_places(cells, rays, ray[rows], cell[rows], at)
+        places = _evaluate_places(cells, rays, ray[rows], cell[rows], at)
         size = which.determinant
-        g = np.stack([dot(which.first, seen.across), dot(which.second, seen.across)]) / size
-        wrong = which.lengths * seen.rounding / np.abs(size)
+        g = np.stack([dot(which.first, places.across), dot(which.second, places.across)]) / size
+        wrong = which.lengths * places.rounding / np.abs(size)
         reach = (np.abs(g) + wrong).max(axis=0) / (1 - which.contraction)
-        away = np.abs(seen.at - g) - which.contraction * reach - wrong
-        outside = (away > 1 + 64 * UNIT).any(axis=0)
-        da, db = seen.half[0] * seen.du, seen.half[1] * seen.dv
+        away = np.abs(places.at - g) - which.contraction * reach - wrong
+        is_outside = (away > 1 + 64 * UNIT).any(axis=0)
+        da, db = places.half[0] * places.du, places.half[1] * places.dv
         d = rays.direction[:, ray[rows]]
         determinant = dot(cross(da, db), d)
-        step = np.stack([dot(db, seen.across), -dot(da, seen.across)]) / determinant
+        step = np.stack([dot(db, places.across), -dot(da, places.across)]) / determinant
         step = np.where(np.isfinite(step), step, 0.0)
-        new = np.clip(seen.at + step, -1.0, 1.0)
-        stuck = (np.abs(new - seen.at) <= 8 * UNIT).all(axis=0) | (left == 1)
-        exact = seen.residual <= EXACT * seen.rounding
-        near = exact | stuck & (seen.residual <= rays.thickness[ray[rows]])
-        hit = np.flatnonzero(near & ~outside)
+        next_at = np.clip(places.at + step, -1.0, 1.0)
+        stuck = (np.abs(next_at - places.at) <= 8 * UNIT).all(axis=0) | (left == 1)
+        is_exact = places.residual <= EXACT * places.rounding
+        near = is_exact | stuck & (places.residual <= rays.thickness[ray[rows]])
+        hit = np.flatnonzero(near & ~is_outside)
         if len(hit):
-            seen = seen.move(np.where(exact, new, seen.at), d)  # with steps of the size of rounding
+            places = places.move(
+                np.where(is_exact, next_at, places.at), d
+            )  # with steps of the size of rounding
             hit_rows = rows[hit]
-            inside = (np.abs(seen.at[:, hit]) + reach[hit] <= 1).all(axis=0)
+            inside = (np.abs(places.at[:, hit]) + reach[hit] <= 1).all(axis=0)
             model = cells.models[: columns.ROUND + 1, cell[hit_rows]]
             speed = model[columns.ROUND] / (16 * UNIT) + 3 * model[columns.REST]
-            t = seen.t[hit]
-            wide = reach[hit] * speed + seen.rounding[hit]
-            hits = seen.to_hits(
+            t = places.t[hit]
+            wide = reach[hit] * speed + places.rounding[hit]
+            hits = places.to_hits(
                 hit, ray[hit_rows], cells.net[cell[hit_rows]], (t - wide, t + wide), Origin.NEAR
             )
             hits.origin[inside] = Origin.PROVED
             hits_by_step.append(hits)
-        done[rows[outside | near]] = True
-        open_rows = ~(outside | near | stuck)
-        rows, at = rows[open_rows], new[:, open_rows]
+        is_done[rows[is_outside | near]] = True
+        open_rows = ~(is_outside | near | stuck)
+        rows, at = rows[open_rows], next_at[:, open_rows]
         if not len(rows):
             break
-    return Hits.joined(hits_by_step), done
+    return Hits.joined(hits_by_step), is_done
 
 
 @np.errstate(all="ignore")
@@ -170,30 +172,30 @@ def find_strips(
         is_free_a = strips.is_along_b != is_side
         for left in range(STRIP_STEPS, -1, -1):
             at = np.where(is_free_a, np.stack([free, fixed]), np.stack([fixed, free]))
-            seen = _evaluate_places(cells, rays, ray, cell, at)
+            places = _evaluate_places(cells, rays, ray, cell, at)
             if not left:
                 break
-            slope = np.where(is_free_a, seen.half[0] * seen.du, seen.half[1] * seen.dv)
-            p = dot(strips.across, seen.position - rays.origin[:, ray])
+            slope = np.where(is_free_a, places.half[0] * places.du, places.half[1] * places.dv)
+            p = dot(strips.across, places.position - rays.origin[:, ray])
             free = np.clip(free - p / dot(strips.across, slope), -1.0, 1.0)
             free = np.where(np.isfinite(free), free, 0.0)
-        fine &= seen.residual <= rays.thickness[ray]
-        ends.append(seen)
+        fine &= places.residual <= rays.thickness[ray]
+        ends.append(places)
     rows = np.flatnonzero(fine)
     wide = (rays.thickness[ray] * (1 + strips.spread))[rows]
-    t = np.stack([seen.t[rows] for seen in ends])
+    t = np.stack([places.t[rows] for places in ends])
     low, high = t.min(axis=0) - wide, t.max(axis=0) + wide
     net = cells.net[cell[rows]]
-    hits = [seen.to_hits(rows, ray[rows], net, (low, high), Origin.STRIP) for seen in ends]
+    hits = [places.to_hits(rows, ray[rows], net, (low, high), Origin.STRIP) for places in ends]
     return Hits.joined(hits), fine
 
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     """The centres of cells that are smaller than the thickness, as hits."""
-    seen = _evaluate_places(cells, rays, ray, cell, np.zeros((2, len(ray))))
-    wide = 2 * cells.models[columns.RADIUS, cell] + seen.rounding
+    places = _evaluate_places(cells, rays, ray, cell, np.zeros((2, len(ray))))
+    wide = 2 * cells.models[columns.RADIUS, cell] + places.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
-    return seen.to_hits(rows, ray, net, (seen.t - wide, seen.t + wide), Origin.POINT)
+    return places.to_hits(rows, ray, net, (places.t - wide, places.t + wide), Origin.POINT)
 
 
 @np.errstate(all="ignore")

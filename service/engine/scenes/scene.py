@@ -138,12 +138,12 @@ def _copy(mesh: Mesh, node: PlacedModel) -> Mesh:
 
 def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
     """The parts of one copy."""
-    alone = len(mesh.parts) == 1
+    has_one_part = len(mesh.parts) == 1
     stretch, error = _find_spread(mesh, node.matrix)
     return tuple(
         replace(
             _spread_part(part, stretch, error),
-            name=node.name if alone else f"{node.name}/{part.name}",
+            name=node.name if has_one_part else f"{node.name}/{part.name}",
             color=part.color or node.color,
         )
         for part in mesh.parts

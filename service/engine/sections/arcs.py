@@ -71,8 +71,8 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     checkpoint()
     is_singular = kind == SINGULAR
     on_border = _cover(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
-    joined = is_singular & on_border
-    spokes, touching = _spokes(crossing[cell[joined]] + nodes, node[joined], crossing, nodes)
+    is_joined = is_singular & on_border
+    spokes, touching = _spokes(crossing[cell[is_joined]] + nodes, node[is_joined], crossing, nodes)
     ends = np.concatenate([pairs[keep], flat, spokes])
     sense = np.concatenate([cells.sense[owner[keep]], flat_sense, np.zeros(len(spokes))])
     # A patch folded to a curve crosses the plane at a node that is on two of its sides.

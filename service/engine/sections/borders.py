@@ -85,9 +85,9 @@ def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Bord
         owner = patch[rows, np.newaxis]
         line[rows] = np.where(third.inner, medians[owner, sides], seams.edge[owner, sides])
         # On an outer side a net begins at an end of the patch's side and reaches its middle.
-        turned = third.turned != seams.backward[owner, sides]
-        start[rows] = np.where(third.inner, 0, np.where(turned, LINE, 0))
-        step[rows] = np.where(third.inner, 2, np.where(turned, -1, 1))
+        is_reversed = third.turned != seams.backward[owner, sides]
+        start[rows] = np.where(third.inner, 0, np.where(is_reversed, LINE, 0))
+        step[rows] = np.where(third.inner, 2, np.where(is_reversed, -1, 1))
     return Borders(line, start, step, is_point, ends)
 
 

@@ -54,12 +54,12 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
         low, high = steps.min(axis=1), steps.max(axis=1)
         rises, falls = (low >= 0) & (high > 0), (high <= 0) & (low < 0)
         slope = np.abs(steps.mean(axis=1)) * (nets.shape[axis] - 1)
-        better = (rises | falls) & (slope >= steepest)
+        is_better = (rises | falls) & (slope >= steepest)
         graphs += rises | falls
-        steepest[better] = slope[better]
-        kind[better] = which
+        steepest[is_better] = slope[is_better]
+        kind[is_better] = which
         # To the left of (f_v, −f_u) in the plane of parameters f is larger.
-        sense[better] = np.where(rises == (which == OVER_U), 1.0, -1.0)[better]
+        sense[is_better] = np.where(rises == (which == OVER_U), 1.0, -1.0)[is_better]
     flat = nets.reshape(count, -1)
     for which, is_one in ((ABOVE, flat.min(axis=1) >= 0), (BELOW, flat.max(axis=1) <= 0)):
         kind[is_one], sense[is_one] = which, 0.0

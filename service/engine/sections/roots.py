@@ -114,8 +114,8 @@ def _single(nets: FloatArray, signs: Bools) -> FloatArray:
         inside = (step >= low[rows]) & (step <= high[rows])
         following = np.where(inside, step, (low[rows] + high[rows]) / 2)
         t[rows] = following
-        moved = np.abs(following - at) > 2.0**-53
-        rows = rows[moved & (value != 0) & (high[rows] - low[rows] > 2.0**-53)]
+        has_moved = np.abs(following - at) > 2.0**-53
+        rows = rows[has_moved & (value != 0) & (high[rows] - low[rows] > 2.0**-53)]
     return t
 
 

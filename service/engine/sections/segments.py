@@ -79,9 +79,9 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     checkpoint()
     cell, number = np.divmod(side, 4)
     ends = np.stack([corner[cell, BEGINS[number]], corner[cell, ENDS[number]]], axis=1)
-    turned = sides.backward[side]
-    ends[turned] = ends[turned, ::-1]
-    segment, t, in_plane = _segment_roots(cells, side, turned, value[ends])
+    is_reversed = sides.backward[side]
+    ends[is_reversed] = ends[is_reversed, ::-1]
+    segment, t, in_plane = _segment_roots(cells, side, is_reversed, value[ends])
     low, high = sides.low[side][segment], sides.high[side][segment]
     at = np.asarray(low + t * (high - low), np.float64)
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
@@ -148,7 +148,7 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
 
 
 def _segment_roots(
-    cells: CellTable, side: Ints, turned: Bools, ends: FloatArray
+    cells: CellTable, side: Ints, is_reversed: Bools, ends: FloatArray
 ) -> tuple[Ints, FloatArray, Bools]:
     """Roots on segments, each a side (G,) of a cell: segment, t on it; and segments in the plane.
 
@@ -162,7 +162,7 @@ def _segment_roots(
         for which, rows_of_side in enumerate(part.rows):
             chosen = np.flatnonzero((group == k) & (number == which))
             rows = rows_of_side[cell[chosen] - cells.first[k]]
-            rows = np.where(turned[chosen, np.newaxis], rows[:, ::-1], rows)
+            rows = np.where(is_reversed[chosen, np.newaxis], rows[:, ::-1], rows)
             in_plane[chosen] = is_zero(rows)
             for end, sign in ((0, ends[chosen, 0] < 0), (-1, ends[chosen, 1] < 0)):
                 wrong = (rows[:, end] < 0) != sign

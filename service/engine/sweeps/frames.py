@@ -80,17 +80,17 @@ def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     # Relative to the longest step, because squares of small lengths may underflow.
     size = np.abs(chord).max(axis=(1, 2), keepdims=True)
     chord = chord / np.where(size > 0, size, 1.0)
-    moved = _dot(chord, chord)
-    still: Bools = moved <= NO_PLANE
-    first = chord / np.sqrt(np.where(still, 1.0, moved))[..., None]
+    squared_lengths = _dot(chord, chord)
+    is_still: Bools = squared_lengths <= NO_PLANE
+    first = chord / np.sqrt(np.where(is_still, 1.0, squared_lengths))[..., None]
     mirrored = before - 2 * _dot(first, before)[..., None] * first
     second = after - mirrored
     length = _dot(second, second)
-    still |= length <= NO_PLANE
-    second = second / np.sqrt(np.where(still, 1.0, length))[..., None]
+    is_still |= length <= NO_PLANE
+    second = second / np.sqrt(np.where(is_still, 1.0, length))[..., None]
     turns = np.concatenate([-_dot(second, first)[..., None], cross(second, first)], axis=-1)
-    if still.any():
-        turns[still] = _find_least_rotations(before[still], after[still])
+    if is_still.any():
+        turns[is_still] = _find_least_rotations(before[is_still], after[is_still])
     return turns
 
 

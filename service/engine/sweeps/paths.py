@@ -133,10 +133,10 @@ def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_ang
     none of them counts.
     """
     counts = _stations(turn, crease_angle)
-    turned = (counts > 1) & (at.t > 0) & (at.t < 1)
-    number = np.bincount(at.piece[turned], minlength=pieces.count)
+    has_corner = (counts > 1) & (at.t > 0) & (at.t < 1)
+    number = np.bincount(at.piece[has_corner], minlength=pieces.count)
     wrong = number > _most_cusps(pieces)
-    counts[turned & wrong[at.piece]] = 1
+    counts[has_corner & wrong[at.piece]] = 1
     return counts
 
 

@@ -149,18 +149,18 @@ def _crossbars(paths: Paths, towards: FloatArray) -> FloatArray:
     size = np.abs(towards).max(axis=2, keepdims=True)
     side = cross(towards / np.where(size > 0, size, 1.0), paths.tangents)
     length = np.sqrt(np.square(side).sum(axis=2))
-    clear = length > NO_SIDE
+    has_direction = length > NO_SIDE
     # The crossbar of the last station before that has one, else of the first after it.
-    number = np.where(clear, np.arange(side.shape[1]), -1)
+    number = np.where(has_direction, np.arange(side.shape[1]), -1)
     last = np.maximum.accumulate(number, axis=1)
-    source = np.where(last >= 0, last, clear.argmax(axis=1)[:, None])
+    source = np.where(last >= 0, last, has_direction.argmax(axis=1)[:, None])
     chosen = np.take_along_axis(side, source[..., None], axis=1)
-    lost = ~clear.any(axis=1)
-    if lost.any():
+    is_lost = ~has_direction.any(axis=1)
+    if is_lost.any():
         # A straight line in the facing direction: any crossbar is valid.
-        closed, fractions = paths.closed, paths.fractions[lost]
-        chosen[lost] = compute_frames(
-            paths.points[lost], paths.tangents[lost], fractions, closed=closed
+        closed, fractions = paths.closed, paths.fractions[is_lost]
+        chosen[is_lost] = compute_frames(
+            paths.points[is_lost], paths.tangents[is_lost], fractions, closed=closed
         )
     chosen = chosen - (chosen * paths.tangents).sum(axis=2, keepdims=True) * paths.tangents
     unit: FloatArray = chosen / np.sqrt(np.square(chosen).sum(axis=2, keepdims=True))

@@ -171,10 +171,10 @@ def _take_patches(batch: AnyPatches, rows: Ints) -> AnyPatches:
 
 def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
     """Which sides of patches are drawn, (P, 4): those in a direction that has curves."""
-    drawn = np.zeros(seams.edge.shape, dtype=bool)
-    drawn[:, :2], drawn[:, 2:] = counts[0] > 0, counts[1] > 0
-    drawn[seams.connectivity.is_triangle] = True
-    lines: Bools = drawn & ~seams.collapsed
+    is_drawn = np.zeros(seams.edge.shape, dtype=bool)
+    is_drawn[:, :2], is_drawn[:, 2:] = counts[0] > 0, counts[1] > 0
+    is_drawn[seams.connectivity.is_triangle] = True
+    lines: Bools = is_drawn & ~seams.collapsed
     return lines
 
 
@@ -209,12 +209,12 @@ def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> I
     for count, rows in _groups(divisions[edges]):
         chosen = np.zeros(len(divisions), dtype=bool)
         chosen[edges[rows]] = True
-        turned = backward[rows, None]
+        is_reversed = backward[rows, None]
         yield IsoCurves(
             sample_edges(seams.curves, chosen, count).swapaxes(0, 1),
             owner[rows] // 4,
-            np.where(turned, end[rows], begin[rows]),
-            np.where(turned, begin[rows], end[rows]),
+            np.where(is_reversed, end[rows], begin[rows]),
+            np.where(is_reversed, begin[rows], end[rows]),
         )
 
 
