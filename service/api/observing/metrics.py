@@ -77,7 +77,7 @@ class RequestCounters:
         self.sent: dict[str, int] = {}
         self.refusals: dict[str, int] = {}
         self.vertices = self.triangles = 0
-        about = "Time of computing, without encoding, by the formulation used."
+        about = "Time of evaluation, by formulation, without encoding."
         named = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
         self._engine_seconds = cache(named.labels)
 
@@ -155,12 +155,12 @@ class StateCollector(Collector):
         yield _counter("triangles", "Triangles of computed meshes.", seen.triangles)
         yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
         yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
-        yield _counter("cache_evictions", "Responses dropped to make room.", counts.evictions)
+        yield _counter("cache_evictions", "Responses removed from the cache to free memory.", counts.evictions)
         yield _gauge("cache_bytes", "Memory of cached responses.", cache.bytes)
         yield _gauge("cache_limit_bytes", "Most memory of cached responses.", cache.max_bytes)
         yield _gauge("cache_entries", "Number of cached responses.", len(cache))
-        yield _counter("plan_hits", "Mesh plans used again.", MESH_PLANS.hits)
-        yield _counter("plan_misses", "Mesh plans made.", MESH_PLANS.misses)
+        yield _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits)
+        yield _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses)
         yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)
         yield from _workers(state.services.workers)
         yield from _store(state.store)
@@ -177,7 +177,7 @@ def _workers(workers: Workers) -> Iterator[Metric]:
     yield _gauge("threads", "Threads that may compute at the same time.", threads, "lane")
     about, waited = "Waiting time of all requests together.", {"work": workers.seconds_waited}
     yield _counter("queue_wait_seconds", about, waited, "lane")
-    yield _gauge("memory_bytes", "Memory that requests hold, as predicted.", held, "pool")
+    yield _gauge("memory_bytes", "Predicted memory of running requests.", held, "pool")
     yield _gauge("memory_limit_bytes", "Most memory that requests may hold.", limits, "pool")
 
 
@@ -192,7 +192,7 @@ def _store(store: SurfaceStore) -> Iterator[Metric]:
     for labels, total in store.operations.totals.items():
         took.add_metric(labels, total.count, total.seconds)
     yield took
-    yield _gauge("store_bytes", "Bytes of stored surfaces, at the last count.", store.used)
+    yield _gauge("store_bytes", "Bytes of stored surfaces at the last count.", store.used)
     yield _gauge("store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", store.quota)
 
 
