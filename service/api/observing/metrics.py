@@ -155,7 +155,7 @@ class StateCollector(Collector):
         yield _counter("triangles", "Triangles of computed meshes.", seen.triangles)
         yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
         yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
-        yield _counter("cache_evictions", "Responses removed from the cache to free memory.", counts.evictions)
+        yield _counter("cache_evictions", "Responses removed to free memory.", counts.evictions)
         yield _gauge("cache_bytes", "Memory of cached responses.", cache.bytes)
         yield _gauge("cache_limit_bytes", "Most memory of cached responses.", cache.max_bytes)
         yield _gauge("cache_entries", "Number of cached responses.", len(cache))

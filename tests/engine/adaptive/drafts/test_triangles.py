@@ -11,7 +11,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border
-from tests.strategies import Array, model_of, translate
+from tests.strategies import Array, model_of
 
 
 def build_first_triangles(
@@ -37,7 +37,7 @@ def build_arch(height: float) -> Array:
 
 def test_neighbours_are_of_the_same_face() -> None:
     """Two squares with a common side: triangles of one have no neighbours in the other."""
-    patches = [build_arch(0.5), moved(build_arch(0.5), 1.0)]
+    patches = [build_arch(0.5), translate(build_arch(0.5), 1.0)]
     boundaries, found = build_first_triangles(patches, 0.02)
     face = boundaries.face[found.corners[:, 0]]
     inner = found.across >= 0
