@@ -11,7 +11,7 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border
-from tests.strategies import Array, model_of
+from tests.strategies import Array, model_of, translate
 
 
 def build_first_triangles(
