@@ -11,13 +11,13 @@ from functools import cache
 import numpy as np
 from threadpoolctl import threadpool_info
 
-from service.encoders.compression import made_by
+from service.encoders.compression import find_version
 from service.encoders.format import Compression
 
 
 def written_by(compression: Compression) -> str:
     """Names the libraries and the processor, for entity tags: other names may mean other bytes."""
-    return f"{arithmetic()} {made_by(compression)}"
+    return f"{arithmetic()} {find_version(compression)}"
 
 
 @cache

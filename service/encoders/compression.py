@@ -9,6 +9,6 @@ def compressions() -> tuple[Compression, ...]:
     return ("meshopt",) if meshopt.available() else ()
 
 
-def made_by(compression: Compression) -> str:
+def find_version(compression: Compression) -> str:
     """The version of the library: another version may compress the same content to other bytes."""
     return f"meshopt {meshopt.library_version()}" if compression == "meshopt" else ""

@@ -21,7 +21,7 @@ def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:
     return positions.astype(np.float64) + mesh.origin
 
 
-def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
+def find_shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
     """Positions without repetition, for formats with a separate index of normals, or no normals.
 
     Returns
@@ -40,7 +40,7 @@ def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
     return absolute(positions.take(first, axis=0), mesh), row
 
 
-def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray | None]:
+def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray | None]:
     """Positions for formats that store a colour with each position.
 
     Returns
@@ -51,14 +51,14 @@ def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexAr
     row : ndarray of uint32, shape (V,), or None
     """
     if mesh.colors is None or mesh.welds is None:
-        positions, row = shared_positions(mesh)
+        positions, row = find_shared_positions(mesh)
         return positions, mesh.colors, row
     leader = find_leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
     first = _leads(leader)
     return absolute(mesh.positions[first], mesh), mesh.colors[first], _rows_of_leaders(leader)
 
 
-def kept_with_faces(
+def keep_with_faces(
     mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Result]
 ) -> Result:
     """The result of `build()`, cached for the faces of the mesh and `row`, its only inputs."""
@@ -66,20 +66,20 @@ def kept_with_faces(
     return derive_once(sources if row is None else (*sources, row), name, build)
 
 
-def counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
+def write_counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
     """One line for each quad, then for each triangle: the number of corners, and their rows.
 
     `row`, shape (V,), maps vertices of the mesh to rows of the file.
     """
 
     def build() -> bytes:
-        quads = rows(renamed(mesh.quads, row), b"4 ")
-        return quads + rows(renamed(mesh.triangles, row), b"3 ")
+        quads = rows(rename_vertices(mesh.quads, row), b"4 ")
+        return quads + rows(rename_vertices(mesh.triangles, row), b"3 ")
 
-    return kept_with_faces(mesh, row, "counted faces", build)
+    return keep_with_faces(mesh, row, "counted faces", build)
 
 
-def renamed(faces: IndexArray, row: IndexArray | None) -> IndexArray:
+def rename_vertices(faces: IndexArray, row: IndexArray | None) -> IndexArray:
     """The row of each corner of each face; the number of the vertex if `row` is None."""
     return faces if row is None else row.take(faces)
 
@@ -165,14 +165,15 @@ def bound_comment(report: MeshReport) -> str:
 
 def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
     """The certified bounds of the mesh, without those that are None."""
-    known = _known(
+    known = _keep_known(
         deviation_bound=report.deviation_bound,
         mesh_deviation_bound=report.mesh_deviation_bound,
         normal_angle=report.normal_angle,
     )
     if any(part.deviation_bound is not None for part in parts):
         known["parts"] = [
-            {"name": part.name} | _known(deviation_bound=part.deviation_bound) for part in parts
+            {"name": part.name} | _keep_known(deviation_bound=part.deviation_bound)
+            for part in parts
         ]
     return known
 
@@ -185,5 +186,5 @@ def _curvature(report: MeshReport) -> dict[str, object]:
     return {"curvature": {"gaussian": gaussian, "mean": mean}}
 
 
-def _known(**values: float | None) -> dict[str, object]:
+def _keep_known(**values: float | None) -> dict[str, object]:
     return {name: value for name, value in values.items() if value is not None}

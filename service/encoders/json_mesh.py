@@ -21,10 +21,10 @@ from service.encoders.content import (
     REPORT_PART,
     absolute,
     find_nonempty,
-    kept_with_faces,
-    renamed,
+    find_shared_positions,
+    keep_with_faces,
+    rename_vertices,
     report_object,
-    shared_positions,
 )
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
@@ -39,7 +39,7 @@ from service.engine.mesh.mesh_value import Mesh
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The JSON document, UTF-8."""
-    positions, row = shared_positions(mesh)
+    positions, row = find_shared_positions(mesh)
     document: dict[str, object] = {
         "vertices": positions,
         "faces": _faces(mesh, row),
@@ -99,7 +99,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:
     """The JSON list of `_face_list`, cached with the faces."""
     runs = tuple((part.quads, part.triangles) for part in mesh.parts)
-    return kept_with_faces(mesh, row, ("JSON", runs), lambda: _face_list(mesh, row))
+    return keep_with_faces(mesh, row, ("JSON", runs), lambda: _face_list(mesh, row))
 
 
 def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
@@ -107,7 +107,7 @@ def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
 
     `row`, shape (V,), maps vertices of the mesh to rows of the list.
     """
-    triangles, quads = renamed(mesh.triangles, row), renamed(mesh.quads, row)
+    triangles, quads = rename_vertices(mesh.triangles, row), rename_vertices(mesh.quads, row)
     if not len(quads):
         return json_document(triangles)
     runs = (

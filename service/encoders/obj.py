@@ -15,16 +15,16 @@ from service.encoders.content import (
     COMMENT_CHARS,
     absolute,
     bound_comment,
-    colored_positions,
+    find_colored_positions,
     find_nonempty,
-    kept_with_faces,
+    keep_with_faces,
 )
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
     FLOAT32_CHARS,
     FLOAT64_CHARS,
     digits,
-    joined_rows,
+    join_rows,
     row_chunks,
     rows,
 )
@@ -33,7 +33,7 @@ from service.engine.mesh.mesh_value import Mesh
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
-    positions, colors, row = colored_positions(mesh)
+    positions, colors, row = find_colored_positions(mesh)
     comment = bound_comment(mesh.report)
     head = f"# {comment}\n" if comment else ""
     chunks = [
@@ -47,7 +47,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     groups = tuple((identifier(part.name), part.quads, part.triangles) for part in mesh.parts)
     kinds = mesh.uvs is not None, mesh.normals is not None
     name = ("OBJ", groups, kinds)
-    chunks.append(kept_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
+    chunks.append(keep_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
     first = len(positions) + 1
     for overlay in find_nonempty(mesh.overlays):
         chunks += (
@@ -81,11 +81,11 @@ def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
     """Lines `v x y z`, or `v x y z r g b` with colours."""
     if colors is None:
         return rows(positions, b"v ")
-    return joined_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v ")
+    return join_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v ")
 
 
 def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """Each part as a line `g name` and its faces; `row` is that of `colored_positions`."""
+    """Each part as a line `g name` and its faces; `row` is that of `find_colored_positions`."""
     numbers = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
     others = [numbers for values in (mesh.uvs, mesh.normals) if values is not None]
     corners = np.stack([numbers if row is None else row + np.uint32(1), *others], axis=1)

@@ -8,22 +8,22 @@ every position. The faces are the quads, then the triangles.
 """
 
 from service.encoders.colors import add_opacity
-from service.encoders.content import colored_positions, counted_faces
+from service.encoders.content import find_colored_positions, write_counted_faces
 from service.encoders.format import EncodeOptions, MeshSize
-from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, joined_rows, rows
+from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, join_rows, rows
 from service.engine.mesh.mesh_value import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OFF file, ASCII: header, counts (the number of edges is always 0), vertices, faces."""
-    positions, colors, row = colored_positions(mesh)
+    positions, colors, row = find_colored_positions(mesh)
     counts = f"{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n".encode()
     return b"".join(
         (
             b"OFF\n" if colors is None else b"COFF\n",
             counts,
-            rows(positions) if colors is None else joined_rows(positions, add_opacity(colors)),
-            counted_faces(mesh, row),
+            rows(positions) if colors is None else join_rows(positions, add_opacity(colors)),
+            write_counted_faces(mesh, row),
         )
     )
 

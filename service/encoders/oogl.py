@@ -31,14 +31,14 @@ import numpy as np
 from service.bases.arrays import IndexArray, RealArray
 from service.bases.row_batches import row_slices
 from service.encoders.colors import add_opacity
-from service.encoders.content import absolute, counted_faces, find_nonempty
+from service.encoders.content import absolute, find_nonempty, write_counted_faces
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
     FLOAT32_CHARS,
     FLOAT64_CHARS,
     digits,
     general_lines,
-    joined_rows,
+    join_rows,
     rows,
 )
 from service.engine.mesh.mesh_value import Mesh, Overlay
@@ -63,12 +63,16 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     """
     form = _form(mesh, options)
     if form == "bez":
-        raise _unsupported("The exact form is made of Bézier patches, not of a mesh.", form)
+        raise _build_unsupported_error(
+            "The exact form is made of Bézier patches, not of a mesh.", form
+        )
     if form != "off" and not mesh.grids:
-        raise _unsupported("This form needs a mesh of one grid for each patch.", form, "off")
+        raise _build_unsupported_error(
+            "This form needs a mesh of one grid for each patch.", form, "off"
+        )
     faces = len(mesh.triangles) + len(mesh.quads)
     if form == "off" and not faces and not find_nonempty(mesh.overlays):
-        raise _unsupported("OOGL cannot store a mesh without faces.", "no faces")
+        raise _build_unsupported_error("OOGL cannot store a mesh without faces.", "no faces")
 
     members: Iterator[bytes | memoryview]
     if form == "cquad":
@@ -181,7 +185,7 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
     yield vertices
-    yield counted_faces(mesh, None)
+    yield write_counted_faces(mesh, None)
     yield b"}\n"
 
 
@@ -205,7 +209,7 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
     positions = absolute(mesh.positions[chosen], mesh)
     if not columns:
         return prefix, rows(positions)
-    return prefix, joined_rows(positions, np.hstack(columns, dtype=np.float32, casting="same_kind"))
+    return prefix, join_rows(positions, np.hstack(columns, dtype=np.float32, casting="same_kind"))
 
 
 def _overlays(mesh: Mesh) -> Iterator[bytes]:
@@ -223,5 +227,5 @@ def _overlay_bound(size: MeshSize) -> int:
     return skeletons + size.overlay_points * point + segments + size.overlay_cells * cell
 
 
-def _unsupported(message: str, got: str, needed: str = "") -> UnsupportedByFormat:
+def _build_unsupported_error(message: str, got: str, needed: str = "") -> UnsupportedByFormat:
     return UnsupportedByFormat(Issue("unsupported_by_format", message, "/oogl", got, needed))

@@ -38,7 +38,7 @@ POWERS = np.array([float(10**k) for k in range(10)])
 
 def json_text(value: object) -> bytes:
     """JSON (RFC 8259) of a value, which may contain arrays, and bytes that are already JSON."""
-    return orjson.dumps(value, default=_default)
+    return orjson.dumps(value, default=_convert_unknown)
 
 
 def json_document(value: object) -> bytes:
@@ -63,7 +63,7 @@ def _held(value: object) -> int:
     return sum(map(_held, value)) if isinstance(value, list | tuple) else 0
 
 
-def _default(value: object) -> object:
+def _convert_unknown(value: object) -> object:
     """Converts a value that orjson does not know: JSON bytes, an array, a number of NumPy."""
     if isinstance(value, np.generic):
         return value.item()
@@ -84,10 +84,10 @@ def _pieces(value: object) -> Iterator[bytes]:
             opening = b","
         yield b"}" if value else b"{}"
     elif isinstance(value, list | tuple) and _held(value):
-        yield from _listed(map(_pieces, value))
+        yield from _write_list(map(_pieces, value))
     elif isinstance(value, np.ndarray) and value.size:
         each = value.size // len(value)
-        yield from _listed(
+        yield from _write_list(
             (json_array(value[k])[1:-1],) for k in row_slices(len(value), each, CHUNK_NUMBERS)
         )
     elif isinstance(value, bytes):
@@ -96,7 +96,7 @@ def _pieces(value: object) -> Iterator[bytes]:
         yield json_text(value)
 
 
-def _listed(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
+def _write_list(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
     opening = b"["
     for pieces in items:
         yield opening
@@ -154,7 +154,7 @@ def rows(
     return b"".join(_lines(array[chunk], start, between) for chunk in row_chunks(array))
 
 
-def joined_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
+def join_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
     """Lines of several arrays side by side; all have the same number of rows."""
     return b"".join(
         _side_by_side([array[chunk] for array in arrays], start) for chunk in row_chunks(arrays[0])

@@ -22,7 +22,7 @@ from service.engine.grid import CORNER, find_step, round_to_grid
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
-from service.engine.scenes.scene import Scene, arrange, replace_bounds, shown_points
+from service.engine.scenes.scene import Scene, arrange, find_shown_points, replace_bounds
 from service.engine.wires.draw import find_width
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
@@ -76,18 +76,18 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     storage = Storage(single=True, local=True, step=step)
     origin = round_to_grid(mesh.origin, step)
 
-    def moved(positions: RealArray) -> RealArray:
+    def move(positions: RealArray) -> RealArray:
         return storage.store_positions(positions.astype(np.float64) + mesh.origin, origin)
 
-    positions = moved(mesh.positions)
+    positions = move(mesh.positions)
     on = replace(
         mesh,
         positions=positions,
-        overlays=tuple(replace(o, positions=moved(o.positions)) for o in mesh.overlays),
+        overlays=tuple(replace(o, positions=move(o.positions)) for o in mesh.overlays),
         origin=origin,
         step=step,
     )
-    low, high = (bound.astype(np.float64) + origin for bound in find_extent(shown_points(on)))
+    low, high = (bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(on)))
     # Both differences are exact, except for the rounding of coordinates far from zero.
     moves = positions.astype(np.float64) - mesh.positions.astype(np.float64)
     moves += origin - mesh.origin
@@ -95,19 +95,19 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
         mesh.origin, low, high
     )
 
-    def grown(bound: float | None) -> float | None:
+    def grow(bound: float | None) -> float | None:
         return None if bound is None else round_up(bound + error)
 
     report = replace_bounds(mesh.report, low, high)
     return replace(
         on,
         parts=tuple(
-            replace(part, deviation_bound=grown(part.deviation_bound)) for part in mesh.parts
+            replace(part, deviation_bound=grow(part.deviation_bound)) for part in mesh.parts
         ),
         report=replace(
             report,
-            deviation_bound=grown(report.deviation_bound),
-            mesh_deviation_bound=grown(report.mesh_deviation_bound),
+            deviation_bound=grow(report.deviation_bound),
+            mesh_deviation_bound=grow(report.mesh_deviation_bound),
         ),
     )
 

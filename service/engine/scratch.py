@@ -51,7 +51,7 @@ def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray:
     size = prod(shape) * np.dtype(dtype).itemsize
     memory = _arena.memory.get(name)
     if memory is None or len(memory) < size:
-        memory = _arena.memory[name] = _aligned(size)
+        memory = _arena.memory[name] = _allocate_aligned(size)
     numbers: RealArray = memory[:size].view(dtype)
     views[name, dtype] = numbers.reshape(shape)
     return views[name, dtype]
@@ -80,7 +80,7 @@ class Workspaces(local, Generic[Work]):
         return work
 
 
-def _aligned(size: int) -> NDArray[np.uint8]:
+def _allocate_aligned(size: int) -> NDArray[np.uint8]:
     """New memory that begins at a cache line."""
     room = np.empty(size + CACHE_LINE, np.uint8)
     begin = -room.ctypes.data % CACHE_LINE

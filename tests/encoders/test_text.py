@@ -9,7 +9,7 @@ import pytest
 from service.bases.cache import MESH_PLANS
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.encoders.text import general_lines, joined_rows, json_array, json_document
+from service.encoders.text import general_lines, join_rows, json_array, json_document
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
 from service.surface.examples import find
@@ -29,7 +29,7 @@ def test_six_digits_are_those_of_c() -> None:
 
 def test_lines_hold_the_numbers_of_their_rows() -> None:
     single = np.clip(NUMBERS, -1e38, 1e38).astype(np.float32)
-    words = [line.split(b" ") for line in joined_rows(NUMBERS, single, start=b"v ").splitlines()]
+    words = [line.split(b" ") for line in join_rows(NUMBERS, single, start=b"v ").splitlines()]
     assert {(len(row), row[0]) for row in words} == {(7, b"v")}
     table = np.array([row[1:] for row in words])
     assert table[:, :3].astype(np.float64).tobytes() == NUMBERS.tobytes()

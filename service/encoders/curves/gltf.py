@@ -12,8 +12,14 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 from service.encoders.curves.format import CurveSize, in_space, report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.columns import Column, single
-from service.encoders.gltf.document import LINE_STRIP, File, root_placement, textual, whole
+from service.encoders.gltf.columns import Column, to_single
+from service.encoders.gltf.document import (
+    LINE_STRIP,
+    File,
+    build_whole_document,
+    root_placement,
+    textual,
+)
 from service.encoders.gltf.glb import binary
 from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
@@ -52,7 +58,9 @@ def _document(line: Polyline) -> File:
         columns["_ARC_LENGTH"] = line.arc_lengths[:, None]
     buffer = BufferBuilder()
     attributes = {
-        name: (buffer.add_positions if name == "POSITION" else buffer.add)(Column(single(values)))
+        name: (buffer.add_positions if name == "POSITION" else buffer.add)(
+            Column(to_single(values))
+        )
         for name, values in columns.items()
     }
     primitive = {"attributes": attributes, "mode": LINE_STRIP, "material": 0}
@@ -62,7 +70,9 @@ def _document(line: Polyline) -> File:
         "meshes": [{"name": line.name, "primitives": [primitive]}],
         "materials": [LINE_MATERIAL],
     }
-    return whole(line.name, report_object(line.report), arrays, buffer, EncodeOptions())
+    return build_whole_document(
+        line.name, report_object(line.report), arrays, buffer, EncodeOptions()
+    )
 
 
 def _json_bound(size: CurveSize) -> int:

@@ -99,14 +99,14 @@ class BufferBuilder:
         view = View(stored.view(np.uint8), corners=faces.shape[1])
         return self._add(stored, view, {})
 
-    def packed(self) -> Packed:
+    def pack(self) -> Packed:
         """All arrays one after another, each at a multiple of 4 bytes."""
         laid = Packed()
         length = 0
         for view in self.views:
-            entry = {"buffer": 0, "byteOffset": length} | described(view)
+            entry = {"buffer": 0, "byteOffset": length} | describe_view(view)
             laid.views.append(entry)
-            laid.chunks.extend(padded(view.rows.data.cast("B")))
+            laid.chunks.extend(pad(view.rows.data.cast("B")))
             length += view.rows.nbytes + -view.rows.nbytes % 4
         return laid
 
@@ -130,13 +130,13 @@ def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
     return np.ascontiguousarray(faces, dtype=kind)
 
 
-def described(view: View) -> JsonObject:
+def describe_view(view: View) -> JsonObject:
     """The JSON of a view, without its place in the buffer."""
     stride = {"byteStride": view.rows.shape[1]} if view.padded else {}
     return {"byteLength": view.rows.nbytes, **stride, "target": view.target}
 
 
-def padded(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:
+def pad(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:
     """Bytes, padded to a multiple of 4."""
     return content, bytes(-len(content) % 4)
 

@@ -51,7 +51,7 @@ Columns: TypeAlias = dict[str, Column]
 """Attributes by their names in glTF."""
 
 
-def plain_columns(mesh: Mesh) -> Columns:
+def build_plain_columns(mesh: Mesh) -> Columns:
     """Every attribute of a mesh, in float32."""
     columns = {"POSITION": mesh.positions}
     if mesh.normals is not None:
@@ -63,7 +63,7 @@ def plain_columns(mesh: Mesh) -> Columns:
     for name, values in mesh.attributes:
         for key, part in attribute_columns(name, values.shape[1]):
             columns[key] = values[:, part]
-    return {key: Column(single(values)) for key, values in columns.items()}
+    return {key: Column(to_single(values)) for key, values in columns.items()}
 
 
 def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
@@ -75,6 +75,6 @@ def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
         yield f"_{name.upper()}_{piece}", slice(first, first + 4)
 
 
-def single(values: RealArray) -> NDArray[np.float32]:
+def to_single(values: RealArray) -> NDArray[np.float32]:
     """Numbers as float32."""
     return np.ascontiguousarray(values, dtype="<f4")

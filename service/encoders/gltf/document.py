@@ -43,7 +43,7 @@ File: TypeAlias = tuple[JsonObject, Packed]
 """A document and its buffer."""
 
 
-def whole(
+def build_whole_document(
     name: str,
     report: Mapping[str, object],
     arrays: JsonObject,
@@ -51,7 +51,7 @@ def whole(
     options: EncodeOptions,
 ) -> File:
     """The document of these nodes, meshes and materials; the first node is the root."""
-    packed = meshopt.compressed(buffer) if options.compression == "meshopt" else buffer.packed()
+    packed = meshopt.compress_buffer(buffer) if options.compression == "meshopt" else buffer.pack()
     extensions = [UNLIT] if LINE_MATERIAL in arrays["materials"] else []
     extensions += [quantized.EXTENSION] if buffer.quantized else []
     extensions += packed.extensions

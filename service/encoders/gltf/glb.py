@@ -25,7 +25,7 @@ from service.encoders.colors import is_translucent
 from service.encoders.content import find_nonempty, report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import JsonObject, Packed
-from service.encoders.gltf.columns import Columns, plain_columns
+from service.encoders.gltf.columns import Columns, build_plain_columns
 from service.encoders.gltf.mesh_document import build_document
 from service.encoders.gltf.primitives import split_parts
 from service.encoders.pieces import Content, Pieces
@@ -53,7 +53,7 @@ def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
     UnsupportedByFormat
         If the mesh has quads.
     """
-    return _planned_glb(mesh, options) or binary(*build_document(mesh, options))
+    return _encode_planned(mesh, options) or binary(*build_document(mesh, options))
 
 
 def binary(document: JsonObject, buffer: Packed) -> Content:
@@ -133,12 +133,12 @@ class Template:
         return zip(lows, highs, strict=True)
 
 
-def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
+def _encode_planned(mesh: Mesh, options: EncodeOptions) -> Content | None:
     """The binary form of a mesh with a plan's faces; None for any other mesh."""
     plain = options.compression == "none" and not mesh.step and not find_nonempty(mesh.overlays)
     if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
         return None
-    columns = plain_columns(mesh)
+    columns = build_plain_columns(mesh)
     key = (
         "glTF template",
         mesh.name,

@@ -12,7 +12,7 @@ Khronos, glTF 2.0 Specification: 3.5 nodes and transformations.
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, textual, whole
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, textual
 from service.encoders.gltf.primitives import pieces
 from service.encoders.gltf.quantized import grid_place
 from service.engine.mesh.mesh_value import Mesh
@@ -62,4 +62,6 @@ def build_document(mesh: Mesh, options: EncodeOptions) -> File:
         "meshes": meshes,
         "materials": materials,
     }
-    return whole(mesh.name, report_object(mesh.report, mesh.parts), arrays, buffer, options)
+    return build_whole_document(
+        mesh.name, report_object(mesh.report, mesh.parts), arrays, buffer, options
+    )

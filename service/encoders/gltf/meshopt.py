@@ -24,7 +24,7 @@ import numpy as np
 
 from service.bases.arrays import Bytes, IndexArray, Ints
 from service.cancellation import checkpoint
-from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed, View, described, padded
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed, View, describe_view, pad
 
 EXTENSION = "EXT_meshopt_compression"
 
@@ -55,7 +55,7 @@ def library_version() -> str:
     return version("meshopt") if available() else "none"
 
 
-def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
+def order_faces(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
     """Triangles (T, 3) or lines (L, 2) in a better order, and the old index of each vertex.
 
     Unused vertices come last. Lines keep their order, but their vertices do not.
@@ -80,15 +80,15 @@ def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
     return indices.reshape(-1, corners), order
 
 
-def compressed(buffer: BufferBuilder) -> Packed:
+def compress_buffer(buffer: BufferBuilder) -> Packed:
     """All arrays, each with or without compression, whichever is shorter."""
     views: list[JsonObject] = []
     chunks: list[memoryview | bytes] = []
     length = promised = 0
     for view in buffer.views:
         checkpoint()
-        content, more = _encoded(view)
-        entry = described(view)
+        content, more = _encode_view(view)
+        entry = describe_view(view)
         if len(content) >= view.rows.nbytes:
             content = view.rows.data.cast("B")
             entry = {"buffer": 0, "byteOffset": length} | entry
@@ -110,14 +110,14 @@ def compressed(buffer: BufferBuilder) -> Packed:
             }
             promised += view.rows.nbytes + -view.rows.nbytes % 4
         views.append(entry)
-        chunks.extend(padded(content))
+        chunks.extend(pad(content))
         length += len(content) + -len(content) % 4
     if not promised:
         return Packed(views, chunks)
     return Packed(views, chunks, [{"byteLength": promised, "extensions": FALLBACK}], (EXTENSION,))
 
 
-def _encoded(view: View) -> tuple[memoryview | bytes, JsonObject]:
+def _encode_view(view: View) -> tuple[memoryview | bytes, JsonObject]:
     """A compressed view, and the filter that decodes it."""
     library = _library()
     if view.corners:

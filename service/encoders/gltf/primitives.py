@@ -18,9 +18,9 @@ from service.encoders.content import find_nonempty, refuse_quads
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, index_rows
-from service.encoders.gltf.columns import Column, Columns, plain_columns, single
+from service.encoders.gltf.columns import Column, Columns, build_plain_columns, to_single
 from service.encoders.gltf.materials import LINE_MATERIAL, surface_material
-from service.encoders.gltf.quantized import grid_positions, quantized_columns
+from service.encoders.gltf.quantized import build_quantized_columns, grid_positions
 from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.surface.lowered import Color
 
@@ -53,14 +53,14 @@ class Piece:
 def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:
     """Every part with faces and every overlay with lines."""
     refuse_quads(mesh, "glTF")
-    columns = quantized_columns(mesh) if mesh.step else plain_columns(mesh)
+    columns = build_quantized_columns(mesh) if mesh.step else build_plain_columns(mesh)
     for part, rows, triangles in split_parts(mesh):
         checkpoint()
         mine = {name: column.take(rows) for name, column in columns.items()}
         yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
     for overlay in find_nonempty(mesh.overlays):
         points = overlay.positions
-        places = grid_positions(points, mesh) if mesh.step else Column(single(points))
+        places = grid_positions(points, mesh) if mesh.step else Column(to_single(points))
         primitive = _primitive({"POSITION": places}, overlay.segments, buffer, options)
         yield Piece(overlay.name, primitive)
 
@@ -71,7 +71,7 @@ def _primitive(
     """Triangles or lines and their vertices' attributes, in an order that compresses well."""
     vertices = len(columns["POSITION"].values)
     if options.compression == "meshopt":
-        faces, order = meshopt.ordered(faces, vertices)
+        faces, order = meshopt.order_faces(faces, vertices)
         columns = {name: column.take(order) for name, column in columns.items()}
     attributes = {
         name: buffer.add_positions(column) if name == "POSITION" else buffer.add(column)
@@ -121,7 +121,7 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
         part_vertices: IndexArray | slice = slice(0, 0)
         faces = triangles[slice(*run)]
         if len(faces):
-            part_vertices, faces = _own_vertices(faces, used, lookup)
+            part_vertices, faces = _find_used_vertices(faces, used, lookup)
         count = (
             part_vertices.stop - part_vertices.start
             if isinstance(part_vertices, slice)
@@ -133,7 +133,7 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
     return _Split(tuple(pieces))
 
 
-def _own_vertices(
+def _find_used_vertices(
     triangles: IndexArray, used: Bools, lookup: IndexArray
 ) -> tuple[IndexArray | slice, IndexArray]:
     """The vertices that these triangles use, and the triangles as indices into these vertices.

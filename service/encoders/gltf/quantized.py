@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.encoders.gltf.columns import Column, Columns, plain_columns
+from service.encoders.gltf.columns import Column, Columns, build_plain_columns
 from service.engine.mesh.mesh_value import Mesh
 
 EXTENSION = "KHR_mesh_quantization"
@@ -26,9 +26,9 @@ EXTENSION = "KHR_mesh_quantization"
 LARGEST, LARGEST_SIGNED = 65535, 32767
 
 
-def quantized_columns(mesh: Mesh) -> Columns:
+def build_quantized_columns(mesh: Mesh) -> Columns:
     """Every attribute of a quantized mesh, in the fewest bits that suffice."""
-    columns = plain_columns(mesh)
+    columns = build_plain_columns(mesh)
     columns["POSITION"] = grid_positions(mesh.positions, mesh)
     if mesh.normals is not None:
         normals = np.rint(mesh.normals.astype(np.float64) * LARGEST_SIGNED)

@@ -20,7 +20,7 @@ from service.bases.arrays import FloatArray
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, textual, whole
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, textual
 from service.encoders.gltf.glb import binary
 from service.encoders.gltf.mesh_document import node_place
 from service.encoders.gltf.primitives import Piece, pieces
@@ -34,12 +34,12 @@ scaling that counts as 1; rounding errors are 1e-16."""
 
 def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
     """The binary form; raises `UnsupportedByFormat` if a mesh has quads."""
-    return bytes(binary(*_Document(scene, options).finished()))
+    return bytes(binary(*_Document(scene, options).finish()))
 
 
 def encode_gltf_scene(scene: Scene, options: EncodeOptions) -> bytes:
     """The JSON form; raises `UnsupportedByFormat` if a mesh has quads."""
-    return textual(*_Document(scene, options).finished())
+    return textual(*_Document(scene, options).finish())
 
 
 class _Document:
@@ -56,7 +56,7 @@ class _Document:
         self._mesh_numbers: dict[tuple[int, int, Color | None], int] = {}
         self._material_numbers: dict[tuple[str, bool, Color | None], int] = {}
 
-    def finished(self) -> File:
+    def finish(self) -> File:
         """The document with a node for each copy, and its buffer."""
         scene = self.scene
         root: JsonObject = {"name": scene.name}
@@ -70,12 +70,12 @@ class _Document:
             "materials": self.materials,
         }
         report = report_object(scene.report, scene_parts(scene))
-        return whole(scene.name, report, arrays, self.buffer, self.options)
+        return build_whole_document(scene.name, report, arrays, self.buffer, self.options)
 
     def _copy(self, member: PlacedModel) -> int:
         """The node of one copy, with child nodes if it has several pieces."""
         number = len(self.nodes)
-        outer, inner = placing(member.matrix)
+        outer, inner = split_matrix(member.matrix)
         node: JsonObject = {"name": member.name, **outer}
         self.nodes.append(node)
         if inner:
@@ -114,26 +114,26 @@ class _Document:
         return self._material_numbers[key]
 
 
-def placing(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
+def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
     """Translation, rotation and scalings of a node, and of an inner node if the map has shear."""
     if matrix is None:
         return {}, {}
     shift, linear = matrix[:3, 3], matrix[:3, :3]
     place: JsonObject = {"translation": shift.tolist()} if shift.any() else {}
     if not (linear - np.diag(np.diag(linear))).any():
-        return place | dict(_scaling(np.diag(linear))), {}
+        return place | dict(_write_scale(np.diag(linear))), {}
     lengths = np.sqrt((linear**2).sum(axis=0))
     if np.linalg.det(linear) < 0:
         lengths = -lengths
     turn = linear / lengths
     if np.abs(turn.T @ turn - np.eye(3)).max() <= SAME:
-        return place | {"rotation": quaternion(turn)} | dict(_scaling(lengths)), {}
+        return place | {"rotation": quaternion(turn)} | dict(_write_scale(lengths)), {}
     outer, scale, inner = np.linalg.svd(linear)
     if np.linalg.det(outer) < 0:
         outer, scale = -outer, -scale
     if np.linalg.det(inner) < 0:
         inner, scale = -inner, -scale
-    place |= {"rotation": quaternion(outer)} | dict(_scaling(scale))
+    place |= {"rotation": quaternion(outer)} | dict(_write_scale(scale))
     return place, {"rotation": quaternion(inner)}
 
 
@@ -158,6 +158,6 @@ def quaternion(turn: FloatArray) -> list[float]:
     return unit
 
 
-def _scaling(scale: FloatArray) -> Iterator[tuple[str, list[float]]]:
+def _write_scale(scale: FloatArray) -> Iterator[tuple[str, list[float]]]:
     if np.abs(scale - 1).max() > SAME:
         yield "scale", scale.tolist()

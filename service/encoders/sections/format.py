@@ -73,7 +73,7 @@ def numbers_of(section: Section) -> list[Ints]:
     return [numbers.astype(np.intp) for numbers in paths]
 
 
-def stored(sections: Sections) -> tuple[FloatArray, float]:
+def find_stored_origin(sections: Sections) -> tuple[FloatArray, float]:
     """The origin of points in float32, (3,), and the largest error of their rounding."""
     points = [points_of(section) for section in sections.sections]
     every = np.concatenate([np.zeros((0, 3)), *points])

@@ -12,11 +12,17 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 from service.bases.arrays import FloatArray
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.columns import Column, single
-from service.encoders.gltf.document import LINE_STRIP, File, root_placement, textual, whole
+from service.encoders.gltf.columns import Column, to_single
+from service.encoders.gltf.document import (
+    LINE_STRIP,
+    File,
+    build_whole_document,
+    root_placement,
+    textual,
+)
 from service.encoders.gltf.glb import binary
 from service.encoders.gltf.materials import LINE_MATERIAL
-from service.encoders.sections.format import SectionSize, report_object, stored
+from service.encoders.sections.format import SectionSize, find_stored_origin, report_object
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.sections.values import Sections
 
@@ -49,7 +55,7 @@ def gltf_bound(size: SectionSize) -> int:
 
 
 def _document(sections: Sections) -> File:
-    origin, moved = stored(sections)
+    origin, moved = find_stored_origin(sections)
     buffer = BufferBuilder()
     children = list(range(1, len(sections.sections) + 1))
     root = {"name": sections.name, **root_placement(origin, sections.up), "children": children}
@@ -64,10 +70,12 @@ def _document(sections: Sections) -> File:
             meshes.append({"name": f"section {k}", "primitives": strips})
         nodes.append(node)
     arrays = {"nodes": nodes, "meshes": meshes, "materials": [LINE_MATERIAL] if meshes else []}
-    return whole(sections.name, report_object(sections, moved), arrays, buffer, EncodeOptions())
+    return build_whole_document(
+        sections.name, report_object(sections, moved), arrays, buffer, EncodeOptions()
+    )
 
 
 def _strip(points: FloatArray, buffer: BufferBuilder) -> JsonObject:
     """The primitive of one polyline."""
-    attributes = {"POSITION": buffer.add_positions(Column(single(points)))}
+    attributes = {"POSITION": buffer.add_positions(Column(to_single(points)))}
     return {"attributes": attributes, "mode": LINE_STRIP, "material": 0}

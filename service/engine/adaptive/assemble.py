@@ -21,7 +21,7 @@ from service.engine.adaptive.triangulation import (
 )
 from service.engine.bounds.faces import Faces
 from service.engine.curvatures.ranges import find_ranges
-from service.engine.evaluation.scattered import scattered_normals
+from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.extent import find_stored_bounds
 from service.engine.mesh.borders import count_borders
 from service.engine.mesh.channels import ChannelRows, match_values, split_by_kind
@@ -72,7 +72,9 @@ def assemble(
     normals, limits = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
     if options.normals or angle_matters:
-        normals, limits = scattered_normals(model.batches, samples.patch, samples.u, samples.v)
+        normals, limits = evaluate_scattered_normals(
+            model.batches, samples.patch, samples.u, samples.v
+        )
     channels = evaluate_channels(model, samples, dtype, uvs=options.uvs)
     if options.curvatures:
         channels += evaluate_curvatures(model, samples, dtype)

@@ -14,7 +14,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.goal import Goal, View, build_tolerance_error
-from service.engine.scenes.placing import placing_error, scalings
+from service.engine.scenes.placing import bound_placing_error, scalings
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_bounds
 
@@ -98,7 +98,7 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
     A point at the distance d from the eye in the model is at least s d from it once it is placed,
     where a rate r allows r s d; and an error there is at most S times that of the model.
     """
-    (least, most), taken = scalings(matrix), placing_error(matrix, *bounds) + error
+    (least, most), taken = scalings(matrix), bound_placing_error(matrix, *bounds) + error
     goal = subtract_rounding(goal, taken, place_bounds(bounds, matrix))
     view = goal.view
     if view is not None:

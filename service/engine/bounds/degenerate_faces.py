@@ -83,7 +83,7 @@ def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
 def _find_pinched_places(layout: Layout) -> Ints:
     """Places of all samples: one for each side that is one point, otherwise one for each sample."""
     place = np.arange(layout.size)
-    samples, corner = layout.collapsed_samples()
+    samples, corner = layout.find_collapsed_samples()
     stand_in = np.zeros(layout.connectivity.corners, dtype=np.intp)
     stand_in[layout.connectivity.corner] = layout.corner_samples()
     place[samples] = stand_in[corner]

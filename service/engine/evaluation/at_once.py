@@ -188,9 +188,9 @@ class _Workspace:
         self.columns = rows.T
         self.turned = np.empty_like(rows.T, order="C") if is_separable else None
         if self.turned is None:
-            self.products = _whole_products(rows, degree, resolution, results)
+            self.products = _plan_whole_products(rows, degree, resolution, results)
         else:
-            self.products = _separable_products(self.turned, degree, resolution, results)
+            self.products = _plan_separable_products(self.turned, degree, resolution, results)
         self.differences = rows[points:]
         self.squares = np.empty_like(self.differences)
         self.means = _build_means(degree, dtype)
@@ -279,7 +279,7 @@ Products: TypeAlias = list[list[tuple[RealArray, RealArray, RealArray]]]
 """For each of S, S_u and S_v: the pairs of matrices to multiply, and the output."""
 
 
-def _whole_products(
+def _plan_whole_products(
     rows: RealArray,
     degree: tuple[int, int],
     resolution: tuple[int, int],
@@ -292,7 +292,7 @@ def _whole_products(
     return [[(net.T, values, out.reshape(-1, basis.shape[1]))] for net, values, out in parts]
 
 
-def _separable_products(
+def _plan_separable_products(
     turned: RealArray,
     degree: tuple[int, int],
     resolution: tuple[int, int],

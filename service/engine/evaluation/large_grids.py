@@ -38,7 +38,7 @@ def separable(work: GridEvaluation) -> None:
     u, u_below = (sample_basis(degree, ru, work.dtype) for degree in (p, p - 1))
     v, v_below = (sample_basis_columns(degree, rv, work.dtype) for degree in (q, q - 1))
     write_positions = _position_writer(work)
-    for patch, (net, *partial_nets), trust in _single(work, work.dtype):
+    for patch, (net, *partial_nets), trust in _iterate_patches(work, work.dtype):
         at_u = np.matmul(u, net)
         if not partial_nets:
             for rows, (at, _, _), out, _, _ in _row_runs(work, patch):
@@ -58,7 +58,7 @@ def normal_polynomial(work: GridEvaluation) -> None:
     u, u_normal = (sample_basis(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
     v_normal = sample_basis_columns(2 * q - 1, rv, work.dtype)
     write_positions = _position_writer(work)
-    for patch, (net, *partial_nets), trust in _single(work, np.float64):
+    for patch, (net, *partial_nets), trust in _iterate_patches(work, np.float64):
         if not partial_nets:
             raise ValueError("the normal polynomial is of no use without normals")
         at_u = np.matmul(u, net.astype(work.dtype))
@@ -69,7 +69,9 @@ def normal_polynomial(work: GridEvaluation) -> None:
             work.write_normals(vectors, normals, trust, first)
 
 
-def _single(work: GridEvaluation, dtype: Real) -> Iterator[tuple[int, list[RealArray], RealArray]]:
+def _iterate_patches(
+    work: GridEvaluation, dtype: Real
+) -> Iterator[tuple[int, list[RealArray], RealArray]]:
     """The patches one by one; the nets of several patches are prepared together.
 
     Yields

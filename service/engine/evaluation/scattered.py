@@ -25,7 +25,7 @@ def group_by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Pa
             yield batch, int(first[number]), rows
 
 
-def scattered_normals(
+def evaluate_scattered_normals(
     batches: Sequence[Patches], patch: Ints, u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, int]:
     """Unit normals (N, 3) at parameters of patches, and how many of them are limits.

@@ -27,7 +27,7 @@ FINER, LEVELS = 1 / 8, 4
 searches."""
 
 
-def near_groups(points: FloatArray, reach: float) -> Ints:
+def group_near_points(points: FloatArray, reach: float) -> Ints:
     """For each point (N, 3) the first point of its group; equal points are always in one group.
 
     Which points form a group does not depend on their order.

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from service.engine.joining.corners_on_edges import find_corners_on_edges
-from service.engine.joining.near_points import near_groups
+from service.engine.joining.near_points import group_near_points
 from service.engine.joining.open_edges import OpenBorder, find_open_border
 from service.engine.mesh.equal_points import find_knot_ratio, weld_distance
 from service.engine.mesh.seams import Seams
@@ -48,7 +48,7 @@ def find_neighbours(
     ratio = max(find_knot_ratio(model) for model in models if isinstance(model, PatchModel))
     distance = weld_distance(float(diagonal), float(largest), ratio, tolerance)
     owners = np.repeat(owner, [len(border.corners) for border in placed])
-    together = near_groups(places, distance)
+    together = group_near_points(places, distance)
     pairs = np.stack([owners[together], owners], axis=1)
     on = np.array(owner)[find_corners_on_edges(placed, distance)]
     pairs = np.unique(np.concatenate([pairs, on]), axis=0)

@@ -34,7 +34,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.joining.common_factors import find_scales
-from service.engine.joining.near_points import near_groups, run_starts
+from service.engine.joining.near_points import group_near_points, run_starts
 from service.engine.joining.raised_edges import BorderWeights, raise_equal
 from service.engine.joining.thin_patches import collapse_thin_patches
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
@@ -69,7 +69,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     runs = [border_points(batch) for batch in model.batches]
     border = np.concatenate(runs)
     distance = find_weld_distance(model, tolerance)
-    group = near_groups(border, distance)
+    group = group_near_points(border, distance)
     checkpoint()
     pattern = find_pattern(model.batches, group)
     points = _equal_nets(pattern, border, group)

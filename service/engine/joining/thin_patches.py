@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.engine.mesh.connectivity import Connectivity
-from service.engine.mesh.curve_patches import find_thin, flat_nets
+from service.engine.mesh.curve_patches import find_thin, flatten_nets
 from service.surface.batches import Patches
 
 WIDTH = 2.0
@@ -42,7 +42,7 @@ def collapse_thin_patches(
     new_batches, furthest = list(batches), 0.0
     for which, rows, line in find_thin(batches, connectivity):
         batch = new_batches[which]
-        nets, net_weights = flat_nets(batch, rows)
+        nets, net_weights = flatten_nets(batch, rows)
         points, weights = batch.points.copy(), batch.weights
         bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
         is_thin = bound <= WIDTH * distance

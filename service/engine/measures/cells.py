@@ -56,7 +56,7 @@ class Cells:
         """The cells with these rows."""
         return Cells(self.nets[..., rows], self.patch[rows], self.depth[rows], self.noise)
 
-    def halved(self, axis: int) -> "Cells":
+    def halve(self, axis: int) -> "Cells":
         """Both halves of every cell, along u (axis 0) or v (axis 1): first halves come first."""
         d, rows, columns, count = self.nets.shape
         nets = along(halves(self.degree[axis]), self.nets, axis)
@@ -66,7 +66,7 @@ class Cells:
         return Cells(ordered.reshape(d, rows, columns, 2 * count), patch, depth, self.noise)
 
     @staticmethod
-    def joined(parts: "list[Cells]") -> "Cells":
+    def join(parts: "list[Cells]") -> "Cells":
         """Cells of one degree, one after another."""
         return Cells(
             np.concatenate([part.nets for part in parts], axis=3),

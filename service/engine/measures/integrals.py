@@ -197,8 +197,8 @@ class BoundedCells:
     def halve(self, kind: Kind) -> "list[BoundedCells]":
         """The halves of all cells; an empty list without cells."""
         turned = ((0, ~self.along_v), (1, self.along_v))
-        parts = [self.cells.take(rows).halved(axis) for axis, rows in turned if rows.any()]
-        return [_bound(Cells.joined(parts), kind)] if parts else []
+        parts = [self.cells.take(rows).halve(axis) for axis, rows in turned if rows.any()]
+        return [_bound(Cells.join(parts), kind)] if parts else []
 
 
 def _bound(cells: Cells, kind: Kind) -> BoundedCells:

@@ -54,7 +54,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     sizes = _measure_sizes("the area", groups, part, len(patch_model.parts), precision)
     areas = [size.times(nets.scale**2) for size in sizes]
     oriented = orient_sides(source.seams)
-    closed_parts = oriented.closed_parts(source.part, len(patch_model.parts))
+    closed_parts = oriented.find_closed_parts(source.part, len(patch_model.parts))
     solids = measure_solids(
         source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
     )
@@ -62,7 +62,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     precision.check()
     (volume, centroid), *solid_parts = solids
     width = query.tolerance
-    faults = oriented.unbalanced()
+    faults = oriented.find_unbalanced_sides()
     sides = np.flatnonzero(faults.ravel())
     is_open = oriented.is_open.ravel()[sides]
     return Measures(

@@ -93,7 +93,7 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
         far = lengths(nets.center) + nets.reach
         limits = 2 * UPWARDS * limits * np.stack([far, far * far])
     for axis in range(len(stretches)):
-        spread = _weighted(nets, axis)
+        spread = _bound_spreads(nets, axis)
         first, *rest = spread.partials
         size_of, off = lengths(first.value), first.off
         turns[axis] = first.ripple
@@ -145,7 +145,7 @@ class _Spreads:
     reach: FloatArray
 
 
-def _weighted(nets: CellNets, axis: int) -> _Spreads:
+def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
     """The bounds of S − c and of the partials if one parameter is complex."""
     x = _spread(nets.x, axis)
     steps = [_spread(net, axis) for net in nets.x_partials]

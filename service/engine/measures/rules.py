@@ -47,7 +47,7 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
     if axes > 1:
         normal = _cross(*partials)
         shares = np.outer(shares, shares).ravel()
-    errors = rounding(nets, kind, count)
+    errors = bound_rounding(nets, kind, count)
     if kind == "size":
         return np.asarray(shares @ lengths(normal))[np.newaxis], errors
     place += nets.center[:, np.newaxis]
@@ -67,7 +67,7 @@ def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
     return values.reshape(d, -1, size)
 
 
-def rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
+def bound_rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
     """Bound the rounding of sums: shape (1, K), or (2, K) for a flux and its moment."""
     n, reach, least = max(nets.degree), nets.reach, nets.least_weight
 

@@ -137,7 +137,7 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
     patch_model = to_patches(lowered)
     part = patch_model.part_numbers
     if isinstance(lowered, GroupModel):
-        return patch_model, part, _joined_group(lowered, tolerance, allow)
+        return patch_model, part, _join_group(lowered, tolerance, allow)
     assert isinstance(lowered, PatchModel)
     model, seams = join(lowered, tolerance, allow)
     noise = bound_lowering_error(lowered)
@@ -145,7 +145,7 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
     return patch_model, part, Source(model, seams, model.part_numbers, noise, model.moved, (piece,))
 
 
-def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
+def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
     clusters = {joined.at[cluster.members[0]]: cluster for cluster in joined.clusters}
@@ -169,7 +169,7 @@ def _joined_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
         stretch = _stretch(member)
         moved = max(moved, model.moved * stretch)
         for n in numbers:
-            noise = max(noise, _placing_error(group.members[n], _given(group, n)))
+            noise = max(noise, _bound_placing_error(group.members[n], _given(group, n)))
     return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(pieces))
 
 
@@ -184,7 +184,7 @@ def _stretch(member: PlacedModel) -> float:
     return 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3]))
 
 
-def _placing_error(member: PlacedModel, model: PatchModel) -> float:
+def _bound_placing_error(member: PlacedModel, model: PatchModel) -> float:
     """A bound of the errors of control points by lowering and placing, in units of the group."""
     error = bound_lowering_error(model) * _stretch(member)
     if member.matrix is None:

@@ -72,7 +72,7 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
                 weights, weight_tolerance
             ):
                 return None
-    return seams or find_seams(batches).renumbered()
+    return seams or find_seams(batches).renumber()
 
 
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:
@@ -157,7 +157,7 @@ def _find_pattern(
     pattern = MESH_PLANS.find(last)
     if isinstance(pattern, EdgePattern) and pattern.equal.is_right_for(border, distance):
         return pattern, True
-    columns = 0 if model.domain is None else _plain_columns(model.batches[0], model.domain)
+    columns = 0 if model.domain is None else _count_plain_columns(model.batches[0], model.domain)
     numbers = None if columns else find_equal_points(border)
     pattern = MESH_PLANS.get(
         ("edges", forms, columns, b"" if numbers is None else hash_arrays(numbers)),
@@ -170,7 +170,7 @@ def _find_pattern(
     return pattern, False
 
 
-def _plain_columns(batch: Patches, domain: Domain) -> int:
+def _count_plain_columns(batch: Patches, domain: Domain) -> int:
     """M_v, the number of patches along v, if patches meet exactly like the cells of a grid; else 0.
 
     Neighbours then have equal control points on the side between them, and all corners of the grid

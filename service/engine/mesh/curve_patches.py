@@ -27,7 +27,7 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
     first = np.cumsum([0, *(batch.count for batch in model.batches)])
     thin_numbers = []
     for which, rows, line in find_thin(model.batches, connectivity):
-        points, weights = flat_nets(model.batches[which], rows)
+        points, weights = flatten_nets(model.batches[which], rows)
         is_curve = (points == points[:, line]).all(axis=(1, 2))
         if weights is not None:
             is_curve &= (weights == weights[:, line]).all(axis=1)
@@ -73,7 +73,7 @@ def find_thin(
             yield number, np.flatnonzero(sides == side), _find_lines(batch, side)
 
 
-def flat_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
+def flatten_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
     """Control points (m, n, 3) and weights (m, n) of some patches; a net has n points."""
     weights = None if batch.weights is None else batch.weights[rows].reshape(len(rows), -1)
     return batch.points[rows].reshape(len(rows), -1, 3), weights

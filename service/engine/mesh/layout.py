@@ -173,7 +173,7 @@ class Layout(SampleRuns):
         _, first, back = np.unique(corner, return_index=True, return_inverse=True)
         stand_in = corners.ravel()[first]
         place[corners] = stand_in[back.reshape(corners.shape)]
-        samples, at = self.collapsed_samples()
+        samples, at = self.find_collapsed_samples()
         place[samples] = stand_in[at]
         return place
 
@@ -202,7 +202,7 @@ class Layout(SampleRuns):
             sources.append((row[:, None] + count * inside).ravel())
             targets.append(self.find_side_samples(sides, divisions)[:, 1:-1].ravel())
             first += count * (divisions + 1)
-        poles, at = self.collapsed_samples()
+        poles, at = self.find_collapsed_samples()
         targets += [self.corner_samples().ravel(), poles]
         sources += [first + self.connectivity.corner.ravel(), first + at]
         return BorderWrites(tuple(groups), np.concatenate(targets), np.concatenate(sources))

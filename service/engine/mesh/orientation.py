@@ -42,12 +42,12 @@ class OrientedSides:
         """Whether every edge is balanced."""
         return not np.bincount(self.edge.ravel(), self.passage.ravel()).any()
 
-    def unbalanced(self) -> Bools:
+    def find_unbalanced_sides(self) -> Bools:
         """Which sides, (P, 4), count and lie on edges that are not balanced."""
         sums = np.bincount(self.edge.ravel(), self.passage.ravel())
         return np.asarray((sums[self.edge] != 0) & (self.passage != 0))
 
-    def closed_parts(self, part: Ints, count: int) -> Bools:
+    def find_closed_parts(self, part: Ints, count: int) -> Bools:
         """Whether each of `count` parts has patches and balances all of its edges, shape (count,).
 
         Patch k belongs to part[k].

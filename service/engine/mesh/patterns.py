@@ -104,7 +104,9 @@ def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     if not shape.is_framed and not any(shape.collapsed):
         if kind == "quads":
             return NO_TRIANGLES, _repeat_rows(_row_of_cells(rv), ru, rv + 1)
-        return _turned(shape, _repeat_rows(_split_quads(_row_of_cells(rv)), ru, rv + 1)), NO_QUADS
+        return _turn_corners(
+            shape, _repeat_rows(_split_quads(_row_of_cells(rv)), ru, rv + 1)
+        ), NO_QUADS
     cells = _repeat_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
     if shape.is_framed:
         cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
@@ -142,7 +144,7 @@ def _build_cells(
     if kind == "quads":
         is_quad = _find_proper(merged[cells])
         quads, cells = cells[is_quad], cells[~is_quad]
-    triangles = np.concatenate([_turned(shape, _split_quads(cells)), *strips])
+    triangles = np.concatenate([_turn_corners(shape, _split_quads(cells)), *strips])
     triangles = triangles[_find_proper(merged[triangles])]
     return triangles.astype(np.uint32), quads.astype(np.uint32)
 
@@ -182,7 +184,7 @@ def _split_quads(cells: NDArray[Index]) -> NDArray[Index]:
     return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
-def _turned(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
+def _turn_corners(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
     """The halves of cells, with the first and the last cell split along the other diagonal."""
     ru, rv = shape.resolution
     if min(ru, rv) < 2:

@@ -161,7 +161,7 @@ class SampleRuns:
             samples = self.extra[numbers[apart], side][row] + k
             yield side, block.patches[apart[row]], (k + 1) / (inner[row] + 1), samples
 
-    def collapsed_samples(self) -> tuple[Ints, Ints]:
+    def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""
         samples, corners = [_NONE], [_NONE]
         lines = np.stack(along_sides(self.ru, self.rv), axis=1)

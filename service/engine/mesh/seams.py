@@ -64,7 +64,7 @@ class Seams:
         """The number of sides of each edge, shape (E,)."""
         return self.connectivity.users
 
-    def renumbered(self) -> "Seams":
+    def renumber(self) -> "Seams":
         """The seams, with edges and corners in the order and the direction of their first sides."""
         connectivity = self.connectivity
         _, side = np.unique(connectivity.edge, return_index=True)

@@ -181,9 +181,9 @@ class CellTree:
                 if len(chosen):
                     nets = self._spaces[group].nets[self._row[chosen]]
                     place, sides = self.place[:, chosen], self.point_sides[:, chosen]
-                    parts.append(Cells(nets, place, sides, chosen).halved(axes))
+                    parts.append(Cells(nets, place, sides, chosen).halve(axes))
             if parts:
-                self._add_children(group, Cells.joined(parts))
+                self._add_children(group, Cells.join(parts))
 
     def _add_children(self, group: int, halves: Cells) -> None:
         """Adds the children of cells of one group; children of one cell are consecutive."""

@@ -111,7 +111,7 @@ class ClosestLevels:
                 next_pairs.append(self.polish())
             next_pairs.append(self.waiting)
             self.waiting = NO_PAIRS
-            point, cell = _joined(next_pairs)
+            point, cell = _join_pairs(next_pairs)
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
@@ -186,7 +186,7 @@ class ClosestLevels:
             return NO_PAIRS
         point = np.concatenate([point for point, _, _ in self.settled])
         cell = np.concatenate([cell for _, cell, _ in self.settled])
-        bounds = Minima.joined([bounds for _, _, bounds in self.settled])
+        bounds = Minima.join([bounds for _, _, bounds in self.settled])
         self.settled = []
         order = np.lexsort((cell, bounds.estimate, point))
         is_first = np.diff(point[order], prepend=-1) > 0
@@ -237,7 +237,7 @@ class ClosestLevels:
         return ended
 
 
-def _joined(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+def _join_pairs(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
     """Pairs of a point and a cell, in the order of points."""
     filled = [each for each in pairs if len(each[0])]
     if len(filled) < 2:

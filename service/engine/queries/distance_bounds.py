@@ -82,7 +82,7 @@ class Minima:
         return Minima(*(getattr(self, name).take(rows, axis=-1) for name in Minima.__slots__))
 
     @staticmethod
-    def joined(minima: Sequence["Minima"]) -> "Minima":
+    def join(minima: Sequence["Minima"]) -> "Minima":
         """All of them, one after another."""
         return Minima(
             *(

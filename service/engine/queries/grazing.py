@@ -88,7 +88,7 @@ class Strips:
 
 
 @np.errstate(all="ignore")
-def grazed_strips(
+def find_grazed_strips(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray, thickness: FloatArray
 ) -> tuple[Bools, Bools, Strips]:
     """Which pairs have no hit, which are thin, and the strips of the thin pairs.

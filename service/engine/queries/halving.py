@@ -29,11 +29,11 @@ class Cells:
     point_sides: Bools
     parent: Ints
 
-    def halved(self, axes: Sequence[int]) -> "Cells":
+    def halve(self, axes: Sequence[int]) -> "Cells":
         """Halves along axes, 0 or 1 or both; the halves of one cell are consecutive."""
         cells = self
         for axis in axes:
-            nets = np.stack(halved(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
+            nets = np.stack(halve(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
             place, sides = cells.place.repeat(2, axis=1), cells.point_sides.repeat(2, axis=1)
             middle = (cells.place[2 * axis] + cells.place[2 * axis + 1]) / 2
             for end in (0, 1):
@@ -44,7 +44,7 @@ class Cells:
         return cells
 
     @staticmethod
-    def joined(parts: "Sequence[Cells]") -> "Cells":
+    def join(parts: "Sequence[Cells]") -> "Cells":
         """The cells of all parts, one after another."""
         return Cells(
             np.concatenate([part.nets for part in parts]),
@@ -73,7 +73,7 @@ class NetSpace:
         return rows
 
 
-def halved(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
+def halve(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
     """Nets (K, p+1, q+1, D) over the lower and the upper half of one direction, axis 1 or 2.
 
     Each step averages two neighbours. Unlike a product of matrices, this gives the same bits for a

@@ -75,7 +75,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
             needed = f"at most {most_hits}; fewer rays, or their first hits alone"
             got = f"more than {most_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
-    hits = Hits.joined(parts)
+    hits = Hits.join(parts)
     kind = np.concatenate([hits.origin[:0], *(p.origin for p in parts)])
     with np.errstate(all="ignore"):
         lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]

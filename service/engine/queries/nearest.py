@@ -109,7 +109,7 @@ class Nearest:
         self._descend()
         point = np.concatenate([point for point, _, _ in self._places])
         net = np.concatenate([net for _, net, _ in self._places])
-        places = Place.joined([places for _, _, places in self._places])
+        places = Place.join([places for _, _, places in self._places])
         chosen = self._choose(point, net, places)
         position, distance = places.position[:, chosen], places.distance[chosen]
         high = np.full(len(distance), np.inf)
@@ -135,7 +135,7 @@ class Nearest:
         for _ in range(1, STEPS):
             at = places.next(at, free)
             places = measure_places(self._cells, net, place, at, self._x[:, rows])
-            nearest = nearest.replaced(places, places.high <= nearest.high)
+            nearest = nearest.replace_where(places, places.high <= nearest.high)
         self.add_places(rows, net, nearest)
 
     def _choose(self, point: Ints, net: Ints, places: Place) -> Ints:

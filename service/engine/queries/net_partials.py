@@ -49,11 +49,13 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
         for first in range(0, len(rows), step):
             chunk = rows[first : first + step]
             u, v = place[:, chunk]
-            partials[:, :, chunk] = _of_group(group.nets[net[chunk] - group.first], u, v, order)
+            partials[:, :, chunk] = _evaluate_group(
+                group.nets[net[chunk] - group.first], u, v, order
+            )
     return partials
 
 
-def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
+def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
     m, rows, columns, width = nets.shape
     basis_u, basis_v = _bases(rows - 1, u, order), _bases(columns - 1, v, order)
     # Two products for each net, because the calls of many small products cost more than the

@@ -132,7 +132,7 @@ class QueryNets:
         """Points (m, 3) of the model in the coordinates of the nets."""
         return np.asarray((points - self.origin) / self.scale)
 
-    def near_points(self, points: FloatArray) -> LocalPoints:
+    def to_near_points(self, points: FloatArray) -> LocalPoints:
         """Points (m, 3) of the model in the coordinates of the nets, moved where they are far."""
         exponent = frexp(self.scale)[1] - 1
         away = points - self.origin

@@ -44,13 +44,13 @@ class Place:
         """The places with these rows."""
         return Place(*(getattr(self, name).take(rows, axis=-1) for name in Place.__slots__))
 
-    def replaced(self, by: "Place", where: Bools) -> "Place":
+    def replace_where(self, by: "Place", where: Bools) -> "Place":
         """These places, replaced by those of `by` where `where` (n,) is true."""
         names = Place.__slots__
         return Place(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
 
     @staticmethod
-    def joined(places: Sequence["Place"]) -> "Place":
+    def join(places: Sequence["Place"]) -> "Place":
         """All places, one after another."""
         return Place(
             *(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.curves.evaluation import CurveSamples, evaluate_tangents
-from service.engine.evaluation.scattered import scattered_normals
+from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.mesh.connect import connect, connect_if_apart
 from service.engine.mesh.connectivity import triangular_patches
 from service.engine.mesh.seams import Seams
@@ -67,7 +67,7 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         NaN where they are uncertain.
     """
     nets = surface_nets(model.batches)
-    near = nets.near_points(query.points)
+    near = nets.to_near_points(query.points)
     closest, columns = _closest(nets, near, query.relative_tolerance)
     seams = None
     if query.sign:
@@ -90,7 +90,7 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         and unit tangents (m, d) in place of normals.
     """
     nets = curve_nets(pieces)
-    near = nets.near_points(to_space(query.points))
+    near = nets.to_near_points(to_space(query.points))
     closest, columns = _closest(nets, near, query.relative_tolerance)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     places = CurveSamples(closest.net, closest.place[:, 0])
@@ -135,7 +135,7 @@ def surface_columns(
         rest = np.where(is_triangle & (v < 1), 1 - v, 1.0)
         u = np.minimum(u / rest, 1.0)
     if len(rows := np.flatnonzero(~is_regular)):
-        normals[rows], _ = scattered_normals(model.batches, patch[rows], u[rows], v[rows])
+        normals[rows], _ = evaluate_scattered_normals(model.batches, patch[rows], u[rows], v[rows])
     return columns | {"normals": normals}
 
 

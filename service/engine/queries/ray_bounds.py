@@ -157,7 +157,7 @@ class RootBounds:
         return RootBounds(*(getattr(self, name)[..., rows] for name in RootBounds.__slots__))
 
     @staticmethod
-    def joined(bounds: Sequence["RootBounds"]) -> "RootBounds":
+    def join(bounds: Sequence["RootBounds"]) -> "RootBounds":
         """The bounds of all parts, one after another."""
         names = RootBounds.__slots__
         return RootBounds(

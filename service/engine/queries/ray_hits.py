@@ -89,7 +89,7 @@ class Hits:
         return Hits(*(getattr(self, field.name)[..., rows] for field in fields(Hits)))
 
     @staticmethod
-    def joined(parts: "Sequence[Hits]") -> "Hits":
+    def join(parts: "Sequence[Hits]") -> "Hits":
         """The hits of all parts, one after another."""
         if not parts:
             three, none, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)

@@ -12,7 +12,7 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.column_vectors import dot
-from service.engine.queries.grazing import STEEPEST, grazed_strips
+from service.engine.queries.grazing import STEEPEST, find_grazed_strips
 from service.engine.queries.patch_tree import PatchTree
 from service.engine.queries.ray_bounds import (
     SETTLED,
@@ -55,7 +55,7 @@ open."""
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 
 
-def _joined(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+def _join_pairs(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
     """All pairs in the order of rays."""
     filled = [pair for pair in pairs if len(pair[0])]
     if len(filled) < 2:
@@ -114,14 +114,14 @@ class RayLevels:
         self.is_later[later[0]] = True
         while len(ray) or self.settled or len(later[0]):
             if len(ray) - len(self.waiting[0]) <= TAIL * len(later[0]):
-                ray, cell = _joined([(ray, cell), later])
+                ray, cell = _join_pairs([(ray, cell), later])
                 later = NO_PAIRS
                 self.is_later[:] = False
             pairs = [self.step(ray, cell)]
             if sum(len(pair[0]) for pair in self.settled) >= len(pairs[0][0]):
                 pairs.append(self.polish())
-            ray, cell = _joined([*pairs, self.waiting])
-        hits = Hits.joined(self.found)
+            ray, cell = _join_pairs([*pairs, self.waiting])
+        hits = Hits.join(self.found)
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
     def halves(self, ray: Ints, cell: Ints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
@@ -195,7 +195,9 @@ class RayLevels:
         rays = self.rays
         model = self.cells.models.take(cell, axis=1)
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
-        empty, is_thin, strips = grazed_strips(model, o, d, rays.slack[ray], rays.thickness[ray])
+        empty, is_thin, strips = find_grazed_strips(
+            model, o, d, rays.slack[ray], rays.thickness[ray]
+        )
         left = ~empty
         rows = np.flatnonzero(is_thin)
         if len(rows):
@@ -231,7 +233,7 @@ class RayLevels:
         if not self.settled:
             return NO_PAIRS
         ray, cell, low = (np.concatenate([pairs[k] for pairs in self.settled]) for k in range(3))
-        bounds = RootBounds.joined([pairs[3] for pairs in self.settled])
+        bounds = RootBounds.join([pairs[3] for pairs in self.settled])
         self.settled = []
         parts = [np.arange(len(ray))]
         if self.only_first:

@@ -146,7 +146,7 @@ def find_roots(
         rows, at = rows[open_rows], next_at[:, open_rows]
         if not len(rows):
             break
-    return Hits.joined(hits_by_step), is_done
+    return Hits.join(hits_by_step), is_done
 
 
 @np.errstate(all="ignore")
@@ -187,7 +187,7 @@ def find_strips(
     low, high = t.min(axis=0) - wide, t.max(axis=0) + wide
     net = cells.net[cell[rows]]
     hits = [places.to_hits(rows, ray[rows], net, (low, high), Origin.STRIP) for places in ends]
-    return Hits.joined(hits), fine
+    return Hits.join(hits), fine
 
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:

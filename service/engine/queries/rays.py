@@ -124,7 +124,7 @@ class RaySearch:
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> RayHits | None:
         """Hits of some rays; None if their cells take too much memory."""
-        merged = self._merged(rays, share, only_first=only_first, can_split=can_split)
+        merged = self._search_merged(rays, share, only_first=only_first, can_split=can_split)
         if merged is None:
             return None
         hits, reached = merged
@@ -136,14 +136,16 @@ class RaySearch:
             again = Share(share.pairs - int(share.spent.sum()), len(rows))
             complete = None
             if len(rows):
-                complete = self._merged(rays.take(which), again, only_first=False, can_split=False)
+                complete = self._search_merged(
+                    rays.take(which), again, only_first=False, can_split=False
+                )
                 share.spent[which] += again.spent
             if complete:
                 strips = _firsts(complete[0])
                 strips.ray[:] = which[strips.ray]
                 reached[which] &= complete[1]
                 others = np.flatnonzero(hits.origin == Kind.CROSSING)
-                hits = Hits.joined([hits.take(others), strips])
+                hits = Hits.join([hits.take(others), strips])
                 hits = hits.take(np.argsort(hits.ray, kind="stable"))
         near = rays.near[hits.ray]
         t, low, high = (np.maximum(ends - near, 0.0) for ends in (hits.t, hits.low, hits.high))
@@ -151,7 +153,7 @@ class RaySearch:
         reached &= rays.thickness <= self.thickness
         return RayHits(hits, hits.sines(rays.direction[:, hits.ray]), reached)
 
-    def _merged(
+    def _search_merged(
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> tuple[Hits, Bools] | None:
         """Hits of some rays, one for each place, and which rays are reached."""

@@ -15,7 +15,7 @@ from service.engine.options import MeshOptions
 from service.engine.queries.cells import CellTree
 from service.engine.queries.chord_models import CHORDS
 from service.engine.queries.nets import QueryNets
-from service.engine.queries.winding import winding_numbers
+from service.engine.queries.winding import compute_winding_numbers
 from service.surface.lowered import PatchModel
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance
@@ -48,5 +48,5 @@ def compute_signs(
     if not orient_sides(seams).is_closed:
         return np.full(len(x), np.nan)
     gap = (joined.moved + SAME_EDGE * model.diagonal) / nets.scale
-    numbers = winding_numbers(CellTree(nets, CHORDS), x, low, gap)
+    numbers = compute_winding_numbers(CellTree(nets, CHORDS), x, low, gap)
     return np.where(np.isnan(numbers), np.nan, np.where(numbers != 0, -1.0, 1.0))

@@ -73,7 +73,9 @@ FEWEST = 1
 """The fewest points that are searched together."""
 
 
-def winding_numbers(cells: CellTree, x: FloatArray, low: FloatArray, gap: float) -> FloatArray:
+def compute_winding_numbers(
+    cells: CellTree, x: FloatArray, low: FloatArray, gap: float
+) -> FloatArray:
     """Winding numbers (m,) of points x (m, 3); NaN where they are uncertain.
 
     Parameters

@@ -33,7 +33,7 @@ def scalings(matrix: FloatArray | None) -> tuple[float, float]:
     return max(least - slack, 0.0), most + slack
 
 
-def placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatArray) -> float:
+def bound_placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatArray) -> float:
     """Bound of the distance of the copy of a point within these bounds from its exact place."""
     if matrix is None:
         return 0.0
@@ -42,7 +42,7 @@ def placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatArray) 
     return PLACED * scalings(matrix)[1] * reach + MOVED * shift
 
 
-def single_error(low: FloatArray, high: FloatArray, origin: FloatArray) -> float:
+def bound_single_error(low: FloatArray, high: FloatArray, origin: FloatArray) -> float:
     """Bound of the rounding of a point within these bounds to float32 about an origin.
 
     It is half a unit in the last place of each coordinate, |x| 2^-24. The subtraction and the

@@ -16,7 +16,7 @@ from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.engine.mesh.report import MeshReport
 from service.engine.scenes.colors import tint
 from service.engine.scenes.merge import add_reports, merge_meshes
-from service.engine.scenes.placing import placing_error, scalings, single_error
+from service.engine.scenes.placing import bound_placing_error, bound_single_error, scalings
 from service.engine.vectors import find_largest_angle
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, PlacedModel
@@ -63,11 +63,11 @@ def flatten(scene: Scene) -> Mesh:
     copies = [_copy(scene.meshes[node.model], node) for node in scene.nodes]
     mesh = merge_meshes(copies, scene.name)
     if scene.joined:
-        mesh = replace(mesh, welds=_joined_welds(mesh, copies, scene.joined))
+        mesh = replace(mesh, welds=_join_welds(mesh, copies, scene.joined))
     return replace(mesh, up=scene.up, report=scene.report)
 
 
-def _joined_welds(
+def _join_welds(
     mesh: Mesh, copies: Sequence[Mesh], joined: tuple[tuple[int, ...], ...]
 ) -> IndexArray:
     """For each vertex the first vertex at its position; only joined nodes share positions."""
@@ -105,9 +105,11 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
         for overlay in mesh.overlays
     )
     narrow = replace(mesh, positions=positions, overlays=overlays, origin=origin)
-    low, high = (bound.astype(np.float64) + origin for bound in find_extent(shown_points(narrow)))
+    low, high = (
+        bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(narrow))
+    )
     least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
-    error = single_error(least, greatest, origin)
+    error = bound_single_error(least, greatest, origin)
     report = _spread_report(replace_bounds(mesh.report, low, high), 1.0, error)
     return replace(
         narrow,
@@ -186,7 +188,7 @@ def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     if matrix is None:
         return mesh.report
     report = replace_bounds(
-        mesh.report, *find_extent(place_points(shown_points(mesh), matrix, mesh.origin))
+        mesh.report, *find_extent(place_points(find_shown_points(mesh), matrix, mesh.origin))
     )
     if report.normal_angle is not None and mesh.normals is not None:
         angle = find_largest_angle(mesh.triangles, _place_normals(mesh.normals, matrix))
@@ -197,7 +199,7 @@ def _place_report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
 def _find_spread(mesh: Mesh, matrix: FloatArray | None) -> tuple[float, float]:
     """The largest factor by which placing multiplies distances, and the rounding error it adds."""
     bounds = mesh.report.bounds_min, mesh.report.bounds_max
-    return scalings(matrix)[1], placing_error(matrix, *(np.array(bound) for bound in bounds))
+    return scalings(matrix)[1], bound_placing_error(matrix, *(np.array(bound) for bound in bounds))
 
 
 def _spread_part(part: MeshPart, stretch: float, error: float) -> MeshPart:
@@ -219,7 +221,7 @@ def _grow(bound: float | None, stretch: float, error: float) -> float | None:
     return None if bound is None else bound * stretch + error
 
 
-def shown_points(mesh: Mesh) -> RealArray:
+def find_shown_points(mesh: Mesh) -> RealArray:
     """The points that determine the bounds of a mesh: its vertices, or its lines if it has none."""
     if len(mesh.positions):
         return mesh.positions

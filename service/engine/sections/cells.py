@@ -24,7 +24,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.queries.halving import halved
+from service.engine.queries.halving import halve
 from service.surface.sides import take_side
 
 OVER_U, OVER_V, BELOW, ABOVE, SINGULAR, COPLANAR = range(6)
@@ -129,7 +129,7 @@ class OpenCells:
     def _halves(self, axis: int) -> "tuple[OpenCells, OpenCells]":
         halves = []
         middle = (self.place[2 * axis] + self.place[2 * axis + 1]) // 2
-        for end, nets in enumerate(halved(self.nets[..., np.newaxis], axis + 1)):
+        for end, nets in enumerate(halve(self.nets[..., np.newaxis], axis + 1)):
             place = self.place.copy()
             place[2 * axis + 1 - end] = middle
             halves.append(replace(self, place=place, nets=nets[..., 0]))

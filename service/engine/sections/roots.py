@@ -59,7 +59,7 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
             (np.repeat(number[double], 2), np.repeat(begin[double] + 0.5 ** (depth + 1), 2))
         )
         if single.any():
-            t = _single(nets[single], signs[single])
+            t = _find_single(nets[single], signs[single])
             parts.append((number[single], begin[single] + t * 0.5**depth))
         left = np.flatnonzero((changes > 1) & ~small)
         if not len(left):
@@ -87,7 +87,7 @@ def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low.T, high.T
 
 
-def _single(nets: FloatArray, signs: Bools) -> FloatArray:
+def _find_single(nets: FloatArray, signs: Bools) -> FloatArray:
     """The only place in [0, 1] at which each polynomial changes its sign."""
     low, high = np.zeros(len(nets)), np.ones(len(nets))
     # The secant gives a better start than the middle.

@@ -82,7 +82,7 @@ class CellSearch:
         place[1], place[3] = ONE, ONE
         cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, coplanar, floor)
         count, expected = 0, 0.0
-        while len(cells := _near(cells)):
+        while len(cells := _keep_near(cells)):
             kind, sense, is_monotone = _classify(cells.nets)
             kind[cells.coplanar] = COPLANAR
             along_u, along_v = self._to_halve(cells, kind, is_monotone)
@@ -202,7 +202,7 @@ def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     return kind, sense, is_monotone
 
 
-def _near(cells: OpenCells) -> OpenCells:
+def _keep_near(cells: OpenCells) -> OpenCells:
     """The cells that the section may meet, with a margin for rounding."""
     checkpoint()
     low, high = cells.nets.min(axis=(1, 2)), cells.nets.max(axis=(1, 2))

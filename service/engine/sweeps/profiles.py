@@ -58,7 +58,7 @@ def build_tubes(
     radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), stations)
     normals = compute_frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
     tangents = paths.tangents[:, :, None]
-    ring = _ring(normals, cross(normals, paths.tangents), sides)
+    ring = _build_ring(normals, cross(normals, paths.tangents), sides)
     reach = ring
     if paths.mitres is not None:
         # Along the curve up to the plane of the station.
@@ -136,7 +136,7 @@ def build_ribbons(
     return join_rows(rows, faces)
 
 
-def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
+def _build_ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
     """The vectors e at φ = 2π j / sides, j = 0 … sides, (K, m, sides+1, 3)."""
     angle = 2 * np.pi * np.arange(sides) / sides
     along, across = np.cos(angle)[:, None], np.sin(angle)[:, None]

@@ -71,7 +71,7 @@ def test_indices_are_short_while_they_may(vertices: int, component: int) -> None
 
 
 def read_back(buffer: BufferBuilder) -> np.ndarray:
-    packed = buffer.packed()
+    packed = buffer.pack()
     document = {"accessors": buffer.accessors, "bufferViews": packed.views}
     return Gltf(document, b"".join(packed.chunks)).array(0)
 

@@ -163,10 +163,10 @@ def test_more_than_65535_vertices_have_long_indices() -> None:
 
 def test_vertices_that_no_face_uses_come_last() -> None:
     triangles = np.array([[5, 2, 7], [7, 2, 1]], np.uint32)
-    ordered, order = meshopt.ordered(triangles, 10)
+    ordered, order = meshopt.order_faces(triangles, 10)
     assert sorted(order.tolist()) == list(range(10))
     assert order[4:].tolist() == [0, 3, 4, 6, 8, 9]
     back = {tuple(np.roll(face, -face.argmin()).tolist()) for face in order[ordered]}
     assert back == {(2, 7, 5), (1, 7, 2)}
-    lines, order = meshopt.ordered(np.array([[3, 1], [1, 0]], np.uint32), 4)
+    lines, order = meshopt.order_faces(np.array([[3, 1], [1, 0]], np.uint32), 4)
     assert order[lines].tolist() == [[3, 1], [1, 0]]

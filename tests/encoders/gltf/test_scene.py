@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.scene import placing, quaternion
+from service.encoders.gltf.scene import quaternion, split_matrix
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.cost import mesh_size
@@ -74,7 +74,7 @@ def copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
 @given(placements())
 def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
     """Turns, stretches, mirrors and shears, in one node or in two."""
-    outer, inner = placing(matrix)
+    outer, inner = split_matrix(matrix)
     for node in (outer, inner):
         if "rotation" in node:
             assert np.linalg.norm(node["rotation"]) == pytest.approx(1, abs=1e-15)

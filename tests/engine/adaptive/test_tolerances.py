@@ -16,7 +16,7 @@ from service.engine.adaptive.tolerances import (
     separate_copies,
 )
 from service.engine.bounds.goal import Goal, View
-from service.engine.scenes.placing import placing_error, scalings
+from service.engine.scenes.placing import bound_placing_error, scalings
 from service.engine.scenes.scene import place_points
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
@@ -80,7 +80,7 @@ def test_the_goal_of_a_model_keeps_its_copy_within_the_goal_of_the_group(
 ) -> None:
     model = build_group(matrix).models[0]
     own = move_goal(Goal(tolerance), matrix, model.bounds, error)
-    taken = placing_error(matrix, *model.bounds) + error
+    taken = bound_placing_error(matrix, *model.bounds) + error
     assert own.tolerance * scalings(matrix)[1] + taken <= tolerance
     assert own.tolerance > 0
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from service.engine.joining.near_points import FINER, LEVELS, MAX_CROWD, near_groups
+from service.engine.joining.near_points import FINER, LEVELS, MAX_CROWD, group_near_points
 from service.engine.mesh.equal_points import has_near_points
 
 Array = np.ndarray
@@ -49,7 +49,7 @@ def test_groups_are_the_components_that_are_not_wide(
     points = points + spread * rng.uniform(-0.5, 0.5, points.shape)
     points = np.round(points * 4) / 4 if seed % 2 else points
     points = np.concatenate([points, points[: count // 3]])
-    result = near_groups(points, 1.0)
+    result = group_near_points(points, 1.0)
     expected = groups_by_pairs(points, 1.0)
     if max(np.bincount(connected_components(cdist(points, points) <= 2.0)[1])) <= MAX_CROWD:
         assert result.tolist() == expected
@@ -59,7 +59,7 @@ def test_groups_are_the_components_that_are_not_wide(
         for k, (f, w) in enumerate(zip(result, expected, strict=True))
     )
     order = rng.permutation(len(points))
-    again = near_groups(points[order], 1.0)
+    again = group_near_points(points[order], 1.0)
     for i, j in combinations(range(0, len(points), 3), 2):
         assert (result[order[i]] == result[order[j]]) == (again[i] == again[j])
 
@@ -70,7 +70,7 @@ def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
     rng = np.random.default_rng(count)
     crowd = rng.uniform(0, 1e-3, (count, 3))
     chain = np.stack([np.arange(count) * 0.9, np.zeros(count), np.full(count, 5.0)], axis=1)
-    result = near_groups(np.concatenate([crowd, chain]), 1.0)
+    result = group_near_points(np.concatenate([crowd, chain]), 1.0)
     assert (result[:count] == 0).all()
     assert result[count:].tolist() == list(range(count, 2 * count))
 
@@ -80,7 +80,16 @@ def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
     neighbours."""
     line = np.linspace(0, 1.5, 4)[:, None] * [1.0, 0, 0]
     again = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
-    assert near_groups(np.concatenate([line, again]), 1.0).tolist() == [0, 1, 2, 3, 3, 2, 1, 0]
+    assert group_near_points(np.concatenate([line, again]), 1.0).tolist() == [
+        0,
+        1,
+        2,
+        3,
+        3,
+        2,
+        1,
+        0,
+    ]
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))

@@ -89,7 +89,7 @@ def test_remainders_hold_the_errors_of_coarse_rules(
         loss.append(float(np.median(bound / off)))
     assert loss[0] < 2e4
     # Halves are the same surface, and their remainders are smaller.
-    parts = [cells.halved(axis) for axis in ((0, 1) if degree[1] else (0,))]
+    parts = [cells.halve(axis) for axis in ((0, 1) if degree[1] else (0,))]
     for part in parts:
         sums, rounding = apply_rule(CellNets(part), kind, 24)
         assert (np.abs(sums[:, :40] + sums[:, 40:] - truth)[0] <= rounding[0].max() * 3).all()

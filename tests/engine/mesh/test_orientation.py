@@ -34,8 +34,8 @@ def test_a_side_that_returns_along_itself_does_not_count(
     model = PatchModel("bag", (TensorPatches(net[np.newaxis]),), (Part("bag", 0, 1),))
     oriented = orient_sides(connect(model))
     assert oriented.passage.tolist() == [passages]
-    assert oriented.is_closed == oriented.closed_parts(np.zeros(1, int), 1)[0] == closed
-    assert oriented.unbalanced().tolist() == [[not closed, False, False, False]]
+    assert oriented.is_closed == oriented.find_closed_parts(np.zeros(1, int), 1)[0] == closed
+    assert oriented.find_unbalanced_sides().tolist() == [[not closed, False, False, False]]
     assert (measure(model, MeasureQuery(1e-2)).volume is not None) == closed
     inner = ProjectQuery(np.array([[1.5, 0, 2.0]]), sign=True)
     assert (project_on_surface(model, inner)["signs"] == -1).all() == closed

@@ -9,7 +9,7 @@ from service.engine.build import build
 from service.engine.models import to_patches
 from service.engine.options import MeshOptions
 from service.engine.queries import cells, chord_models, winding
-from service.engine.queries.halving import halved
+from service.engine.queries.halving import halve
 from service.engine.queries.nets import surface_nets
 from service.engine.queries.project import Columns, ProjectQuery, project_on_surface
 from service.surface.batches import TensorPatches
@@ -125,7 +125,7 @@ def test_bounds_of_solid_angles_hold() -> None:
     """Cells of one patch, seen from points outside, against fine triangles of the same cell."""
     surface = FAMILIES["rational"].surface(4)
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
-    nets = [half for whole in halved(group.nets, 1) for half in halved(whole, 2)]
+    nets = [half for whole in halve(group.nets, 1) for half in halve(whole, 2)]
     for k, net in enumerate(np.concatenate(nets)):
         model = chord_models.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
         a, b, c, d = model[chord_models.CORNERS :].reshape(4, 3)

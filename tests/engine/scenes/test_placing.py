@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.mesh_value import Mesh
-from service.engine.scenes.placing import placing_error, single_error
+from service.engine.scenes.placing import bound_placing_error, bound_single_error
 from service.engine.scenes.scene import arrange, flatten, place_points, round_to_single, scene_parts
 from service.surface.lowered import GroupModel, PlacedModel
 from tests.meshes import silo
@@ -36,7 +36,7 @@ def distance(one: list[Fraction], other: list[Fraction]) -> float:
 def test_a_copy_is_within_its_bound_of_its_place(matrix: Array, seed: int) -> None:
     points = np.random.default_rng(seed).uniform(-3, 5, (8, 3))
     copies = place_points(points, matrix)
-    error = placing_error(matrix, points.min(axis=0), points.max(axis=0))
+    error = bound_placing_error(matrix, points.min(axis=0), points.max(axis=0))
     for point, copy in zip(points, copies, strict=True):
         assert distance(exact(matrix, point), [Fraction(x) for x in copy.tolist()]) <= error
 
@@ -46,7 +46,7 @@ def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> N
     points = np.random.default_rng(seed).normal(size=(9, 3)) + 10**far
     low, high = points.min(axis=0), points.max(axis=0)
     origin = low.astype(np.float32).astype(np.float64) if local else np.zeros(3)
-    error = single_error(low, high, origin)
+    error = bound_single_error(low, high, origin)
     stored = (points - origin).astype(np.float32)
     for point, row in zip(points.tolist(), stored.astype(np.float64).tolist(), strict=True):
         there = [Fraction(x) + Fraction(o) for x, o in zip(row, origin.tolist(), strict=True)]

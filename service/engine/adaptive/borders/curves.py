@@ -18,7 +18,7 @@ from service.engine.adaptive.borders.chains import Chains
 from service.engine.adaptive.borders.curve_shapes import bound_net_rounding
 from service.engine.adaptive.cutting.cells import halve
 from service.engine.bounds.faces import SPAN
-from service.engine.evaluation.scattered import scattered_normals
+from service.engine.evaluation.scattered import evaluate_scattered_normals
 from service.engine.mesh.seams import Seams
 from service.surface.batches import Patches
 
@@ -70,7 +70,9 @@ class SideNormals:
         across = np.broadcast_to((side % 2.0)[:, None], along.shape)
         along_v = side[:, None] < 2
         u, v = np.where(along_v, across, along), np.where(along_v, along, across)
-        normals, _ = scattered_normals(self.batches, np.repeat(patch, 3), u.ravel(), v.ravel())
+        normals, _ = evaluate_scattered_normals(
+            self.batches, np.repeat(patch, 3), u.ravel(), v.ravel()
+        )
         steps = np.sqrt(np.square(np.diff(normals.reshape(-1, 3, 3), axis=1)).sum(axis=2))
         half, total = np.zeros(len(edge)), np.zeros(len(edge))
         np.maximum.at(half, part, steps.max(axis=1))
