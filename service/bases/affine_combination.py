@@ -26,8 +26,9 @@ def combine(
     ----------
     points : ndarray of float64, shape (n, …, d)
     weights : ndarray of float64, shape (n, …), or None
-        None if all are 1. index, shares : ndarray of int and of float64, shape (K, m) Row i(k, j)
-        contributes the share s_kj to mean j.
+        None if all are 1.
+    index, shares : ndarray of int and of float64, shape (K, m)
+        Row i(k, j) contributes the share s_kj to mean j.
 
     Returns
     -------

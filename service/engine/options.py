@@ -63,8 +63,10 @@ class MeshOptions:
     has_faces : bool
         Whether the mesh has the faces of the surface, or only the lines and wires drawn on it.
     method : "matrix", "de_casteljau" or "forward_difference"
-        The method that computes the samples. accuracy : Accuracy or None The accuracy of a mesh by
-        tolerance, in place of `resolution`; None for a mesh by resolution.
+        The method that computes the samples.
+    accuracy : Accuracy or None
+        The accuracy of a mesh by tolerance, in place of `resolution`; None for a mesh by
+        resolution.
     curvatures : bool
         Whether vertices have Gaussian and mean curvature as attributes. The models of a group must
         have the stretches of their placements (`service.engine.curvatures.placement_scale`).

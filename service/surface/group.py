@@ -39,9 +39,9 @@ class Member:
     surface : Surface
         Any kind but a group.
     name : str or None
-        Name of its glTF node; None stands for the name of the surface. color : tuple of three or
-        four floats, or None Base colour: red, green, blue and, if it is not opaque, a fourth,
-        opacity; sRGB, 0 … 1.
+        Name of its glTF node; None stands for the name of the surface.
+    color : tuple of three or four floats, or None
+        Base colour: red, green, blue and, if it is not opaque, a fourth, opacity; sRGB, 0 … 1.
     matrix : ndarray of float64, shape (4, 4), or None
         Placement in the group: affine, acts on columns. None stands for the identity.
 

@@ -190,7 +190,9 @@ def group_sizes(
     numbers : sequence of int
         For each member, the number of its surface.
     names : sequence of str
-        The names of the members. colored : bool Whether any member has a base color.
+        The names of the members.
+    colored : bool
+        Whether any member has a base color.
     """
     copies = [sizes[number] for number in numbers]
     labels = [len(title.encode()) + 1 for title in names]

@@ -90,10 +90,12 @@ class RibbonSurface(SurfaceKind):
         Its name and vertical axis are ignored.
     width : ndarray of float64, shape (k+1,)
         Bernstein coefficients of the width over the curve's domain. No coefficient is negative, and
-        not all are 0. Model units. facing : ndarray of float64, shape (3,), or None Direction that
-        the ribbon faces, of any length; z if `facing` and `camera` are None.
+        not all are 0. Model units.
+    facing : ndarray of float64, shape (3,), or None
+        Direction that the ribbon faces, of any length; z if `facing` and `camera` are None.
     camera : ndarray of float64, shape (3,), or None
-        Point that the ribbon faces. up : "y" or "z"
+        Point that the ribbon faces.
+    up : "y" or "z"
     name : str
 
     Raises

@@ -37,8 +37,9 @@ class Connectivity:
     counts : tuple of int
         Patches of each batch.
     is_triangle : ndarray of bool, shape (P,)
-        Which patches are triangles. edge : ndarray of int, shape (P, 4) Number of the distinct edge
-        of each side (sides: `service.surface.sides`).
+        Which patches are triangles.
+    edge : ndarray of int, shape (P, 4)
+        Number of the distinct edge of each side (sides: `service.surface.sides`).
     backward : ndarray of bool, shape (P, 4)
         Whether the side runs against the direction of its edge.
     collapsed : ndarray of bool, shape (P, 4)

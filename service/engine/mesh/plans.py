@@ -48,7 +48,8 @@ class FacePlan:
     grids, welds
         As in `Mesh`.
     position_count : int
-        The number of distinct positions. boundary_edges : int
+        The number of distinct positions.
+    boundary_edges : int
     watertight : bool
     """
 

@@ -55,7 +55,9 @@ class ClosestLevels:
     patches : PatchTree
     points : ndarray of float64, shape (m, 3)
     share : Share
-        The pairs whose bounds may be computed. tolerance : float How wide intervals may be.
+        The pairs whose bounds may be computed.
+    tolerance : float
+        How wide intervals may be.
     each : int
         The most pairs of one point in the tree of patches.
     can_split : bool

@@ -153,7 +153,8 @@ def cell_bounds(
     place : ndarray of float64, shape (4, N)
         The rectangle of the cell: a side at 0 or 1 is a side of the patch.
     point : ndarray of bool, shape (4, N)
-        Which sides are one point. x : ndarray of float64, shape (3, N)
+        Which sides are one point.
+    x : ndarray of float64, shape (3, N)
     flattest : float
         Negative convexity up to which a cell is settled, in distances of the point.
     """

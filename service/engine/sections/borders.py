@@ -102,8 +102,9 @@ class _Third:
     sides : ndarray of int, shape (4,)
         The side of the triangle on which each side of a net lies, or on whose median.
     inner : ndarray of bool, shape (4,)
-        Whether each side lies on a median. turned : ndarray of bool, shape (4,) Whether each side
-        begins at the end of the side of the triangle.
+        Whether each side lies on a median.
+    turned : ndarray of bool, shape (4,)
+        Whether each side begins at the end of the side of the triangle.
     """
 
     rows: Ints

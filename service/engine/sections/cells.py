@@ -69,9 +69,12 @@ class OpenCells:
         Number of the pair of a plane and a net.
     plane, net : ndarray of int, shape (n,)
     place : ndarray of int, shape (4, n)
-        As in `Cells`. nets : ndarray of float64, shape (n, p+1, q+1) Coefficients of f.
+        As in `Cells`.
+    nets : ndarray of float64, shape (n, p+1, q+1)
+        Coefficients of f.
     coplanar : ndarray of bool, shape (n,)
-        Whether the patch lies in the plane. floor : ndarray of float64, shape (n,)
+        Whether the patch lies in the plane.
+    floor : ndarray of float64, shape (n,)
     """
 
     pair: Ints

@@ -43,8 +43,9 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
         `ABOVE` or `BELOW` by part 1; `OVER_U` or `OVER_V` by part 2, whichever has the larger slope
         of f in the other parameter; else `SINGULAR`.
     sense : ndarray of float64, shape (n,)
-        As in `Cells`. is_monotone : ndarray of bool, shape (n,) Whether the section is a graph over
-        u, and over v as well.
+        As in `Cells`.
+    is_monotone : ndarray of bool, shape (n,)
+        Whether the section is a graph over u, and over v as well.
     """
     count = len(nets)
     kind, sense = np.full(count, SINGULAR), np.zeros(count)
@@ -76,7 +77,9 @@ def crossings(
     nets : ndarray of float64, shape (n, p+1, q+1)
         Coefficients of f.
     floor : ndarray of float64, shape (n,)
-        As in `roots`. place : ndarray of float64, shape (4, n) u₀, u₁, v₀, v₁ of the cells.
+        As in `roots`.
+    place : ndarray of float64, shape (4, n)
+        u₀, u₁, v₀, v₁ of the cells.
     axis : int
         0 for graphs over u, 1 over v.
 

@@ -42,8 +42,9 @@ class Segments:
     in_plane : ndarray of bool, shape (G,)
         Segments that lie in the plane.
     side_in_plane : ndarray of bool, shape (n, 4)
-        Sides of cells that lie in the plane. backward : ndarray of bool, shape (n, 4) Whether each
-        side runs against its line.
+        Sides of cells that lie in the plane.
+    backward : ndarray of bool, shape (n, 4)
+        Whether each side runs against its line.
     root_segment, root_node : ndarray of int, shape (R,)
         Roots, ascending by segment: the segment, the node.
     root_at : ndarray of float64, shape (R,)
