@@ -1841,7 +1841,7 @@ export interface components {
         Intersections: components["schemas"]["RayHits"] | components["schemas"]["Sections"];
         /**
          * Interval
-         * @description A number, and an interval that contains the exact value, rounding included. Proved.
+         * @description An approximate number, and an interval that certainly contains the exact value.
          */
         Interval: {
             /**
@@ -2549,7 +2549,7 @@ export interface components {
             area: components["schemas"]["Interval"];
             /**
              * Volume
-             * @description The volume that the part encloses. Left out if the part by itself is open.
+             * @description The volume that the part encloses. Left out if the part alone is not closed.
              */
             volume?: components["schemas"]["Interval"];
             /**
@@ -3403,7 +3403,7 @@ export interface components {
             offset: number;
             /**
              * X Axis
-             * @description Unit vector along x in the coordinates of the plane, as SVG has them.
+             * @description Unit vector along x in the coordinates of the plane, which the SVG format uses.
              */
             x_axis: [
                 number,

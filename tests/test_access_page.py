@@ -66,11 +66,11 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {"patch.glb", "saddle.glb"}
     for file in tmp_path.iterdir():
         assert file.read_bytes().startswith(b"glTF")
-    answered, _, here = "".join(rest).partition("}")
-    for address in (json.loads(answered + "}")["url"], here):
+    answer, _, printed = "".join(rest).partition("}")
+    for address in (json.loads(answer + "}")["url"], printed):
         assert address.startswith("/v1/surfaces/utah-teapot/mesh.glb?resolution=16&expires=")
         assert httpx.get(server + address).status_code == 200
-    assert httpx.get(server + here.partition("&expires")[0]).status_code == 401
+    assert httpx.get(server + printed.partition("&expires")[0]).status_code == 401
 
 
 def test_the_program_signs_as_the_service_does() -> None:
@@ -99,8 +99,8 @@ def test_the_first_table_is_that_of_the_rules() -> None:
     rows = [row for row in rows if "as `SURFACE_METRICS` says" not in row[1]]
     for calls, with_keys, with_private in rows:
         paths = re.findall(r"`(?:GET )?(/[^`]*)`", calls)
-        asked = [("GET", path) for path in paths] or [("POST", "/v1/x"), ("DELETE", "/v1/x")]
-        for method, path in asked:
+        requests = [("GET", path) for path in paths] or [("POST", "/v1/x"), ("DELETE", "/v1/x")]
+        for method, path in requests:
             assert words[keys.need(method, path)] == with_keys, path
             assert words[private.need(method, path)] == with_private, path
     assert len(rows) == 4

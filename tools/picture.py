@@ -61,7 +61,7 @@ pictures from the service's own glTF; `make picture` draws them again.
 
 
 CURVES = """\
-# Curves to begin with
+# First curves
 
 Curves have no URLs. Send these bodies to `POST /v1/curve`, or save them as files for
 `surface curve`. The OpenAPI document has the same examples under the same names.

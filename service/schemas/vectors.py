@@ -23,7 +23,7 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
     Raises
     ------
     InvalidRequest
-        `zero_direction`, and as `validate_points`; with pointers to `/name`.
+        `zero_direction`, and the errors of `validate_points`; with pointers to `/name`.
     """
     directions = validate_points(vectors, name, axes=2)
     zero = np.flatnonzero(np.abs(directions).max(axis=1) < SHORTEST)

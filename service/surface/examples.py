@@ -116,8 +116,8 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "utah-teapot",
                 "Utah teapot",
-                "Martin Newell's teapot of 1975 with Frank Crow's bottom, in the proportions it "
-                "is known by: 32 bicubic patches over 306 control points, z up, normals outward.",
+                "Martin Newell's teapot of 1975 with Frank Crow's bottom, in its usual "
+                "proportions: 32 bicubic patches over 306 control points, z up, normals outward.",
                 lambda: _teapot("utah-teapot", 1.0),
             ),
             Example(
@@ -155,7 +155,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "heated-panel",
                 "Heated panel",
                 "A biquadratic panel with the attribute `temperature`, colours that follow it, and "
-                "texture coordinates in metres: each a net of a degree of its own.",
+                "texture coordinates in metres: each in a net with its own degree.",
                 heated_panel,
             ),
             Example(
@@ -185,7 +185,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "monkey-saddle",
                 "Monkey saddle",
-                "z = x³ − 3xy² over a triangle, with room for two legs and a tail: one triangular "
+                "z = x³ − 3xy² over a triangle, a saddle for two legs and a tail: one triangular "
                 "patch of degree 3.",
                 _monkey_saddle,
             ),
@@ -206,7 +206,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "trefoil-tube",
                 "Trefoil knot",
                 "A closed tube about a trefoil knot, which is a periodic cubic B-spline: "
-                "watertight, its rings without a jump.",
+                "watertight, its rings meet without a twist.",
                 swept_shapes.trefoil_tube,
             ),
             Example(
@@ -232,7 +232,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "bspline-hills",
                 "Hills",
-                "A uniform bicubic B-spline over 7 × 8 control points, none of which it touches.",
+                "A uniform bicubic B-spline over 7 × 8 control points; it touches none of them.",
                 spline_shapes.hills,
             ),
             Example(
@@ -245,7 +245,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "bspline-ring",
                 "Ring",
-                "A bicubic B-spline, periodic both ways: it closes with continuous curvature.",
+                "A bicubic B-spline, periodic in u and v: it closes with continuous curvature.",
                 spline_shapes.ring,
             ),
             Example(

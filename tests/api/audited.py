@@ -77,8 +77,7 @@ KEY = new_key()
 
 
 async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers: str) -> int:
-    """The status of the response to a request, which is passed on as by a server, with a decoded
-    path."""
+    """The status of the response to a request, which has a decoded path, as from a server."""
     path, _, query = url.partition("?")
     named = {"authorization": f"Bearer {KEY}", "host": "127.0.0.1", **headers}
     scope = {

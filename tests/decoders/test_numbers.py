@@ -43,7 +43,7 @@ def test_the_line_of_a_number() -> None:
     assert [line_of_number(text, 4, index) for index in range(5)] == [1, 1, 3, 4, 4]
 
 
-def test_no_more_numbers_are_read_than_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_needed_numbers_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numbers, "PIECE", 16)
     assert read(b"1 " * 100, 100) == [1.0] * 100
     with pytest.raises(SurfaceError, match="more control points"):

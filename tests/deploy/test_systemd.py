@@ -10,7 +10,7 @@ from tests.deploy.files import DEPLOY, check_limits, run, settings_of, variables
 from tests.programs import program
 
 UNIT = DEPLOY / "systemd" / "surface-service.service"
-OURS = "/opt/surface-service/bin/surface"
+PROGRAM = "/opt/surface-service/bin/surface"
 LINES = [line.partition("=") for line in UNIT.read_text(encoding="utf-8").splitlines()]
 SETTINGS = settings_of(variables(DEPLOY / "systemd" / "surface.env.example"))
 
@@ -24,9 +24,9 @@ def read_value(name: str) -> str:
 def unit(tmp_path: Path) -> Path:
     """A copy of the unit with a program that exists on this machine."""
     text = UNIT.read_text(encoding="utf-8")
-    assert OURS in text
+    assert PROGRAM in text
     copy = tmp_path / UNIT.name
-    copy.write_text(text.replace(OURS, shutil.which("true") or ""), encoding="utf-8")
+    copy.write_text(text.replace(PROGRAM, shutil.which("true") or ""), encoding="utf-8")
     return copy
 
 
@@ -37,8 +37,8 @@ def test_systemd_accepts_the_unit(unit: Path) -> None:
 def test_it_is_confined(unit: Path) -> None:
     """systemd's own rating is from 0, confined, to 10, exposed."""
     reported = run(program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit)
-    (mark,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", reported)
-    assert float(mark) <= 1.5
+    (rating,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", reported)
+    assert float(rating) <= 1.5
 
 
 def test_limits_leave_room_for_the_settings() -> None:
@@ -47,5 +47,5 @@ def test_limits_leave_room_for_the_settings() -> None:
     assert SETTINGS.max_connections < int(read_value("LimitNOFILE"))
 
 
-def test_it_stores_where_it_may_write() -> None:
+def test_the_store_is_in_a_directory_that_it_may_write() -> None:
     assert f"SURFACE_STORE=%S/{read_value('StateDirectory')} " in read_value("Environment")

@@ -107,7 +107,8 @@ def test_distances_are_those_of_trimesh() -> None:
 
 
 def test_deviation_of_a_parabola() -> None:
-    """(u, v, 4u(1 − u)) is 1 from its chord plane; two planes meeting in it leave 1/(4√5) …"""
+    """(u, v, 4u(1 − u)) is up to 1 from its chord plane, and up to 1/(4√5) from two planes that
+    meet at its top."""
     net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
     sheets = [bezier_sheet(net)]
     a, b, c, d = (np.array(p, dtype=float) for p in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
@@ -125,7 +126,7 @@ def test_deviation_of_a_parabola() -> None:
     assert surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
 
 
-def test_deviation_of_a_placed_parabola_and_of_one_that_is_seen() -> None:
+def test_deviation_of_a_placed_parabola_and_of_one_seen_by_an_eye() -> None:
     """A surface that is stretched threefold across its plane, and an eye 2 above its top."""
     net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
     matrix = np.diag([1.0, 1, 3, 1])

@@ -112,7 +112,7 @@ def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> 
 
 
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
-def test_a_plan_that_is_kept_is_the_one_that_would_be_made(fmt: Format) -> None:
+def test_a_cached_plan_equals_a_new_plan(fmt: Format) -> None:
     for name in ("saddle", "utah-teapot"):
         surface = find(name).surface()
         size, form, limits = surface.size(), (fmt, EncodeOptions()), Limits()

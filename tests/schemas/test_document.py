@@ -63,21 +63,23 @@ def paths(value: Any, pointer: str = "") -> dict[str, Any]:
 def test_pointers_lead_back_to_their_field(value: Any) -> None:
     """Each value in turn is replaced by NaN, whose place the error must name."""
     for pointer, child in paths(value).items():
-        marked = json.dumps(_with_mark(value, child, pointer, "")).encode()
+        marked = json.dumps(_insert_mark(value, child, pointer, "")).encode()
         at = marked.index(b'"\\u0000mark"')
         assert find_pointer(marked, at) == pointer
 
 
-def _with_mark(value: Any, child: Any, wanted: str, here: str) -> Any:
-    if here == wanted:
+def _insert_mark(value: Any, child: Any, target: str, pointer: str) -> Any:
+    if pointer == target:
         return "\0mark"
     if isinstance(value, dict):
         return {
-            k: _with_mark(v, child, wanted, f"{here}/{k.replace('~', '~0').replace('/', '~1')}")
+            k: _insert_mark(
+                v, child, target, f"{pointer}/{k.replace('~', '~0').replace('/', '~1')}"
+            )
             for k, v in value.items()
         }
     if isinstance(value, list):
-        return [_with_mark(v, child, wanted, f"{here}/{i}") for i, v in enumerate(value)]
+        return [_insert_mark(v, child, target, f"{pointer}/{i}") for i, v in enumerate(value)]
     return value
 
 
@@ -124,7 +126,7 @@ def test_malformed_text_is_located_by_line_and_column() -> None:
         (b"\0", "a character that cannot stand here"),
     ],
 )
-def test_text_that_is_not_json_is_described_in_words_of_ours(body: bytes, got: str) -> None:
+def test_invalid_json_has_error_messages_of_the_service(body: bytes, got: str) -> None:
     with pytest.raises(MalformedJson) as refusal:
         parse_document(body)
     assert refusal.value.issues[0].got == got

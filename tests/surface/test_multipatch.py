@@ -62,16 +62,16 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
     pieces = pieces_of(convert(ring, [Split(u=3.0, v=2.0)]))
     raised = convert(pieces[1], [Elevate((4, 5))])
     assert isinstance(raised, BsplineSurface)
-    for some in (pieces, pieces[::-1], (pieces[0], raised, *pieces[2:])):
-        multipatch = MultipatchSurface(some, "z", "ring")
+    for members in (pieces, pieces[::-1], (pieces[0], raised, *pieces[2:])):
+        multipatch = MultipatchSurface(members, "z", "ring")
         surfaces: tuple[Surface, ...] = (multipatch,)
-        if some is pieces:
+        if members is pieces:
             turned = convert(multipatch, [Transpose(), Reverse("v")])
             surfaces += (turned, convert(multipatch, [Elevate((4, 5))]))
         for surface in surfaces:
             mesh = build(surface.lower(), options)
             assert mesh.report.watertight
-            assert [part.name for part in mesh.parts] == [s.name for s in some]
+            assert [part.name for part in mesh.parts] == [s.name for s in members]
         grouped = GroupSurface(
             (Member(multipatch), Member(multipatch, matrix=np.diag([2, 1, 1, 1.0])))
         )
@@ -79,28 +79,28 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
 
 
 def test_parameters_are_those_of_each_surface() -> None:
-    """`patch` is the number in the list, and parameters are those of that surface's own knots."""
+    """`patch` is the number in the list, and parameters are between the knots of that surface."""
     hills, goblet, saddle = (find(n).surface() for n in ("bspline-hills", "nurbs-goblet", "saddle"))
     assert isinstance(hills, BsplineSurface)
     assert isinstance(goblet, BsplineSurface)
     assert isinstance(saddle, BezierSurface)
-    some = (goblet, saddle, hills)
-    model, models = MultipatchSurface(some).lower(), [single.lower() for single in some]
+    members = (goblet, saddle, hills)
+    model, models = MultipatchSurface(members).lower(), [single.lower() for single in members]
     uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
     number = np.array([0, 1, 2, 0, 2])
     result = evaluate_points(model, locate(model, PointsQuery(uv, number, 2)), 2)
-    for k, own in enumerate(models):
-        here = number == k
-        alone = evaluate_points(own, locate(own, PointsQuery(uv[here], None, 2)), 2)
-        for name, column in alone.items():
-            np.testing.assert_array_equal(result[name][here], column)
+    for k, lowered in enumerate(models):
+        rows = number == k
+        expected = evaluate_points(lowered, locate(lowered, PointsQuery(uv[rows], None, 2)), 2)
+        for name, column in expected.items():
+            np.testing.assert_array_equal(result[name][rows], column)
     mesh = build(model, MeshOptions(resolution=(2, 2), uvs=True, weld=False))
     assert mesh.uvs is not None
-    for part, own in zip(mesh.parts, models, strict=True):
-        (domain,) = own.domains
-        rows = mesh.uvs[np.unique(mesh.triangles[slice(*part.triangles)])]
+    for part, lowered in zip(mesh.parts, models, strict=True):
+        (domain,) = lowered.domains
+        uvs = mesh.uvs[np.unique(mesh.triangles[slice(*part.triangles)])]
         ends = [domain.u[0], domain.v[0]], [domain.u[-1], domain.v[-1]]
-        np.testing.assert_array_equal((rows.min(axis=0), rows.max(axis=0)), ends)
+        np.testing.assert_array_equal((uvs.min(axis=0), uvs.max(axis=0)), ends)
     for wrong, where in (([[9, 0]], "/uv/0/0"), ([[1, 1], [0.5, 11.5]], "/uv/1/1")):
         with pytest.raises(InvalidRequest) as caught:
             locate(model, PointsQuery(np.array(wrong, float), np.array([1, 0])[-len(wrong) :], 0))

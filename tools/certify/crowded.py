@@ -36,7 +36,10 @@ def mixed(seed: int) -> Case:
 
 
 def _patches(rng: Random, net_complex: Complex) -> PatchSurface:
-    """Grids of several degrees, and triangles of one; patches share vertices, or none."""
+    """A model with grids of several degrees and triangles of one degree.
+
+    Patches share all equal vertices, or no vertices.
+    """
     ends = np.cumsum([0, *(net[..., 0].size for net in net_complex.nets)]).tolist()
     rows = [
         np.arange(first, first + net[..., 0].size).reshape(net.shape[:-1])
@@ -116,9 +119,9 @@ def crowded(seed: int) -> Case:
 
 
 def _crowd(rng: Random, count: int, degree: int, gap: float) -> Array:
-    """Knots of which at most `degree` are `gap` of the range apart.
+    """Knots in groups of at most `degree`, which are `gap` of the range apart within a group.
 
-    Less than 10^6 ranges from zero.
+    All are less than 10^6 ranges from zero.
     """
     inner: list[float] = []
     left = count - degree - 1

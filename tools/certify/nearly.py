@@ -77,7 +77,7 @@ def cut_up(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSur
         for v in _intervals(rng, strip, 1, int(rng.integers(1, 4))):
             piece = convert(strip, [Restrict(v=v)])
             assert isinstance(piece, BsplineSurface)
-            parts.append(_rewritten(rng, piece))
+            parts.append(_change_form(rng, piece))
     return parts
 
 
@@ -92,7 +92,7 @@ def _intervals(
     return list(pairwise(ends))
 
 
-def _rewritten(rng: Random, piece: BsplineSurface) -> BsplineSurface:
+def _change_form(rng: Random, piece: BsplineSurface) -> BsplineSurface:
     """The surface with other knots (by SciPy), degrees and directions (by conversions)."""
     rows = np.ones((*piece.control_net.shape[:2], 4))
     if piece.weights is not None:

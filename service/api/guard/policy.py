@@ -32,7 +32,7 @@ def needs_keys(settings: Settings) -> bool:
 
 
 class Policy:
-    """Says what each request needs, by the settings.
+    """Decides what each request needs, according to the settings.
 
     If the settings have keys, each path below `/v1` except the lists needs a key. So a new call is
     protected by default.
@@ -63,7 +63,7 @@ _NEEDED = "Authorization: Bearer, and a key"
 
 
 def key_needed(*, signature: bool = False) -> KeyNeeded:
-    """The error of a request without a key; `signature`: a signed URL would do as well."""
+    """The error of a request without a key; `signature`: a signed URL is also accepted."""
     needed = f"{_NEEDED}; or a signed URL" if signature else _NEEDED
     message = "This call needs a key."
     return KeyNeeded(Issue("key_needed", message, "/Authorization", "no key", needed))

@@ -8,7 +8,7 @@ from service.api.models.meshes import Count, Length, Missing, Pair, ResponseMode
 
 
 class Interval(ResponseModel):
-    """A number, and an interval that contains the exact value, rounding included. Proved."""
+    """An approximate number, and an interval that certainly contains the exact value."""
 
     value: float
     """An approximation, near the middle of the interval."""
@@ -62,7 +62,7 @@ class PartMeasures(ResponseModel):
     area: Interval
     """Its area."""
     volume: Interval | Missing = None
-    """The volume that the part encloses. Left out if the part by itself is open."""
+    """The volume that the part encloses. Left out if the part alone is not closed."""
     centroid: Annotated[list[Interval], Field(min_length=3, max_length=3)] | Missing = None
     """The centroid of that volume, x, y, z."""
 

@@ -24,7 +24,7 @@ class Section(ResponseModel):
     offset: float
     """Distance of the plane from zero, along the normal."""
     x_axis: Vector
-    """Unit vector along x in the coordinates of the plane, as SVG has them."""
+    """Unit vector along x in the coordinates of the plane, which the SVG format uses."""
     y_axis: Vector
     """Unit vector along y in these coordinates: x × y is the normal."""
     polylines: list[SectionLine]

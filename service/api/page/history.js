@@ -35,7 +35,7 @@ export class History {
     this.before = null;
   }
 
-  /** Adds one step to the history, from before the running step began. @param {Surface} next */
+  /** Adds one step, from the surface before the running step to the next one. @param {Surface} next */
   keep(next) {
     const before = this.before ?? this.present;
     this.before = null;

@@ -1,4 +1,4 @@
-"""From a certified triangulation to a mesh: normals, channels, vertices, parts, lines, report."""
+"""A mesh from a certified triangulation: normals, channels, vertices, parts, lines, report."""
 
 from dataclasses import replace
 from math import inf
@@ -59,7 +59,7 @@ def assemble(
     origin : ndarray of float64, shape (3,)
         The origin of stored positions, in model coordinates.
     closure : Closure or None
-        As of `find_closure`, for the report.
+        The result of `find_closure`, for the report.
     """
     dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
     if not storage.step:  # on a grid triangles may have no area
@@ -147,7 +147,7 @@ def _weld_samples(
     channels: tuple[ChannelRows, ...],
     options: MeshOptions,
 ) -> Welding:
-    """Vertices from samples; the place of a sample is the first sample of the same vertex."""
+    """Makes vertices from samples; the place of a sample is the first sample of the same vertex."""
     number = np.arange(len(samples.vertex))
     first = np.zeros(samples.vertex.max(initial=0) + 1, dtype=np.intp)
     first[samples.vertex[::-1]] = number[::-1]
@@ -159,7 +159,7 @@ def _weld_samples(
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
-    """An order of triangles, of patches (T,), in which every part is a run; and the parts.
+    """An order of triangles, given their patches (T,), in which each part is a run; and the parts.
 
     All patches of a face are pieces of one surface, so they are in one part.
     """
@@ -183,7 +183,7 @@ def _find_largest_bound(bounds: FloatArray, adding: float) -> float | None:
 def draw_overlays(
     model: PatchModel, border: Border, options: MeshOptions, storage: Storage, origin: FloatArray
 ) -> tuple[Overlay, ...]:
-    """The overlays of the options, in their order, in the precision and about the mesh's origin."""
+    """The overlays of the options, in the precision and relative to the origin of the mesh."""
     return tuple(
         _draw_control_net(model, storage, origin)
         if name == "control_net"
@@ -193,7 +193,7 @@ def draw_overlays(
 
 
 def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
-    """All control points, as they are stored."""
+    """The control net, in stored form."""
     if not storage.step:
         return control_net(model, origin, storage.dtype)
     net = control_net(model, np.zeros(3), np.float64)
@@ -201,7 +201,7 @@ def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -
 
 
 def _draw_sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
-    """Every side of every face once, through the vertices that the triangles have there."""
+    """Every side of every face once, through the vertices of the triangles."""
     ends = _list_segments(border)
     used, back = np.unique(ends, return_inverse=True)
     segments = back.reshape(-1, 2).astype(np.uint32)

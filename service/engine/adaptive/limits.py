@@ -1,10 +1,9 @@
 """Limits of one mesh, and the search for the nearest mesh that a budget allows.
 
-Limited are the depth of division, the number of triangles, and the work.
-
-The number of triangles that a tolerance τ needs is known only once a mesh is built. It grows about
-as 1/τ, since the deviation of a cell falls with the square of its size. So the search guesses by
-this law, and narrows the interval between a tolerance that fits and one that does not.
+The depth of division, the number of triangles, and the work are limited. The number of triangles
+for a tolerance τ is known only after a mesh is built. It grows approximately like 1/τ, since the
+deviation of a cell falls with the square of its size. So the search guesses by this law, and
+narrows the interval between a tolerance that fits and one that does not.
 """
 
 from collections.abc import Callable
@@ -19,14 +18,14 @@ from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 
 @dataclass(slots=True)
 class Effort:
-    """The work of one request, in multiplications, about.
+    """The work of one request, approximately in multiplications.
 
     Attributes
     ----------
     limit : float
         The limit of all work.
     spent : float
-        Work that was done.
+        Work done.
     reserve : float
         Work that the mesh being built must leave for the next ones.
     """
@@ -153,9 +152,9 @@ def search_tolerances(
 ) -> Attempt[Result]:
     """The attempt of least bound among those that cost at most the budget, a cost of 1.
 
-    It either costs nearly all of the budget, or no tolerance that was tried fits and is finer by
-    more than 2^-6. If finer tolerances never cost less, no finer tolerance fits. The result depends
-    on the costs and bounds alone.
+    Either it costs nearly all of the budget, or no tried tolerance fits that is finer by more than
+    2^-6. If finer tolerances never cost less, no finer tolerance fits. The result depends on the
+    costs and bounds alone.
 
     Parameters
     ----------

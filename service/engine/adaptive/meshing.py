@@ -79,7 +79,7 @@ class ModelMesher:
         Raises
         ------
         InvalidRequest
-            `tolerance_too_small` if rounding leaves no room for it.
+            `tolerance_too_small` if it is below the rounding errors.
         TooLarge
             `too_many_triangles` or `too_costly`, as soon as more are needed.
         """

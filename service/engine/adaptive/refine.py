@@ -1,12 +1,12 @@
-"""Triangulations that are near enough, proved triangle by triangle.
+"""Refines triangulations until every triangle is proved to be near enough.
 
     cells → boundaries → triangles → certificate, refined bounds → cut where it fails, and again
 
 Each round proves only the triangles that the round before changed (`drafts`).
 
-**Refined bounds.** A part of which the bound is a little too large is cut into four at the middles
-of its edges: the nets of the quarters are nearer to the surface. Each quarter is certified against
-the host of the part. The bound of the part is the largest bound of its quarters.
+**Refined bounds.** A part whose bound is a little too large is cut into four at the middles of its
+edges: the nets of the quarters are nearer to the surface. Each quarter is certified against the
+host of the part. The bound of the part is the largest bound of its quarters.
 
 **Why this ends.** Let ε be the tolerance, or its least value if it differs from place to place.
 Every round with a failure cuts a leaf in two, or halves the height of a strip twice. There are
@@ -45,10 +45,10 @@ from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 
 CHUNK = 1 << 15
-"""Triangles that are proved at a time, so that temporary arrays stay small."""
+"""Triangles in one block of proofs, so that temporary arrays stay small."""
 
 FLATTER = 2
-"""How often the height of a strip is halved when it fails."""
+"""Number of halvings of the height of a strip that fails."""
 
 CLOSE = 1.5
 """A part is tried if its bound is at most this factor above the allowed deviation."""

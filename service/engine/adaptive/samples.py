@@ -1,9 +1,9 @@
 """The samples of a triangulation as parameters of patches, and values of channels there.
 
 A place on a knot line inside a face belongs to the patches on both sides of the line. Where the
-surface has a crease there, it has two normals. So triangles on different sides get samples of their
-own, which are merged to one vertex later where their normals agree. A triangle that spans several
-patches uses, at each of its corners, the patch on its own side of the corner.
+surface has a crease there, it has two normals. So triangles on different sides get separate
+samples, which are merged to one vertex later if their normals agree. A triangle that spans several
+patches uses, at each of its corners, the patch on the side of the triangle.
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class PatchPlaces:
 
 
 def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlaces, IndexArray]:
-    """The samples that triangles use, and the corners (T, 3) of triangles as numbers of these."""
+    """The samples that triangles use, and the corners (T, 3) of triangles as sample numbers."""
     spans = faces.spans[triangulation.face]
     below = np.zeros(triangulation.triangles.shape, dtype=np.intp)
     for axis, at in enumerate((triangulation.u, triangulation.v)):

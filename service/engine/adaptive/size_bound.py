@@ -1,6 +1,6 @@
-"""How finely isoparametric curves are divided, and upper bounds of the size of a mesh.
+"""The divisions of isoparametric curves, and upper bounds of the size of a mesh.
 
-**Curves** are divided evenly, as finely as the goal asks. A chord over an interval of length h is
+**Curves** are divided evenly, finely enough for the goal. A chord over an interval of length h is
 within h² max |C″| / 8 of its curve, parameter by parameter. The second derivatives of all curves of
 a patch along u are within M_uu of the patch, and so along v
 (`service.engine.bounds.second_derivatives`); those of its sides are those of the edges' own nets.

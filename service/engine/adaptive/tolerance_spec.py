@@ -62,7 +62,7 @@ class Camera:
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """How near a mesh must be to its surface, or how large it may be.
+    """The required accuracy of a mesh, or its largest size.
 
     Attributes
     ----------
@@ -133,12 +133,12 @@ class Accuracy:
             )
 
     def _has_any(self, *names: str) -> bool:
-        """Whether any of these options is given."""
+        """Whether the request has any of these options."""
         return any(getattr(self, name) is not None for name in names)
 
     @property
     def is_budgeted(self) -> bool:
-        """Whether a budget alone decides how near the mesh is."""
+        """Whether only a budget determines the accuracy."""
         return self._has_any(*BUDGETS) and not self._has_any(*TOLERANCES, "angle_tolerance")
 
     @property

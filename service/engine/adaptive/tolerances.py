@@ -22,8 +22,8 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
 
 ANYTHING = 4.0
-"""Tolerance where a request gives none, in diagonals of the model: no two points of model and mesh
-are further apart."""
+"""Tolerance of requests without tolerance, in diagonals of the model: no two points of model and
+mesh are further apart."""
 
 NEAR = 1e-3
 """Least distance to the eye that counts, as a share of the model's diagonal: anything nearer fills
@@ -158,7 +158,7 @@ def limit_tolerance(goal: Goal, diagonal: float, least: float) -> Goal:
 
 
 def separate_copies(group: GroupModel) -> GroupModel:
-    """The group with a model of its own for every copy, as each has its own distance to the eye."""
+    """The group with a separate model for every copy, because distances to the eye differ."""
     models = tuple(group.models[member.model] for member in group.members)
     members = tuple(replace(member, model=k) for k, member in enumerate(group.members))
     return replace(group, models=models, members=members)

@@ -59,12 +59,12 @@ class Storage:
         return moved + bound_single_error(low, high, origin) if self.single else moved
 
     def store_positions(self, positions: FloatArray, origin: FloatArray) -> RealArray:
-        """Positions (N, 3) as the file stores them, about the origin, from model coordinates."""
+        """Stored positions (N, 3), relative to the origin, from positions in model coordinates."""
         if self.step:
             positions = round_to_grid(positions, self.step)
         if self.single:
             return (positions - origin).astype(np.float32)
-        # People read these numbers: adding 0.0 turns -0.0 into 0.0.
+        # Adding 0.0 turns -0.0 into 0.0, which is better to read in text formats.
         return positions + 0.0
 
     def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
@@ -86,8 +86,8 @@ def bound_origin_error(origin: FloatArray, low: FloatArray, high: FloatArray) ->
 class Triangulation:
     """A certified mesh of all faces, before it has normals.
 
-    A sample is a vertex as one face sees it: faces that meet have samples of their own at the
-    vertices they share, for normals and channels may differ there.
+    A sample is a vertex of one face: faces that meet have separate samples at shared vertices,
+    because normals and channels may differ there.
 
     Attributes
     ----------
@@ -100,8 +100,8 @@ class Triangulation:
     triangles : ndarray of int, shape (T, 3)
         Samples, counter-clockwise in (u, v); face after face. Their three vertices differ.
     bounds : ndarray of float64, shape (T,)
-        No point of the part of the surface that falls to the triangle is further than this from
-        the mesh as it is stored.
+        No point of the part of the surface over the triangle is further than this from the stored
+        mesh.
     mesh_bounds : ndarray of float64, shape (T,), or None
         No point of the stored triangle is further than this from the surface.
     """
@@ -161,7 +161,7 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
 
 
 def _merge_vertices(count: int, pairs: Ints) -> Ints:
-    """For each vertex the least vertex that pairs (n, 2) connect it to."""
+    """For each vertex the least vertex in its connected component of the pairs (n, 2)."""
     vertex = np.arange(count)
     while True:
         least = vertex[pairs].min(axis=1)
@@ -190,7 +190,7 @@ def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
 
 
 def _raise_bounds(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
-    """Bounds of all triangles; one beside a flat triangle has at least the bound of that."""
+    """Bounds of all triangles; a triangle beside a flat one takes over the bound of that one."""
     raised = bounds.copy()
     np.maximum.at(raised, beside, bounds[flat])
     return raised

@@ -1,1 +1,1 @@
-"""All that is proved of meshes: how far they are from their surfaces."""
+"""Proved bounds of the distance of meshes from their surfaces."""

@@ -15,8 +15,8 @@ adds up to one, so products are means of the given points, whatever their order 
 rounding moves a point by a few units in the last place of the net's size, also where homogeneous
 points are divided by their weights.
 
-Arrays are (m, …), a matrix for each item: NumPy multiplies stacked matrices one by one, so that an
-item has the same bits whatever stands beside it.
+Arrays are (m, …), a matrix for each item: NumPy multiplies stacked matrices one by one, so that the
+bits of an item do not depend on other items.
 
 Ramshaw, Blossoms are polar forms, CAGD 6 (1989); DeRose, Goldman, Hagen and Mann, Functional
 composition algorithms via blossoming, ACM TOG 12 (1993).
@@ -38,10 +38,10 @@ NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
 
 @lru_cache(maxsize=256)
 def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
-    """How often each argument is taken, in the order of `build_blossoms`.
+    """The multiplicity of each argument in each mixture, in the order of `build_blossoms`.
 
-    A mixture is made of a shorter one by adding one argument; mixtures to which the first argument
-    was added come first.
+    A mixture extends a shorter mixture by one argument; mixtures to which the first argument was
+    added come first.
     """
     if degree == 0:
         return ((0,) * arguments,)
@@ -144,7 +144,7 @@ def build_triangle_nets(
 def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
     """Sums of the blossoms of nets at arguments (k, 2, m), times `shares`: shape (m, D, N)."""
     p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
-    if p == q:  # both directions in one go
+    if p == q:  # both directions in one product
         along = build_blossoms(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
         both = build_box_nets(nets, along[:count], along[count:])
     else:

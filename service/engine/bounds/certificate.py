@@ -17,8 +17,8 @@ No point of the surface is further from the mesh than the largest bound of its p
 
        h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk, the numerator so bounded, over the least w_ijk.
 
-4. **Any triangle of the mesh will do.** Which part is measured against which host is free: the
-   bound is of the distance to that triangle, or to it and its neighbours.
+4. **The host may be any triangle of the mesh.** The bound is that of the distance to this triangle,
+   or to it and its neighbours.
 5. **Rounding** is added, derived in `certificate_rounding`. The positions are those that are
    stored, so their rounding is in the distances themselves.
 
@@ -48,13 +48,13 @@ from service.engine.bounds.local_frames import LocalFrames, build_local_frames
 from service.engine.bounds.patch_nets import Nets, PatchNets
 
 BLOCK = 1 << 16
-"""Pieces that are in memory at a time, unless one part alone has more."""
+"""The most pieces in memory at a time, unless one part alone has more."""
 
 CHUNK = 1 << 17
 """Numbers of nets that are computed at a time: their temporary arrays stay in the cache."""
 
 COVERED = 16
-"""Least number of patches covered as a whole by one part for which hulls are tried first."""
+"""The least number of patches inside one part for which hulls are tried first."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -189,9 +189,9 @@ def certify(
     Parameters
     ----------
     parts : Parts
-        m parts. The bounds of a part have the same bits whatever other parts are given with it.
+        m parts. The bits of the bounds of a part do not depend on the other parts.
     positions : ndarray of float64, shape (V, 3)
-        The vertices as they are stored, in model coordinates.
+        The stored vertices, in model coordinates.
     goal : Goal
     """
     blocks = [

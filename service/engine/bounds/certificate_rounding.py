@@ -1,8 +1,8 @@
-"""The rounding in the bounds of the certificate, and the least tolerance that it leaves room for.
+"""The rounding in the bounds of the certificate, and the least tolerance.
 
-One operation is wrong by at most u = 2^-53, relative to its result. A piece is computed in units in
-which no coordinate about the middle of the patch is above 1, neither of control points nor of
-vertices of hosts; hence no difference of two points is longer than 2√3 < 4.
+The relative error of one operation is at most u = 2^-53. A piece is computed in units in which no
+coordinate about the middle of the patch is above 1, neither of control points nor of vertices of
+hosts; hence no difference of two points is longer than 2√3 < 4.
 
 **Nets.** On its way from the given control points to a net over a triangle, a number is rounded by
 

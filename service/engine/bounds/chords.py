@@ -8,8 +8,8 @@ positive weights. The distance to a segment is a convex function d, so
 where f bounds R_1 + … + R_{n−1}: polynomial, 1 − B_0 − B_n ≤ 1 − 2^{1−n}. That is ½ at degree 2 and
 ¾ at degree 3, so for a symmetric arch the bound is its true height.
 
-Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1). Every number depends on its own curve
-alone, to the last bit, whatever others are computed with it.
+Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1). Every number depends on its curve alone,
+bit for bit, and not on other curves.
 """
 
 import numpy as np
@@ -54,7 +54,7 @@ def measure_distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     axes = range(points.shape[2])
     away = [points[..., k] - chords[:, :1, k] for k in axes]
     along = [chords[:, 1, k] - chords[:, 0, k] for k in axes]
-    # In units of the largest coordinate, lest squares of small ones vanish.
+    # In units of the largest coordinate, so that squares of small ones do not underflow.
     size = find_row_maxima(
         np.stack([*(find_row_maxima(np.abs(x)) for x in away), *np.abs(along)], axis=1)
     )

@@ -25,7 +25,7 @@ THIN = 2.0**17
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Parts:
-    """m triangles of places, and the triangles of the mesh that their surface is measured against.
+    """m triangles of places, and the triangles of the mesh from which distances are measured.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Parts:
     is_own: Bools | None = None
 
     def take(self, rows: slice) -> "Parts":
-        """A run of the parts."""
+        """The parts with these rows."""
         is_own = None if self.is_own is None else self.is_own[rows]
         return Parts(
             self.face[rows], self.corners[rows], self.host[rows], self.across[rows], is_own
@@ -63,7 +63,7 @@ class PatchPieces:
     Attributes
     ----------
     part : ndarray of int, shape (M,)
-        The part that each is a piece of, in ascending order.
+        The part of each piece, in ascending order.
     patch : ndarray of int, shape (M,)
     places : ndarray of float64, shape (3, 2, M)
         The corners, as parameters of the patch: multiples of 1 / SPAN, exactly.

@@ -1,14 +1,13 @@
-"""Bounds of the parts of the surface that faces without area leave out of a mesh.
+"""Bounds of the distance of parts of the surface whose triangles have no area.
 
-Where two samples are one place, a triangle of a pattern has no area and is not written. The points
-of the surface that belong to it are then near the line between its two places. As a rule that line
-is a side of the face next to it, and nothing is lost. But at a corner between two sides that are
-one edge, or where a patch between two poles has a single division, the line may be no side of any
-face. Then the distance to the mesh is bounded by the distance to the nearest place that the mesh
-has.
+If two samples are at one place, a triangle of a pattern has no area, and the mesh omits it. Its
+part of the surface is then near the line between its two places. Usually that line is a side of the
+face beside it, so the bound of that face holds. But at a corner between two sides that are one
+edge, or if a patch between two poles has one division only, the line may be no side of any face.
+Then the distance to the nearest vertex of the mesh bounds the distance to the mesh.
 
-Only samples on the border of a patch can be one place with others. So it is enough to look at the
-*rim*: the triangles that have a corner on the border.
+Only samples on the border of a patch can share their place with others. So only the *rim* is
+examined: the triangles with a corner on the border.
 """
 
 from dataclasses import replace
@@ -32,13 +31,13 @@ from service.engine.options import Faces, MeshOptions
 NOTHING = (False, False, False, False)
 
 CANDIDATES = 64
-"""Places of the mesh that are tried where it has no corner of a missing triangle."""
+"""The number of vertices examined when a missing triangle has no corner in the mesh."""
 
 
 def bound_missing_distances(
     layout: Layout, options: MeshOptions, positions: RealArray
 ) -> FloatArray:
-    """Bounds (P,) of what missing triangles add to the deviation of each patch.
+    """Bounds (P,) of the increase of the deviation of each patch by missing triangles.
 
     All are 0 where `layout.may_lose_faces` is false.
 
@@ -46,7 +45,7 @@ def bound_missing_distances(
     ----------
     positions : ndarray, shape (N, 3)
     """
-    # Without welding, only sides that are one point have the same place twice.
+    # Without welding, two samples share a place only on sides that are one point.
     folds = layout.may_fold and options.weld
     if not (
         folds or any(has_missing_triangles(shape, options.faces) for shape, _ in layout.shapes)

@@ -10,7 +10,7 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import along_sides
 
 DEPTH = 30
-"""A knot span is 2^DEPTH units long, the least length there is: all places are whole numbers."""
+"""A knot span is 2^DEPTH units long; places are integers, so the least length is 1."""
 
 SPAN = 1 << DEPTH
 

@@ -30,7 +30,7 @@ class View:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Goal:
-    """The deviation and the angle that every triangle must keep to.
+    """The largest deviation and the largest angle of every triangle.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Goal:
 
 
 def build_tolerance_error(got: str, least: float, pointer: str = "") -> InvalidRequest:
-    """The error for a goal that is smaller than what rounding alone may cost."""
+    """The error for a goal below the bound of rounding errors."""
     return InvalidRequest(
         Issue(
             "tolerance_too_small",

@@ -40,7 +40,7 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
-"""Four digits, rounded up: further ones would show the arithmetic, not the surface."""
+"""Four digits, rounded up: further digits would depend on the processor."""
 
 
 def bound_deviations(
@@ -57,9 +57,9 @@ def bound_deviations(
     Parameters
     ----------
     rows : SampleRows
-        Samples as they are written, before they are welded.
+        Samples in the precision of the file, before welding.
     origin : ndarray of float64, shape (3,)
-        The origin that they are written about.
+        The origin of the samples.
     """
     bounds = np.empty(len(layout.base))
     everywhere = bound_edge_error(seams, layout, options.method) + model.moved

@@ -1,7 +1,7 @@
 """The patches of a model as nets about their own middles, and points and partials of them.
 
 The last axis of every array counts parts, places or patches, and all arithmetic is elementwise, in
-one order. So the numbers of a patch have the same bits whatever is computed beside it.
+one order. So the bits of the numbers of a patch do not depend on other patches.
 """
 
 from collections.abc import Iterator
@@ -116,7 +116,7 @@ class PatchNets:
         )
 
     def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
-        """The groups that patches (m,) belong to, each with the rows of its patches among the m."""
+        """The groups of patches (m,), each with the rows of its patches."""
         if len(self.groups) == 1:
             yield self.groups[0], np.arange(len(patch))
             return

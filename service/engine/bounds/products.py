@@ -33,7 +33,7 @@ CHUNK = 1 << 17
 """Numbers of a workspace that are computed at a time: they fit the second-level cache."""
 
 ORDERS = ((2, 0), (1, 1), (0, 2))
-"""How often differences are taken along u and along v."""
+"""Orders of the differences along u and along v."""
 
 
 def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
@@ -69,7 +69,7 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
         checkpoint()
         points = patches.points[first : first + step]
         work = _WORKSPACES.get(patches.degree, divisions, len(points))
-        # Patches are the innermost axis, so that whatever is computed runs over long rows.
+        # Patches are the innermost axis, so that all operations run over long rows.
         planes = points.reshape(len(points), -1, 3).transpose(1, 2, 0)
         np.subtract(planes, patches.middle[:, np.newaxis], out=work.planes)
         np.multiply(work.planes, scale, out=work.planes)

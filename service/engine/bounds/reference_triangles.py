@@ -1,4 +1,4 @@
-"""The triangles of the mesh that the surface is measured against, each in a frame of its own.
+"""The triangles of the mesh from which distances of the surface are measured, in local frames.
 
 In its frame a triangle T has the vertices A = (0, 0), B = (b, 0), C = (x, y) with b, y ≥ 0, all at
 height 0 except for rounding, which is bounded by `tilt`. Edge k runs from vertex k to the next, T

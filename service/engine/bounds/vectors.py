@@ -42,7 +42,7 @@ class Columns:
     __dataclass_fields__: dict[str, object]
 
     def take(self, index: Ints | Bools | slice) -> Self:
-        """Some of the items."""
+        """The chosen items."""
         columns = (getattr(self, name) for name in self.__dataclass_fields__)
         if isinstance(index, slice):
             return type(self)(*(column[..., index] for column in columns))

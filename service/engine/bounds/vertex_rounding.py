@@ -1,8 +1,9 @@
-"""Bounds of the distance from written vertices to the points of the surface that they stand for.
+"""Bounds of the distance from stored vertices to their points of the surface.
 
-A triangle whose corners are off by e at most is off by e at most, so this is added to the bound of
-bending. Parameters are rounded, too: i/R is off by one unit in the last place. A triangulation of
-the rounded parameters is as good; its boxes are larger by a share of 2^-30 at most (`STEPS`).
+If errors of the corners of a triangle are at most e, so are errors of its points. So this bound is
+added to the bound of bending. Parameters are rounded, too: i/R is off by one unit in the last
+place. A triangulation of the rounded parameters is as good; its boxes are larger by a share of
+2^-30 at most (`STEPS`).
 
 A sum of K products is right to K units in the last place of the sum of their sizes, in whatever
 order it is added (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section 3.1).

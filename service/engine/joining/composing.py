@@ -22,7 +22,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
     batches: list[Patches] = []
     parts: list[Part] = []
     domains: list[Domain] = []
-    listed: list[Ints] = []
+    sequences: list[Ints] = []
     nets: list[Patches] = []
     are_mirrored = []
     first = merged_knots = 0
@@ -44,7 +44,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         sequence = (
             np.arange(oriented.patch_count) if oriented.sequence is None else oriented.sequence
         )
-        listed.append(first + (sequence if order is None else order[sequence]))
+        sequences.append(first + (sequence if order is None else order[sequence]))
         is_single = len(oriented.parts) == 1
         parts += [
             Part(
@@ -65,7 +65,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
             tuple(parts),
             group.up,
             domains=tuple(domains),
-            sequence=np.concatenate(listed),
+            sequence=np.concatenate(sequences),
             control_nets=tuple(nets),
             merged_knots=merged_knots,
             moved=distance,

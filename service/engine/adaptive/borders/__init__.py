@@ -1,1 +1,1 @@
-"""Where the sides of faces are divided: by rules that depend on what a side is alone."""
+"""The division of the sides of faces, by rules that depend on the side alone."""

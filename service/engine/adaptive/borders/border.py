@@ -57,12 +57,12 @@ def divide_border(
     most : int
         Number of triangles that are allowed.
     normals : SideNormals, optional
-        Normals that turn no further than the angle of the goal between two vertices.
+        Normals, which turn by at most the angle of the goal between two vertices.
 
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if rounding leaves no room for it.
+        `tolerance_too_small` if it is below the rounding errors.
     TooLarge
         `too_many_triangles`, as soon as the sides alone need more.
     """
@@ -103,7 +103,7 @@ def divide_border(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BorderPlaces:
-    """The border as places of the faces, which the boundaries of all rounds share.
+    """The vertices of the border as places of the faces; the boundaries of all rounds share it.
 
     Attributes
     ----------

@@ -87,8 +87,8 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     """The chains of the sides of all faces.
 
     A side is one chain if its edges are of one degree and every side with one of these edges has
-    all of them, in this order or in the opposite one. Otherwise each of its edges is a chain of its
-    own: the division of a shared edge must not depend on edges that are not shared.
+    all of them, in this order or in the opposite one. Otherwise each of its edges is a separate
+    chain: the division of a shared edge must not depend on edges that are not shared.
     """
     steps = _list_steps(faces, seams)
     count = np.bincount(steps.side, minlength=4 * len(faces.first))
@@ -107,7 +107,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         turned = _is_before(back, forth)
         codes = np.where(turned[:, None], back, forth)
         first, number = unique_rows(codes.astype(np.float64))
-        # Either all sides along one chain are whole, or none is.
+        # Either all sides along one chain are complete, or none is.
         is_alike = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
         is_alike &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
         single[rows[is_alike]] = False
@@ -164,7 +164,7 @@ def _number_steps(steps: _Steps, seams: Seams, selected: Bools) -> tuple[Ints, I
         rank[ids[np.lexsort(columns.T[::-1])]] = ranked + np.arange(len(rows))
         symmetric[ids] = same
         ranked += len(rows)
-    # An edge that is equal to its own reverse has one direction only.
+    # An edge that is equal to its reverse has only one direction.
     backward = steps.backward & ~symmetric[steps.edge]
     along = 2 * rank[steps.edge] + backward
     return along, np.where(symmetric[steps.edge], along, along ^ 1)
@@ -179,7 +179,7 @@ def _is_before(rows: Ints, others: Ints) -> Bools:
 
 
 def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
-    """Edges as chains of their own, in their own direction."""
+    """Edges as separate chains, in their directions."""
     rows = single.nonzero()[0]
     first, place = unique_values(steps.edge[rows])
     leaders, turned = rows[first], steps.backward[rows]

@@ -1,6 +1,6 @@
-"""Shapes of pieces of curves: how far their nets and they are from their chords, and their angles.
+"""Shapes of pieces of curves: distances of nets and curves from chords, and angles.
 
-Every number depends on its own piece alone, to the last bit.
+Every number depends on its piece alone, bit for bit.
 """
 
 from dataclasses import dataclass
@@ -95,7 +95,7 @@ def measure_shapes(
 
 
 def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors along curves (M, n+1, …) at both ends, shape (M, 3) each; 0 where there is none.
+    """Unit vectors along curves (M, n+1, …) at both ends, (M, 3) each; 0 for curves of no length.
 
     They are along the first and the last leg of the net that is longer than its rounding.
     """
@@ -113,8 +113,9 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
 def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
     """Bounds (M,) of the rounding of nets by halving and moving.
 
-    Each of the n levels of a halving takes means, right to half an ε of the largest coordinate;
-    weights, quotients and distances add a few more, and storing the ends of a chord adds 2 ε `far`.
+    Each of the n levels of a halving computes means, with errors of half an ε of the largest
+    coordinate; weights, quotients and distances add a few more, and storing the ends of a chord
+    adds 2 ε `far`.
 
     Parameters
     ----------
@@ -152,7 +153,7 @@ def _bound_apart(points: FloatArray, weights: FloatArray | None, shares: FloatAr
 
 
 def _find_least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Least cosine between the legs of nets and tangents, both without those of length 0."""
+    """Least cosine between the legs of nets and tangents, both without vectors of length 0."""
     legs, length = _find_legs(points)
     least = np.ones(len(points))
     for tangent in tangents:
@@ -171,7 +172,7 @@ def _find_legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def measure_lengths(vectors: FloatArray) -> FloatArray:
-    """Lengths of vectors (…, 3), right even where their squares would under- or overflow."""
+    """Lengths of vectors (…, 3), also if their squares would underflow or overflow."""
     x, y, z = (vectors[..., k] for k in range(3))
     size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(z))
     unit = np.where(size > 0, size, 1.0)

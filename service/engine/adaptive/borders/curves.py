@@ -1,4 +1,4 @@
-"""Chains as curves, how far normals turn along them, and the trees of pieces that halving leads to.
+"""Chains as curves, the turns of normals along them, and the trees of their halves.
 
 All models of a request are taken together: edges of two models with equal control points are one
 edge, and are divided in the same way.
@@ -25,7 +25,7 @@ from service.surface.batches import Patches
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SideNormals:
-    """Sides of patches along the edges of a model, and of all models that it is meshed with.
+    """Sides of patches along the edges of a model, and of all models that are meshed with it.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class SideNormals:
     side, backward : ndarray of int and of bool, shape (N,)
         Sides of patches (4 p + s) that are lines, edge by edge; whether each runs against its edge.
     start, count : ndarray of int, shape (D,)
-        The first side of each different edge, and the number of its sides.
+        The first side of each distinct edge, and the number of its sides.
     number : ndarray of int, shape (E,)
-        The different edge that each edge of the model is.
+        The number of the distinct edge of each edge of the model.
     """
 
     batches: tuple[Patches, ...]
@@ -105,7 +105,7 @@ def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> lis
 
 
 def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
-    """Numbers of the edges (E,) of each model, equal where their curves are."""
+    """Numbers of the edges (E,) of each model, equal for equal curves."""
     numbers = [np.zeros(len(seam.users), np.intp) for seam in seams]
     degrees = {group.points.shape[1] for seam in seams for group in seam.curves}
     count = 0
@@ -138,7 +138,7 @@ class Curves:
     Attributes
     ----------
     chain, uses : ndarray of int, shape (C,)
-        Their numbers among all chains, and the number of sides that run along each.
+        The numbers of the chains among all chains, and the number of sides along each.
     start : ndarray of int, shape (C+1,)
         Chain c is the edges (rows of `nets`) `start[c]` to `start[c+1]`.
     owner : ndarray of int, shape (N,)
@@ -166,7 +166,7 @@ class Curves:
     def measure_turns(
         self, rows: Ints, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
-        """How far normals turn along parts of edges (`SideNormals.turns`); None without angle."""
+        """Turns of normals along parts of edges, if the goal has an angle."""
         if self.normals is None:
             return None
         return self.normals.measure_turns(self.edge[rows], self.backward[rows], begin, end)
@@ -176,7 +176,7 @@ class Curves:
 class Tree:
     """M pieces: level by level their halves, halves of these, and so on.
 
-    Level k is the rows `level[k]`; `parent` (M,) is the piece that each is a half of.
+    Level k is the rows `level[k]`; `parent` (M,) is the piece of which each is a half.
     """
 
     level: list[slice]
@@ -205,7 +205,7 @@ class Tree:
 
 
 def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[Curves]:
-    """All chains, those of one degree together."""
+    """All chains, grouped by degree."""
     kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
     for number, group in enumerate(seams.curves):
         kind[group.ids], place[group.ids] = number, np.arange(len(group.ids))
@@ -257,7 +257,7 @@ def build_halving_tree(count: int, levels: int) -> Tree:
 def halve_nets(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints, FloatArray]:
     """Places and nets (M, n+1, D) of parts of edges and of all their halves in a tree.
 
-    The parts given were halved `depth` times. In each level first halves come before second halves.
+    The given parts were halved `depth` times. In each level first halves come before second halves.
     """
     if len(tree.level) == 1:
         return at, nets

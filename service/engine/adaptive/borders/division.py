@@ -5,7 +5,7 @@ places depend on the models that are meshed together.
 
 A chain of several edges is tried as one straight segment, then cut at the knot in the middle, and
 so on; single edges are halved. All arithmetic is elementwise, in coordinates about the chain's
-first point and in its own direction. Hence a chain has the same places and points, bit for bit, in
+first point and in its own direction. So a chain has the same places and points, bit for bit, in
 every model.
 """
 
@@ -44,8 +44,8 @@ CHUNK = 1 << 18
 """Coordinates of nets that are computed at a time."""
 
 ROUGH = 5
-"""Number of times that an edge is halved for its normals even if that does not help, so that a
-narrow bend is not taken for a crease."""
+"""The number of halvings of an edge for its normals, even if they do not help, so that a narrow
+bend does not count as a crease."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

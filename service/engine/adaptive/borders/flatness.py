@@ -34,7 +34,7 @@ OF_CURVE = 0.7
 the surface beside it."""
 
 SHAPELY = (1 / 16, 1 / 2, 1 / 2)
-"""Largest deviation of the net of a chain, as a share of its chord, without a cut, whatever the
+"""Largest deviation of the net of a chain, as a share of its chord, without a cut, for every
 tolerance; then that of its halves, and of their halves. So a curve that turns back on itself is not
 lost between two vertices; and two chains between the same two corners, as at the end of a wing, do
 not become one segment unless both are nearly straight, turning by some twenty degrees at most."""
@@ -58,9 +58,9 @@ class CutDecision:
     cut : ndarray of bool
         Pieces that must be cut.
     closed : ndarray of bool
-        Those that must be cut because they end where they began.
+        Pieces that must be cut because they end in their first point.
     hopeless : ndarray of bool
-        Those of which rounding is larger than a cut can help with.
+        Pieces whose rounding errors are too large for any cut to help.
     allowed : ndarray of float64
         Allowed deviations.
     """
@@ -121,7 +121,8 @@ def refuse_hopeless(decision: CutDecision, real: Bools, slack: FloatArray, goal:
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if rounding leaves no room for it, or `DEPTH` halvings do not do.
+        `tolerance_too_small` if it is below the rounding errors, or if `DEPTH` halvings are not
+        enough.
     """
     hopeless = decision.hopeless & real
     if hopeless.any():
@@ -204,7 +205,7 @@ def _judge_runs(
     chords = project_nets(ends, 3)
     shares = None
     if goal.two_sided:
-        # Spans are of one length: to each its share of the chord.
+        # All spans have one length, so each has an equal share of the chord.
         step = (chords[:, 1] - chords[:, 0]) / count[:, None]
         number = (np.arange(len(run)) - begin[run])[:, None]
         low = chords[run, 0] + number * step[run]

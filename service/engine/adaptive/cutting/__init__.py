@@ -1,1 +1,1 @@
-"""Faces cut into cells that are as flat as the goal asks, in the direction in which they bend."""
+"""Cuts faces into cells that are flat enough for the goal, in the direction in which they bend."""

@@ -1,7 +1,7 @@
 """Cells, which are boxes of places of a face; leaves, which are cells that need no cut; their nets.
 
 Nets are arrays (p+1, q+1, D, m): the last axis counts cells, and all arithmetic is elementwise, so
-that a cell's net has the same bits whatever is computed beside it. D is 3, or 4 where the net is
+that the bits of the net of a cell do not depend on other cells. D is 3, or 4 if the net is
 homogeneous.
 """
 
@@ -25,7 +25,7 @@ SHORTEST = 16
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cells(Columns):
-    """Boxes of places: `face` (m,) and `box` (4, m), the rows u0, u1, v0, v1."""
+    """Boxes of places: `face` (m,), and `box` (4, m) with the rows u0, u1, v0, v1."""
 
     face: Ints
     box: Ints

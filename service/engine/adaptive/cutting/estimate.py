@@ -40,7 +40,7 @@ LENGTH = 1e-3
 def estimate_cells(
     cells: Cells, nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None
 ) -> tuple[Bools, Leaves]:
-    """Which of the cells, of one span each, are to be cut; and all of them as leaves.
+    """Which of the cells, of one span each, must be cut; and all cells as leaves.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def build_forms(
 def choose_directions(
     bends: FloatArray, lengths: FloatArray, skew: FloatArray, allowed: FloatArray
 ) -> Bools:
-    """Whether v is to be halved, not u: the direction in which the cell bends more is halved.
+    """Whether to halve v and not u: the direction in which the cell bends more.
 
     The height of a cell whose corners are not in a plane is halved by a cut in either direction, so
     a share of it counts for the longer side; so does a small share of the allowed deviation.

@@ -1,9 +1,10 @@
-"""How far normals turn within a cell, and whether cutting it would make them turn less.
+"""Turns of normals within cells, and whether cutting a cell reduces them.
 
 Where the surface is smooth, normals turn half as far in each half of a small cell. At a fold, a
-cusp or a crease inside a patch, they turn in one of the halves as far as in the whole, however
-small the cell: there no cut helps. So a cell may always be cut while it is a large part of its
-patch, lest a narrow bend is taken for a crease; later it is cut only if that helps or costs little.
+cusp or a crease inside a patch, they turn in one of the halves as far as in the cell, even in small
+cells: there no cut helps. So a cell may always be cut while it is a large part of its patch, so
+that a narrow bend does not count as a crease. Smaller cells are cut only if that helps or costs
+little.
 """
 
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ class Scale:
 def compare_normals(
     at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None
 ) -> tuple[Bools, Bools]:
-    """Which cells must be cut for their normals, and whether v is to be halved, not u.
+    """Which cells must be cut for their normals, and whether to halve v and not u.
 
     Normals in nine places are compared in pairs.
 

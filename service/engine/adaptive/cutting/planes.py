@@ -17,11 +17,12 @@ THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
 
 NEARLY = 1.0 - 1e-9
-"""Numbers whose ratio is at least this are treated as equal, so that rounding does not decide
-between the two sides of a symmetric cell."""
+"""The least ratio of numbers that count as equal, so that rounding does not decide between the two
+sides of a symmetric cell."""
 
 # Nine points of a cell are counted 3 i + j for S(i/2, j/2): the corners are a, b, c, d =
-# 0, 6, 8, 2, counter-clockwise, the middles of the sides after them 3, 7, 5, 1, the cell's is 4.
+# 0, 6, 8, 2, counter-clockwise; 3, 7, 5, 1 are the middles of ab, bc, cd, da, and 4 is that of the
+# cell.
 STEPS = np.array([[6, 8, 2, 0, 8, 2], [0, 6, 8, 2, 0, 6]])
 """Ends and beginnings of ab, bc, cd, da, ac, bd."""
 
@@ -32,19 +33,20 @@ cell, times 3."""
 CYCLES = FACTORS + np.array([1, 2, 0]), FACTORS + np.array([2, 0, 1])
 """Rows of coordinates in a vector product: (first factors, second factors)."""
 
-OF = np.array([[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]])
+TRIANGLE_SIDES = np.array([[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]])
 """The steps that are the sides of abc, acd, abd, bcd."""
 
 HALFWAY = np.array([[3, 4, 3, 7], [7, 5, 4, 5], [4, 1, 1, 4]])
 """The points at the middles of these sides: of first sides, second sides, third sides."""
 
-FROM = np.array([0, 0, 6, 6])
+TRIANGLE_CORNERS = np.array([0, 0, 6, 6])
 """A corner of each of these triangles, from which heights are measured."""
 
 BENDS = np.array([[3, 7, 5, 1, 4, 4], [0, 6, 8, 2, 1, 3], [6, 8, 2, 0, 7, 5]])
-"""Middles of ab, bc, cd, da, and twice of the cell; then both ends of the lines through them."""
+"""First row: middles of ab, bc, cd, da, and two times that of the cell. Below each of them, both
+ends of a line through it."""
 
-NEITHER = np.zeros(1, dtype=np.intp)
+NO_DIFFERENCE = np.zeros(1, dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,11 +89,11 @@ def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray
     crossed = lines.take(CYCLES[0][0], axis=0) * lines.take(CYCLES[1][1], axis=0)
     crossed -= lines.take(CYCLES[1][0], axis=0) * lines.take(CYCLES[0][1], axis=0)
     size = np.sqrt(dot(crossed, crossed))
-    none = size[:4] <= THIN * np.maximum.reduce(squares.take(OF, axis=0), axis=1)
+    none = size[:4] <= THIN * np.maximum.reduce(squares.take(TRIANGLE_SIDES, axis=0), axis=1)
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
     if not none.any():
         crossed /= size[:, np.newaxis]
-        return Planes(crossed[:4], none[0], NEITHER), crossed[4], steps, squares
+        return Planes(crossed[:4], none[0], NO_DIFFERENCE), crossed[4], steps, squares
     size[:4] = np.where(none, 1.0, size[:4])
     crossed /= size[:, np.newaxis]
     normals = np.where(none[:, np.newaxis], crossed[[1, 0, 3, 2]], crossed[:4])
@@ -115,7 +117,7 @@ def measure_heights(
         the distance if the goal has two sides.
     """
     away = at.take(HALFWAY, axis=0)
-    away -= at.take(FROM, axis=0)
+    away -= at.take(TRIANGLE_CORNERS, axis=0)
     highs = maximize_heights(dot(away, planes.normals))
     over = np.maximum(highs[::2], highs[1::2])
     bends = at.take(BENDS[1], axis=0)

@@ -24,7 +24,7 @@ from service.engine.bounds.faces import SPAN
 from service.engine.bounds.patch_nets import Nets
 
 BLOCK = 1 << 18
-"""Numbers in the nets that are computed at a time, about."""
+"""Numbers in the nets of one block, approximately."""
 
 OVERHEAD = 20
 """Multiplications for every number of a net, in addition to those of halving."""
@@ -42,20 +42,19 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
     Parameters
     ----------
     start : Cells
-        Whole faces, or cells that cutting led to.
+        Faces, or cells after cutting.
     ahead : int
         `AHEAD` for whole faces; 0 for cells of which most need no further cut.
 
     Returns
     -------
     Leaves
-        In the order of face, u0, v0. Those of a cell have the same bits whatever other cells there
-        are.
+        In the order of face, u0, v0. The bits of the leaves of a cell do not depend on other cells.
 
     Raises
     ------
     TooLarge, InvalidRequest
-        As `MeshLimits` and `build_depth_error` say.
+        The errors of `MeshLimits` and `build_depth_error`.
     """
     leaves: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)

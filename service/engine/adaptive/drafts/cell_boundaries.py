@@ -87,7 +87,7 @@ def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints)
     Parameters
     ----------
     flattened : ndarray of int, shape (M,)
-        How often the strip over the segment after each entry of the border was halved.
+        Number of halvings of the strip over the segment after each entry of the border.
     """
     count, border = len(cells), border_places.border
     places, vertex = cells.box[CORNER_ROWS], np.full((4, count), -1)

@@ -1,9 +1,9 @@
 """The draft of a mesh: its leaves, their polygons, samples and triangles, renewed round by round.
 
-Where leaves are cut only their surroundings change. So every leaf, sample and triangle keeps its
+If leaves are cut, only their surroundings change. So every leaf, sample and triangle keeps its
 number: those that are cut or replaced are marked, and new ones are appended. The boundaries are
-traced for the new leaves and for the leaves around them alone; polygons that come out as they were
-keep their triangles.
+traced for the new leaves and for the leaves around them alone; polygons that do not change keep
+their triangles.
 
 A leaf may touch many small leaves, or a finely divided border, and then has a corner for each of
 them. Its triangles would be narrow, and the surface over them would lie beside them. So leaves
@@ -24,7 +24,7 @@ from service.engine.adaptive.drafts.triangles import TriangleRows, build_triangl
 from service.engine.adaptive.triangulation import Triangulation
 
 OVERHEAD = 4000
-"""Cost of the triangles of one leaf, in multiplications, about."""
+"""Approximate cost of the triangles of one leaf, in multiplications."""
 
 MOST_CORNERS = 64
 """A leaf with more corners is crowded."""
@@ -43,7 +43,7 @@ class Draft:
     border : Border
     border_places : BorderPlaces
     halvings : ndarray of int, shape (M,)
-        How often the height of the strip after each entry of the border was halved.
+        Number of halvings of the height of the strip after each entry of the border.
     samples : DraftSamples
     polygons : LeafPolygons
     triangles : DraftTriangles
@@ -63,7 +63,7 @@ class Draft:
         Parameters
         ----------
         fresh : Leaves
-            The leaves that cutting led to; all leaves in the first round.
+            The new leaves; all leaves in the first round.
         cut : ndarray of int
             Numbers of the leaves that they replace.
         flat : ndarray of int
@@ -91,7 +91,7 @@ class Draft:
             )
             cut = np.concatenate([cut, near[of_near]])
         replacement = [self._replace(boundaries, leaves, fresh, near, (cut, far))]
-        # Finding neighbours takes memory of its own: all temporary arrays are freed before.
+        # Finding neighbours takes memory, so all temporary arrays are freed before.
         del boundaries, leaves, parts, fresh
         self.triangles.add(*replacement.pop(), self.samples)
 
@@ -108,7 +108,8 @@ class Draft:
         Parameters
         ----------
         boundaries : CellBoundaries
-            Those of `leaves`: the fresh leaves, those near, and those around these.
+            The boundaries of `leaves`: of the fresh leaves, of those near them, and of those around
+            the near leaves.
         others : (cut, far)
             The leaves that were cut, and the leaves around those near.
 
@@ -145,7 +146,7 @@ class Draft:
         return TriangleRows(corners, leaf, triangles.segment, triangles.base), is_removed
 
     def finish(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
-        """The mesh, with bounds (T,) of all triangles: that of a host is the largest of its parts.
+        """The mesh, with bounds (T,) of all triangles; that of a host is the largest of its parts.
 
         The draft cannot be renewed after this.
         """

@@ -1,8 +1,8 @@
 """The samples and the triangles of a draft.
 
-Samples are places of faces, and the vertices that they are. They are only added: a sample keeps its
-number as long as some leaf or the border uses it; one that was not used in a round gets a new
-number when it is needed again.
+A sample is a place of a face and its vertex. They are only added: a sample keeps its number as long
+as some leaf or the border uses it; one that was not used in a round gets a new number when it is
+needed again.
 
 Triangles are only added, too; one whose leaf or strip was replaced stays in the arrays but is no
 longer alive. After each round `is_changed` marks the triangles that must be proved again.
@@ -39,11 +39,11 @@ class DraftSamples:
     Attributes
     ----------
     face, u, v, vertex : ndarray of int, shape (N,)
-        A sample is a vertex as one face sees it, at the place (u, v) of the face.
+        A sample is a vertex at a place (u, v) of one face.
     entry : ndarray of int, shape (M,)
         The sample of each entry of the border.
     points, positions : ndarray of float64, shape (V, 3)
-        Vertices as they were evaluated, and as they are stored; those of the border first.
+        Vertices before and after the rounding for storage; those of the border come first.
     """
 
     def __init__(self, task: Task, border: Border, store: Store) -> None:
@@ -127,8 +127,8 @@ class DraftTriangles:
     leaf, segment, base : ndarray of int, shape (T,)
         See `TriangleRows`.
     host : ndarray of int, shape (T,)
-        The triangle that the surface over this one is measured against: itself, unless it is flat;
-        then one beside it, or −1 if the whole face has none.
+        The triangle from which the distances of the surface over this triangle are measured: itself
+        unless it is flat, else a triangle beside it, or −1 if the face has none.
     across : ndarray of int, shape (T, 3)
         The vertex opposite edge k, k+1 in the triangle beyond it in the same face, if there is
         exactly one, otherwise −1.
@@ -140,7 +140,7 @@ class DraftTriangles:
     bare : ndarray of int
         Leaves with a piece of the border that is an edge of no triangle.
     crossed : ndarray of int, shape (X, 2)
-        Triangles, and which of their edges, where more than two triangles meet inside a face.
+        Pairs (triangle, edge k) where more than two triangles meet inside a face.
     """
 
     def __init__(self) -> None:
@@ -160,7 +160,7 @@ class DraftTriangles:
         return is_written
 
     def find_replaced(self, leaves: Bools, segments: Bools) -> Bools:
-        """Which triangles are of these leaves (L,), or of strips over these segments (M,)."""
+        """Which triangles belong to these leaves (L,), or to strips over these segments (M,)."""
         of_leaves = np.append(leaves, False)
         is_replaced: Bools = of_leaves[self.leaf] | ((self.leaf < 0) & segments[self.segment])
         return self.is_alive & is_replaced
@@ -242,10 +242,10 @@ class DraftTriangles:
         self.bare = np.unique(self.leaf[rows[side[is_open] // 3]])
 
     def drop_neighbours(self) -> None:
-        """Free the memory of neighbours and vertices, which are not needed any more."""
+        """Free the memory of neighbours and vertices, which are no longer needed."""
         self.across = self.vertices = np.empty((0, 3), dtype=np.intp)
 
 
 def _append(rows: Ints, new: Ints) -> Ints:
-    """Rows and new rows behind them; the new rows themselves, without a copy, if there are none."""
+    """Rows followed by new rows; without rows, the new rows themselves, not a copy."""
     return np.concatenate([rows, new]) if len(rows) else new

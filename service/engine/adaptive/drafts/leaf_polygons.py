@@ -82,7 +82,7 @@ class LeafPolygons:
     def find_changed(
         self, boundaries: CellBoundaries, polygon: Ints, begin: int, leaves: Ints
     ) -> Bools:
-        """Which of these leaves have another polygon than before.
+        """Which of these leaves have a changed polygon.
 
         Parameters
         ----------

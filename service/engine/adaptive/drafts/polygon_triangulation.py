@@ -1,8 +1,8 @@
 """Convex polygons cut into triangles in the best way, many at a time.
 
-The best triangles are near the surface and, in second place, well shaped. The surface over a leaf
-is treated as quadratic (`Leaves.form`), so its distance to a triangle needs no evaluation.
-No triangle has three places in a line.
+The best triangles are near the surface; among these, those of good shape. The surface over a
+leaf is treated as quadratic (`Leaves.form`), so its distance to a triangle needs no evaluation. No
+triangle has three places in a line.
 
 For a polygon of few corners all ways to cut it are compared. For more corners the best way is built
 from the best ways for smaller polygons: with the cost w_ijk of a triangle, the least cost of the
@@ -27,7 +27,7 @@ ALL = 9
 """Number of corners up to which all ways are compared; there are 429 ways for nine corners."""
 
 SHAPE = 0.02
-"""Cost of the best shape; a deviation that is as large as allowed costs 1."""
+"""Cost of the best shape; the largest allowed deviation costs 1."""
 
 WORST = 1e9
 """Largest shape number of a triangle; its square is the cost of a triangle of places in a line."""
@@ -54,7 +54,7 @@ def list_triples(corners: int) -> Ints:
 
 @lru_cache(maxsize=ALL)
 def list_triangulations(corners: int) -> Ints:
-    """All ways to cut a convex polygon, (ways, n − 2): columns of `list_triples`.
+    """All triangulations of a convex polygon, (ways, n − 2): columns of `list_triples`.
 
     Files list triangles in this order; above seven corners it is that of `_choose_step_by_step`.
     """

@@ -12,7 +12,7 @@ from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
 from service.engine.adaptive.drafts.polygon_triangulation import triangulate_polygons
 
 INDEX: DTypeLike = np.int32
-"""Type of numbers that are kept for each edge of triangles: there are fewer than 2^31 of both."""
+"""Type of numbers that are stored for each edge: a mesh has fewer than 2^31 edges and vertices."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -145,7 +145,7 @@ def number_directed_edges(corners: Ints) -> tuple[Ints, Ints]:
 
 
 def is_among(values: Ints, others: Ints) -> Bools:
-    """Which of few values are among many others; only the few are sorted."""
+    """Which of a few values are among many others; only the few values are sorted."""
     if not len(values):
         return np.zeros(0, dtype=bool)
     distinct, number = np.unique(values, return_inverse=True)
