@@ -14,6 +14,10 @@ FAR = 256.0
 float32 would leave it fewer than 16 binary digits."""
 
 
+ORDINARY = 16
+"""Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
+far from float32's limits."""
+
 AT_ZERO = np.zeros(3)
 """The origin of most meshes."""
 AT_ZERO.flags.writeable = False
@@ -68,3 +72,10 @@ def powers_of_two(sizes: FloatArray) -> FloatArray:
     """Powers of two that bring sizes near 1 without rounding, if such factors exist in float64."""
     factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
     return factors
+
+
+def find_scale(extent: float) -> float:
+    """The power of two that scales a model of this extent; 1 for models of ordinary size."""
+    if 2.0**-ORDINARY <= extent <= 2.0**ORDINARY or extent == 0:
+        return 1.0
+    return float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))

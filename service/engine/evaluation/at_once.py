@@ -9,46 +9,33 @@ back at the end. A model that is very large or very small is scaled by a power o
 nothing.
 """
 
-from collections.abc import Sequence
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import sample_basis, sample_basis_columns, sample_partials_basis
 from service.cancellation import checkpoint
-from service.engine.extent import is_moved
+from service.engine.evaluation.chunks import (
+    CHUNK_SAMPLES,
+    SUBNORMAL,
+    find_shift,
+    write_local,
+)
+from service.engine.evaluation.grid_products import (
+    build_means,
+    count_vectors,
+    plan_separable_products,
+    plan_whole_products,
+)
+from service.engine.extent import find_scale, is_moved
 from service.engine.scratch import Real, Workspaces
-from service.surface.batches import Patches, TensorPatches
-
-CHUNK_SAMPLES = 18_432
-"""Samples in one chunk: a dozen planes of them fit the second-level cache."""
-
-TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
-"""|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is sufficient: the
-error of the direction is then at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
-
-SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
-"""|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
-
-ORDINARY = 16
-"""Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
-far from float32's limits."""
+from service.surface.batches import TensorPatches
 
 
 def fits_cache(resolution: tuple[int, int]) -> bool:
     """Whether the samples of a patch fit the cache."""
     return (resolution[0] + 1) * (resolution[1] + 1) <= CHUNK_SAMPLES
-
-
-def find_scale(patches: Patches) -> float:
-    """The power of two by which patches are scaled; 1 for patches of ordinary size."""
-    extent = patches.extent
-    if 2.0**-ORDINARY <= extent <= 2.0**ORDINARY or extent == 0:
-        return 1.0
-    return float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))
 
 
 @lru_cache(256)
@@ -58,12 +45,6 @@ def count_chunk(degree: tuple[int, int], resolution: tuple[int, int]) -> int:
     fitting = max(1, CHUNK_SAMPLES // max(samples, sum(count_vectors(degree))))
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.
     return fitting // 16 * 16 or fitting
-
-
-def count_vectors(degree: tuple[int, int]) -> tuple[int, int, int]:
-    """Control points of a patch, and their differences along u and along v."""
-    p, q = degree
-    return (p + 1) * (q + 1), p * (q + 1), (p + 1) * q
 
 
 def evaluate_at_once(
@@ -93,7 +74,7 @@ def evaluate_at_once(
     dtype: Real = positions.dtype.type
     each = (resolution[0] + 1) * (resolution[1] + 1)
     doubtful: list[NDArray[np.intp]] = []
-    chunk, scale = count_chunk(patches.degree, resolution), find_scale(patches)
+    chunk, scale = count_chunk(patches.degree, resolution), find_scale(patches.extent)
     dimension = 3 if patches.weights is None else 4
     heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
     for first in range(0, patches.count, chunk):
@@ -123,20 +104,6 @@ def evaluate_at_once(
         out = normals[rows].reshape(count, each, 3)
         np.divide(work.at, work.square, out=out.transpose(2, 0, 1))
     return doubtful
-
-
-def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
-    """The vector (3,) from the origin of the result to the middle of the evaluation."""
-    return patches.middle if origin is None else patches.middle - origin
-
-
-def write_local(planes: RealArray, shift: FloatArray, scale: float, out: RealArray) -> None:
-    """Writes scaled planes (3, …) about the middle as points (…, 3), moved by `shift`."""
-    dtype = planes.dtype.type
-    for axis in range(3):
-        np.multiply(planes[axis], dtype(1 / scale), out=out[..., axis])
-        if shift[axis]:
-            out[..., axis] += dtype(shift[axis])
 
 
 class _Workspace:
@@ -188,12 +155,12 @@ class _Workspace:
         self.columns = rows.T
         self.turned = np.empty_like(rows.T, order="C") if is_separable else None
         if self.turned is None:
-            self.products = _plan_whole_products(rows, degree, resolution, results)
+            self.products = plan_whole_products(rows, degree, resolution, results)
         else:
-            self.products = _plan_separable_products(self.turned, degree, resolution, results)
+            self.products = plan_separable_products(self.turned, degree, resolution, results)
         self.differences = rows[points:]
         self.squares = np.empty_like(self.differences)
-        self.means = _build_means(degree, dtype)
+        self.means = build_means(degree, dtype)
         self.axis_sizes = np.empty((2, dimension * count), dtype)
         self.sizes_by_axis = self.axis_sizes.reshape(2, dimension, -1)[:, :3]
         self.size_u, self.size_v = self.sizes = np.empty((2, count), dtype)
@@ -275,54 +242,4 @@ class _Workspace:
         return self.short if np.count_nonzero(self.short) else None
 
 
-Products: TypeAlias = list[list[tuple[RealArray, RealArray, RealArray]]]
-"""For each of S, S_u and S_v: the pairs of matrices to multiply, and the output."""
-
-
-def _plan_whole_products(
-    rows: RealArray,
-    degree: tuple[int, int],
-    resolution: tuple[int, int],
-    results: Sequence[RealArray],
-) -> Products:
-    """All samples by one product of the vectors (K, d r) with the basis of all samples."""
-    basis = sample_partials_basis(degree, resolution, rows.dtype.type)
-    ends = np.cumsum(count_vectors(degree))[:-1]
-    parts = zip(np.split(rows, ends), np.split(basis, ends), results, strict=True)
-    return [[(net.T, values, out.reshape(-1, basis.shape[1]))] for net, values, out in parts]
-
-
-def _plan_separable_products(
-    turned: RealArray,
-    degree: tuple[int, int],
-    resolution: tuple[int, int],
-    results: Sequence[RealArray],
-) -> Products:
-    """All samples by a product along u, then one along v, of the vectors (d r, K)."""
-    (p, q), (ru, rv), dtype = degree, resolution, turned.dtype.type
-    u, u_below = (sample_basis(n, ru, dtype) for n in (p, p - 1))
-    v, v_below = (sample_basis_columns(n, rv, dtype) for n in (q, q - 1))
-    bases = ((u, v), (u_below, v), (u, v_below))
-    nets = np.split(turned, np.cumsum(count_vectors(degree))[:-1], axis=1)
-    products: Products = []
-    for net, (along_u, along_v), out in zip(nets, bases, results, strict=True):
-        planes = net.reshape(-1, along_u.shape[1], len(along_v))
-        curves = np.empty((len(planes), ru + 1, len(along_v)), dtype)
-        second = curves.reshape(-1, len(along_v)), along_v, out.reshape(-1, rv + 1)
-        products.append([(along_u, planes, curves), second])
-    return products
-
-
 _WORKSPACES = Workspaces(_Workspace)
-
-
-def _build_means(degree: tuple[int, int], dtype: Real) -> RealArray:
-    """Factors (2, differences) that give the mean squares of differences along u and along v.
-
-    The means are multiplied by `TRUSTED`.
-    """
-    _, along_u, along_v = count_vectors(degree)
-    means = np.zeros((2, along_u + along_v), dtype)
-    means[0, :along_u] = TRUSTED[dtype] / along_u
-    means[1, along_u:] = TRUSTED[dtype] / along_v
-    return means

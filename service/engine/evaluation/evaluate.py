@@ -17,15 +17,11 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
-from service.engine.evaluation.at_once import (
-    CHUNK_SAMPLES,
-    count_chunk,
-    count_vectors,
-    evaluate_at_once,
-    fits_cache,
-)
+from service.engine.evaluation.at_once import count_chunk, evaluate_at_once, fits_cache
+from service.engine.evaluation.chunks import CHUNK_SAMPLES
 from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
 from service.engine.evaluation.grid_evaluation import GridEvaluation
+from service.engine.evaluation.grid_products import count_vectors
 from service.engine.evaluation.large_grids import normal_polynomial, separable
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.options import Method

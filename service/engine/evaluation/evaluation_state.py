@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.row_batches import row_runs
-from service.engine.evaluation.at_once import (
+from service.engine.evaluation.chunks import (
     CHUNK_SAMPLES,
     SUBNORMAL,
     TRUSTED,
-    find_scale,
     find_shift,
     write_local,
 )
-from service.engine.extent import is_moved
+from service.engine.extent import find_scale, is_moved
 from service.engine.scratch import Real, scratch
 from service.surface.batches import Patches
 
@@ -66,7 +65,7 @@ class Evaluation(ABC):
         self.normals = out.normals
         self.origin = None if origin is None or not is_moved(origin) else origin
         # Rational nets are evaluated about the batch's middle, as in `at_once`.
-        self.scale = find_scale(patches)
+        self.scale = find_scale(patches.extent)
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self.dimension = 4 if self.rational else 3
         self.doubtful: list[NDArray[np.intp]] = []
@@ -235,28 +234,6 @@ class Evaluation(ABC):
     @abstractmethod
     def _write_poles(self, normals: RealArray) -> None:
         """Writes the limits at poles that have a simple formula."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class ChunkNets:
-    """Nets (p+1, q+1, d, r) of S and of its partials, in float64; of triangles (K, d, r).
-
-    `trust` (r,) is the least trusted |S_u × S_v|². `rows` (K, d, r) are the control points of all
-    three nets, one net after another.
-    """
-
-    rows: FloatArray
-    at: FloatArray
-    du: FloatArray | None = None
-    dv: FloatArray | None = None
-    trust: FloatArray | None = None
-
-    def least(self, dtype: Real) -> RealArray:
-        """`trust` in the working precision, to compare (r, samples) with; 0 without partials."""
-        if self.trust is None:
-            return np.zeros((self.at.shape[-1], 1), dtype)
-        least: RealArray = self.trust.astype(dtype)
-        return least[:, None]
 
 
 def _take_coordinates(points: RealArray) -> RealArray:

@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_parameters
-from service.engine.evaluation.evaluation_state import ChunkNets, Evaluation, PatchSamples
+from service.engine.evaluation.chunks import ChunkNets
+from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.poles import write_pole_normals
 from service.engine.scratch import Real, scratch

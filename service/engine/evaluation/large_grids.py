@@ -18,7 +18,7 @@ from service.bases.bernstein import (
     sample_interleaved_basis,
 )
 from service.bases.row_batches import row_runs
-from service.engine.evaluation.at_once import CHUNK_SAMPLES
+from service.engine.evaluation.chunks import CHUNK_SAMPLES
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.scratch import Real
 from service.engine.vectors import cross_polynomial

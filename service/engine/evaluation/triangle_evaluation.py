@@ -19,9 +19,8 @@ from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.row_batches import row_runs
 from service.cancellation import checkpoint
-from service.engine.evaluation.at_once import CHUNK_SAMPLES
+from service.engine.evaluation.chunks import CHUNK_SAMPLES, ChunkNets
 from service.engine.evaluation.evaluation_state import (
-    ChunkNets,
     Evaluation,
     PatchSamples,
 )

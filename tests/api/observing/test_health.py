@@ -12,7 +12,7 @@ from service.api.app import create_app
 from service.api.observing import health
 from service.api.observing.health import SelfTest, computes_rightly
 from service.bases import bernstein
-from service.engine.evaluation import at_once
+from service.engine.evaluation import at_once, grid_products
 from service.engine.mesh.report import ENGINE
 from service.engine.scratch import Workspaces
 from service.settings.values import Settings
@@ -63,7 +63,7 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert computes_rightly()
     true = bernstein.sample_partials_basis
     monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
-    monkeypatch.setattr(at_once, "sample_partials_basis", lambda *of: true(*of) * 1.001)
+    monkeypatch.setattr(grid_products, "sample_partials_basis", lambda *of: true(*of) * 1.001)
     assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
         response = client.get("/health/ready")
