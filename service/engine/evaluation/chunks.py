@@ -1,4 +1,4 @@
-"""What all ways of evaluation share: chunks of patches, their nets, their scale and precision."""
+"""Shared by all ways of evaluation: chunks of patches, their nets, their precision."""
 
 from dataclasses import dataclass
 
