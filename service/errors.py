@@ -104,6 +104,15 @@ class Busy(SurfaceError):
     """Other requests hold the memory or the threads that this one needs."""
 
 
+def format_number(value: float) -> str:
+    """A number in six digits, or in as many as tell it from a limit that it exceeds.
+
+    `0.3` and `1e+10`, but `0.30000000000000004`, which is not 0.3.
+    """
+    short = f"{value:.6g}"
+    return short if float(short) == value else repr(float(value))
+
+
 _SINGULAR = {"axes": "axis", "indices": "index", "patches": "patch", "vertices": "vertex"}
 
 

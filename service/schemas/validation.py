@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, format_number, pointer
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits, parse_document
 from service.schemas.field_names import nearest_field
 from service.schemas.scan import shorten
@@ -50,8 +50,8 @@ _WRONG_TYPE = {
 }
 
 
-_SMALL = ("out_of_range", "The number is too small.", "{value:.6g}")
-_LARGE = ("out_of_range", "The number is too large.", "{value:.6g}")
+_SMALL = ("out_of_range", "The number is too small.", "{number}")
+_LARGE = ("out_of_range", "The number is too large.", "{number}")
 _SHORT = ("wrong_length", "The list or string is too short.", "a length of {length}")
 _LONG = ("wrong_length", "The list or string is too long.", "a length of {length}")
 
@@ -211,7 +211,8 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
         return wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
     code, message, got, needed = _TRANSLATED.get(name, _OTHER)
     length = len(value) if isinstance(value, str | list | dict) else 0
-    got = got.format(value=value, kind=kind(value), length=length)
+    number = format_number(value) if isinstance(value, int | float) else ""
+    got = got.format(number=number, kind=kind(value), length=length)
     return Issue(code, message, "", got, needed.format(**context))
 
 

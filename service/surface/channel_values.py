@@ -11,7 +11,7 @@ import re
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, pointer
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, count_nouns, format_number, pointer
 from service.surface.checks import check_finite, check_stored
 
 MAX_ATTRIBUTES, MAX_ATTRIBUTE_NAME = 16, 32
@@ -53,7 +53,7 @@ def check_colors(colors: FloatArray) -> None:
                     "out_of_range",
                     "Colours are sRGB, each number from 0 to 1.",
                     "/colors" + pointer(place),
-                    f"{colors[tuple(place)]:.6g}",
+                    format_number(colors[tuple(place)]),
                     "0 to 1",
                 )
                 for place in places.tolist()

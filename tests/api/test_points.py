@@ -119,3 +119,15 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     result = client.post("/v1/points", {**document, "derivatives": 2, **place, **fields}).json()
     first = 0 if model.order is None else int(np.argmin(model.order))
     np.testing.assert_allclose(result["positions"][0], batch.corners[first, 0], atol=1e-12)
+
+
+def test_a_parameter_just_outside_is_told_from_the_limit(client: Client) -> None:
+    knots = [[0, 0, 0.3, 0.3], "clamped"]
+    surface = {"type": "bspline", "control_net": NET, "degree": 1, "knots": knots}
+    response = client.post("/v1/points", {"surface": surface, "uv": [[0.1 + 0.2, 0]]})
+    (error,) = response.json()["errors"]
+    assert (error["got"], error["needed"]) == ("0.30000000000000004", "0 to 0.3")
+    color = client.post(
+        "/v1/mesh", {"surface": {"control_net": NET, "colors": [[[1, 1, 1 + 1e-9]]]}}
+    )
+    assert [each["got"] for each in color.json()["errors"]] == ["1.000000001"]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, format_number, pointer
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -169,8 +169,8 @@ def _check_inside(
                     "outside_domain",
                     "The parameter lies outside the surface.",
                     "/uv" + pointer((place[0] if rows is None else int(rows[place[0]]), place[1])),
-                    f"{uv[tuple(place)]:.6g}",
-                    f"{low[place[1]]:.6g} to {high[place[1]]:.6g}",
+                    format_number(uv[tuple(place)]),
+                    f"{format_number(low[place[1]])} to {format_number(high[place[1]])}",
                 )
                 for place in places.tolist()
             )

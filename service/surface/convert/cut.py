@@ -9,7 +9,7 @@ import numpy as np
 
 from service.bases import polynomials, triangle, triangle_polynomials
 from service.bases.polynomials import Net
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, format_number
 from service.surface.bezier import BezierSurface
 from service.surface.convert.elevate import elevate_nets, elevate_triangle_nets
 from service.surface.convert.nets import (
@@ -136,8 +136,8 @@ def check_inside(name: str, parameter: float, domain: Interval) -> None:
                 "out_of_range",
                 "A surface is split inside its domain.",
                 f"/{name}",
-                f"{parameter:.6g}",
-                f"above {first:.6g} and below {last:.6g}",
+                format_number(parameter),
+                f"above {format_number(first)} and below {format_number(last)}",
             )
         )
 
@@ -151,8 +151,8 @@ def check_within(name: str, piece: Interval, domain: Interval) -> None:
                     "out_of_range",
                     "A piece lies in the surface's domain.",
                     f"/{name}/{end}",
-                    f"{parameter:.6g}",
-                    f"{domain[0]:.6g} to {domain[1]:.6g}",
+                    format_number(parameter),
+                    f"{format_number(domain[0])} to {format_number(domain[1])}",
                 )
             )
 

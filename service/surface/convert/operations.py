@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, format_number
 from service.surface.checks import MAX_DEGREE
 
 Direction: TypeAlias = Literal["u", "v"]
@@ -100,7 +100,7 @@ class Restrict:
                         "out_of_range",
                         "An interval begins before it ends.",
                         f"/{name}",
-                        f"[{interval[0]:.6g}, {interval[1]:.6g}]",
+                        f"[{format_number(interval[0])}, {format_number(interval[1])}]",
                         "the smaller number first",
                     )
                 )
