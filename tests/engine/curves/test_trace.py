@@ -56,6 +56,8 @@ def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
         length = count + degree + 1
         steps = draw(st.lists(st.integers(0, 3), min_size=length, max_size=length))
         knots = _spread(np.cumsum(steps) / 4, degree)
+        if knots[degree] == knots[count]:
+            knots[count:] += 0.5  # a domain of some length
     load = st.integers(13, 320).map(lambda k: k / 64)
     weights = draw(st.none() | arrays.arrays(np.float64, count, elements=load))
     return BsplineCurve(points, degree, knots, weights)  # type: ignore[arg-type]

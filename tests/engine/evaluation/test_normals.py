@@ -63,6 +63,15 @@ def limit_from_inside(net: Array, weights: Array | None, u: Fraction, v: Fractio
     return None
 
 
+def ends_fold(net: Array, u: Fraction, v: Fraction) -> bool:
+    """Whether the two sides of a place on an edge have opposite limits."""
+    into_u, into_v = (
+        [1, -1] if t not in (ZERO, ONE) else [1] if t == ZERO else [-1] for t in (u, v)
+    )
+    limits = [limit_normal(net, None, (u, v), (a, b)) for a in into_u for b in into_v]
+    return len(limits) == 2 and None not in limits and limits[0] != limits[1]
+
+
 def all_unit(normals: Array) -> bool:
     """Normals have length 1 to the last digits; so no normal is NaN."""
     return bool(np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 4e-16)
@@ -126,15 +135,16 @@ def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.
 @given(degenerate_nets())
 def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
     """Checked wherever the exact expansion has a limit."""
-    resolution = (3, 2)
+    # Samples are doubles: beside a fold at u = 1/3 the double next to 1/3 has one normal only.
+    resolution = (4, 2)
     truth = exact.normals(net, None, resolution)
     result = evaluate(patch(net), resolution).normals
     assert result is not None
-    us, vs = exact.divisions(3), exact.divisions(2)
+    us, vs = exact.divisions(4), exact.divisions(2)
     for i, j in np.argwhere(np.isnan(truth).any(axis=-1)).tolist():
         if us[i] in (ZERO, ONE) or vs[j] in (ZERO, ONE):
             limit = limit_from_inside(net, None, us[i], vs[j])
-            if limit is not None:
+            if limit is not None and not ends_fold(net, us[i], vs[j]):
                 assert result[0, i, j] == pytest.approx(limit, abs=1e-9)
 
 
