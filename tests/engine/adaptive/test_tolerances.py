@@ -14,6 +14,7 @@ from service.engine.adaptive.tolerances import (
     build_model_goals,
     move_goal,
     separate_copies,
+    tighten_for_border,
 )
 from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import bound_placing_error, scalings
@@ -134,3 +135,17 @@ def test_every_copy_can_be_a_model_of_its_own() -> None:
 )
 def test_errors_point_to_the_option_of_the_request(accuracy: Accuracy, where: str) -> None:
     assert accuracy.pointer == where
+
+
+@pytest.mark.parametrize(("taken", "is_full"), [(0.0, True), (0.03, True), (0.05, False)])
+def test_edges_are_divided_by_the_full_goal_unless_rounding_takes_much(
+    taken: float, is_full: bool
+) -> None:
+    bounds = np.zeros(3), np.ones(3)
+    goal = Goal(1.0)
+    tight = tighten_for_border(goal, taken, bounds)
+    assert (tight is goal) == is_full
+    assert is_full or tight.tolerance == 1.0 - taken
+    # The eye is at the box, so the nearest point allows 1e-3.
+    seen = Goal(1.0, view=View(np.zeros(3), 0.1, 0.01))
+    assert (tighten_for_border(seen, 1e-3 * taken, bounds) is seen) == is_full
