@@ -105,9 +105,9 @@ class Busy(SurfaceError):
 
 
 def format_number(value: float) -> str:
-    """A number in six digits, or in as many as tell it from a limit that it exceeds.
+    """A number in six digits if these are exact, otherwise in all its digits.
 
-    `0.3` and `1e+10`, but `0.30000000000000004`, which is not 0.3.
+    `0.3` and `1e+10`, but `0.30000000000000004`: a reader can compare it with the limit 0.3.
     """
     short = f"{value:.6g}"
     return short if float(short) == value else repr(float(value))

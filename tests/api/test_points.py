@@ -121,7 +121,7 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     np.testing.assert_allclose(result["positions"][0], batch.corners[first, 0], atol=1e-12)
 
 
-def test_a_parameter_just_outside_is_told_from_the_limit(client: Client) -> None:
+def test_an_error_writes_a_parameter_just_outside_in_all_digits(client: Client) -> None:
     knots = [[0, 0, 0.3, 0.3], "clamped"]
     surface = {"type": "bspline", "control_net": NET, "degree": 1, "knots": knots}
     response = client.post("/v1/points", {"surface": surface, "uv": [[0.1 + 0.2, 0]]})

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS, TRIANGLES
 from service.schemas.document import DocumentLimits
 from service.schemas.triangle import split_rows, to_rows
@@ -47,8 +47,8 @@ def test_taken_exactly_if_each_row_is_one_shorter(value: list[list[int]]) -> Non
     assert [issue.pointer for issue in issues] == [f"/{m}" for m in wrong]
     for issue, m in zip(issues, wrong, strict=True):
         if issue.code == "ragged":
-            assert issue.got == f"{len(value[m])} weights"
-            assert issue.needed == f"{len(value) - m} weights"
+            assert issue.got == count_nouns(len(value[m]), "weights")
+            assert issue.needed == count_nouns(len(value) - m, "weights")
         else:
             assert (issue.code, value[m]) == ("empty_list", [])
 
