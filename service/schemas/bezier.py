@@ -49,5 +49,5 @@ class BezierDefinition(StrictModel):
 
 
 def define_bezier(surface: BezierSurface) -> dict[str, Any]:
-    """The surface as a request has it, with NumPy arrays, without the fields that it lacks."""
+    """The surface in the form of a request, with NumPy arrays, without the fields that it lacks."""
     return define_surface("bezier", surface, "control_net", "weights")

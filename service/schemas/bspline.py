@@ -159,5 +159,5 @@ class BsplineDefinition(StrictModel):
 
 
 def define_bspline(surface: BsplineSurface) -> dict[str, Any]:
-    """The surface as a request has it, with NumPy arrays, without the fields that it lacks."""
+    """The surface in the form of a request, with NumPy arrays, without the fields that it lacks."""
     return define_surface("bspline", surface, "control_net", "degree", "knots", "weights")

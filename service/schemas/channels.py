@@ -144,7 +144,7 @@ def build_channels(
 
 
 def define_surface(kind: str, surface: Any, *names: str) -> dict[str, Any]:
-    """A surface as a request has it, with NumPy arrays, without the fields that it lacks.
+    """A surface in the form of a request, with NumPy arrays, without the fields that it lacks.
 
     `names` are its own fields; the channels, `up` and `name` follow.
     """

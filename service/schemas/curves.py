@@ -181,7 +181,7 @@ def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
 
 
 def define_curve(curve: Curve) -> dict[str, Any]:
-    """A curve as a request has it, without a name: it is part of a surface, which has one."""
+    """A curve in the form of a request, without a name: it is part of a surface, which has one."""
     content: dict[str, Any] = {"type": "bezier", "control_points": curve.control_points}
     if isinstance(curve, BsplineCurve):
         content |= {"type": "bspline", "degree": curve.degree, "knots": curve.knots}

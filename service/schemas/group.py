@@ -119,7 +119,7 @@ class GroupDefinition(StrictModel):
 def define_group(
     surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The group as a request has it; `inner` writes the surfaces of its members."""
+    """The group in the form of a request; `inner` writes the surfaces of its members."""
     members: list[dict[str, Any]] = []
     for member in surface.members:
         fields = {"name": member.name, "color": member.color, "matrix": member.matrix}

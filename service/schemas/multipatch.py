@@ -71,6 +71,6 @@ class MultipatchDefinition(StrictModel):
 def define_multipatch(
     surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The surface as a request has it; `inner` writes its parts."""
+    """The surface in the form of a request; `inner` writes its parts."""
     surfaces = [inner(single) for single in surface.surfaces]
     return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

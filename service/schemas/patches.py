@@ -120,7 +120,7 @@ class PatchesDefinition(StrictModel):
 
 
 def define_patches(surface: PatchSurface) -> dict[str, Any]:
-    """The surface as a request has it, with NumPy arrays, without the fields that it lacks."""
+    """The surface in the form of a request, with NumPy arrays, without the fields that it lacks."""
     lists = ("patches", "triangles", "parts")
     content = define_surface("patches", surface, "vertices", *lists, "weights")
     content["parts"] = {name: np.array(numbers, np.int64) for name, numbers in surface.parts}

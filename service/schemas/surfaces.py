@@ -35,7 +35,7 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         RibbonSurface: sweeps.define_ribbon,
     }
 )
-"""Functions that write a surface as a request has it, by kind, for kinds without members."""
+"""Functions that write a surface in the form of a request, by kind, for kinds without members."""
 
 WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
     {PatchSurface: patches.replace_rows, TriangleSurface: triangle.replace_rows}
@@ -83,7 +83,7 @@ group.GroupDefinition.model_rebuild()
 
 
 def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
-    """A surface as a request has it, with NumPy arrays, without the fields that it lacks.
+    """A surface in the form of a request, with NumPy arrays, without the fields that it lacks.
 
     Nets over triangles come in rows, as documents write them, or `flat`, as one array each.
     """

@@ -109,14 +109,14 @@ class RibbonDefinition(StrictModel):
 
 
 def define_tube(surface: TubeSurface) -> dict[str, Any]:
-    """The tube as a request has it, with NumPy arrays."""
+    """The tube in the form of a request, with NumPy arrays."""
     content = {"type": "tube", "curve": define_curve(surface.curve)}
     names = ("radius", "sides", "caps", "up", "name")
     return content | {name: getattr(surface, name) for name in names}
 
 
 def define_ribbon(surface: RibbonSurface) -> dict[str, Any]:
-    """The ribbon as a request has it, with NumPy arrays."""
+    """The ribbon in the form of a request, with NumPy arrays."""
     towards = "facing" if surface.camera is None else "camera"
     content = {"type": "ribbon", "curve": define_curve(surface.curve)}
     return content | {name: getattr(surface, name) for name in ("width", towards, "up", "name")}

@@ -23,7 +23,7 @@ from service.surface.triangle import TriangleSurface
 Single: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
 
 MAX_SURFACES = 4096
-"""Most surfaces. Each takes at least a few tenths of a millisecond."""
+"""The most surfaces of a multipatch. Each takes at least a few tenths of a millisecond."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

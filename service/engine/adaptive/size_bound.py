@@ -153,7 +153,7 @@ PARTS, FINEST, FEWEST = 6, 30, 4
 
 SAMPLES, SMOOTH, CHUNK = 8, 0.5, 1 << 16
 """Divisions of patches whose normals are sampled; distance of unit normals beyond which a step is
-no smooth turn; and samples at a time."""
+no smooth turn; and samples in one block."""
 
 
 class MostTriangles(NamedTuple):

@@ -68,7 +68,7 @@ class Storage:
         return positions + 0.0
 
     def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
-        """Positions in model coordinates after storing, float64, right to `bound_origin_error`."""
+        """Stored positions in model coordinates, float64; errors: `bound_origin_error`."""
         if not (self.single or self.step):
             return positions
         read: FloatArray = self.store_positions(positions, origin).astype(np.float64) + origin

@@ -48,10 +48,10 @@ from service.engine.bounds.local_frames import LocalFrames, build_local_frames
 from service.engine.bounds.patch_nets import Nets, PatchNets
 
 BLOCK = 1 << 16
-"""The most pieces in memory at a time, unless one part alone has more."""
+"""The most pieces in one block, unless one part alone has more."""
 
 CHUNK = 1 << 17
-"""Numbers of nets that are computed at a time: their temporary arrays stay in the cache."""
+"""Numbers in the nets of one chunk: temporary arrays stay in the cache."""
 
 COVERED = 16
 """The least number of patches inside one part for which hulls are tried first."""

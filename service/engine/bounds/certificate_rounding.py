@@ -1,8 +1,8 @@
 """The rounding in the bounds of the certificate, and the least tolerance.
 
-The relative error of one operation is at most u = 2^-53. A piece is computed in units in which no
-coordinate about the middle of the patch is above 1, neither of control points nor of vertices of
-hosts; hence no difference of two points is longer than 2√3 < 4.
+The relative error of one operation is at most u = 2^-53. A piece has coordinates relative to the
+middle of the patch, in units in which no coordinate of a control point or of a vertex of a host
+exceeds 1. So no difference of two points is longer than 2√3 < 4.
 
 **Nets.** On its way from the given control points to a net over a triangle, a number is rounded by
 
@@ -14,24 +14,26 @@ hosts; hence no difference of two points is longer than 2√3 < 4.
     its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1); where degrees are
                                                            reduced, p + q + 4 are enough
 
-r roundings in all. Points are only combined with factors that are not negative. So a coordinate (of
-a homogeneous point: relative to its weight) is right to r u times 4, and a weight to r u times
-itself; dividing by the weight doubles this. A point is right to √3 · 2 r · 4 u < 16 r u.
+r roundings in all. Points are only combined with factors that are not negative. So the error of a
+coordinate (of a homogeneous point: relative to its weight) is at most 4 r u, and the relative error
+of a weight at most r u; dividing by the weight doubles this. The error of a point is at most √3 · 2
+r · 4 u < 16 r u.
 
-A sum of k products is right to k u times the sum of their sizes in whatever order it is added, with
-fused operations or without (Higham, Accuracy and stability of numerical algorithms, section 3.1).
-The order of such sums is the library's own; it is the same for every item of stacked matrices.
+The error of a sum of k products is at most k u times the sum of their sizes, in any order of
+addition, with fused operations or without (Higham, Accuracy and stability of numerical algorithms,
+section 3.1). The order of such sums is the library's own; it is the same for every item of stacked
+matrices.
 
 **Distances.** `bound_distances` and `bound_heights` do a few more operations with such coordinates:
 at most 16 in a row, and one for each point of an edge whose values half-way are added, p + q + 1.
 The greatest value of Q has a factor 4/3, and the part subtracted for R has at most 8/3 in one row,
 for 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is
-below 16 (16 + p + q) u. Wedges are right to 8 u times the length of an edge: see
+below 16 (16 + p + q) u. Errors of wedges are at most 8 u times the length of an edge: see
 `reference_triangles`.
 
 **Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and given
 here as one number, may be off by u |X| in each coordinate. Adding the middle of the patch to a
-point rounds too, but that does not matter here: the control points define the surface.
+point also rounds, but the surface is defined by the control points, which do not change.
 """
 
 import numpy as np
@@ -65,10 +67,10 @@ so the rounding of their products is not relative to them."""
 def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
     """The least tolerance that is worth an attempt, in model units.
 
-    However fine a mesh is, its bounds contain the rounding above and the distance of its vertices
-    from the surface: by their evaluation, which rounds less than the certificate does, and by
-    `step`, the error of storing them. The sum is doubled, so that the surface has room to bend. The
-    result is at least `LEAST`, also for a surface whose points are all 0.
+    The bounds of every mesh, however fine, contain the rounding above and the distance of its
+    vertices from the surface. This distance comes from evaluation, which rounds less than the
+    certificate does, and from storing, with an error of at most `step`. The sum is doubled, so that
+    the surface may bend. The result is at least `LEAST`, also for a surface whose points are all 0.
     """
     least = 0.0
     for nets in patch_nets.groups:

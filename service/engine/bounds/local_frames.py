@@ -167,8 +167,9 @@ class LocalFrames:
     def _bound_quotients(self, numerator: FloatArray, net: FloatArray) -> FloatArray:
         """Bounds (m,) of quotients by weights, given bounds (m,) of numerators in local units.
 
-        A point of a numerator is right to `rounding` times its weight, at most times the largest
-        weight; it is divided by the least one. The factor 2 is for three coordinates.
+        The error of a point of a numerator is at most `rounding` times its weight, hence times the
+        largest weight; the point is divided by the least weight. The factor 2 is for three
+        coordinates.
         """
         if net.shape[1] == 3:
             return numerator

@@ -18,7 +18,7 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK = 1 << 17
-"""Numbers in the nets that are evaluated at a time: they stay in the processor's cache."""
+"""Numbers in the nets of one chunk: they stay in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +151,8 @@ def bound_lowering_error(model: PatchModel) -> float:
 
     A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points and then q + 1,
     M near them. The c_i come of 2 p convex combinations the factors of which have 3 roundings, so
-    they are right to 10 p ε/2, and a few more for means and sums; up to degree 64 that is 2^-40.
-    The shares at the ends of a closed curve may be made equal, which changes them by 2^-41
+    their errors are at most 10 p ε/2, and a little more for means and sums; up to degree 64 that is
+    2^-40. The shares at the ends of a closed curve may be made equal, which changes them by 2^-41
     (`SAME_SHARE`). Two directions, numerator and denominator: 2^-38 of the extent of the control
     points. Adding M rounds once a direction, relative to the coordinate.
     """

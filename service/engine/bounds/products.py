@@ -30,7 +30,7 @@ LARGEST = 1 << 14
 """Numbers in a third of the second matrix up to which one product is faster than several."""
 
 CHUNK = 1 << 17
-"""Numbers of a workspace that are computed at a time: they fit the second-level cache."""
+"""Numbers in one chunk of a workspace: they fit the second-level cache."""
 
 ORDERS = ((2, 0), (1, 1), (0, 2))
 """Orders of the differences along u and along v."""

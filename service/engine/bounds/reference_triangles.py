@@ -13,8 +13,9 @@ the angle of T, at most π there, T and its wedges are one convex set K.
 
 Angles are handled as directions (cos, sin), up to a factor: no arcs, no tangents.
 
-**Rounding.** Coordinates are at most 1 (`local_frames`), so vertices are right to a few u = 2^-53,
-and wedges to 8 u times the length of their edge; they are made lower by 2^-40 of it.
+**Rounding.** Coordinates are at most 1 (`local_frames`), so errors of vertices are at most a few u
+= 2^-53, and those of wedges at most 8 u times the length of their edge; wedges are made lower by
+2^-40 of this length.
 """
 
 from dataclasses import dataclass

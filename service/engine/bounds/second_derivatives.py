@@ -49,7 +49,7 @@ from service.engine.evaluation.triangle_nets import partial_nets
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 CHUNK = 1 << 17
-"""Numbers of the cut nets that are computed at a time: they fit the second-level cache."""
+"""Numbers in the cut nets of one chunk: they fit the second-level cache."""
 
 MOST_BLOCKS = 8
 """Most blocks in one direction: more would hardly lessen the bound."""

@@ -5,9 +5,9 @@ added to the bound of bending. Parameters are rounded, too: i/R is off by one un
 place. A triangulation of the rounded parameters is as good; its boxes are larger by a share of
 2^-30 at most (`STEPS`).
 
-A sum of K products is right to K units in the last place of the sum of their sizes, in whatever
-order it is added (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section 3.1).
-Bases sum to one: the error of a point is a number of units times the size of the net.
+The error of a sum of K products is at most K units in the last place of the sum of their sizes, in
+any order of addition (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section
+3.1). Bases sum to one: the error of a point is a number of units times the size of the net.
 """
 
 from math import hypot, sqrt
@@ -45,7 +45,7 @@ PRECISIONS: dict[Real, tuple[float, float]] = {
 """The unit of the last place of 1, halved, and the least number that keeps all digits."""
 
 CHUNK_SAMPLES = 1 << 15
-"""Samples that are compared at a time."""
+"""Samples in one chunk of comparisons."""
 
 
 def bound_vertex_error(
@@ -55,7 +55,7 @@ def bound_vertex_error(
 
     Grids are evaluated in the precision they are written in, about the middle of their batch if
     they are rational; edges in float64, in model coordinates. The bases of both are computed in
-    float64, right to 12 (p + q + 1) units.
+    float64, with errors of at most 12 (p + q + 1) units.
     """
     unit, least = PRECISIONS[dtype]
     _, far, near = sizes = _measure_sizes(patches, origin)
@@ -96,12 +96,12 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
 def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> float:
     """Bound of the rounding in the bounds of bending, for boxes of these sides.
 
-    A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
-    of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
-    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product takes second
-    differences (`service.engine.bounds.products`), it is a sum of (p + 1)(q + 1) products, whose
-    factors are right to 2 units and at most 4 in all: 4 ((p + 1)(q + 1) + 2) + 20 units at most.
-    All other rounding is relative, and covered by `STEPS`.
+    Errors are at most, in units in the last place of the largest number: 5 for a coordinate of P −
+    c, and 28 for a second difference. Cutting takes means of differences, of at most 4 times the
+    size, by sums of n + 1 products with bases whose errors are at most 3 n units: 8 (p + q) + 16 in
+    all. If one product takes second differences (`service.engine.bounds.products`), it is a sum of
+    (p + 1)(q + 1) products; errors of their factors are at most 2 units and at most 4 in all: 4 ((p
+    + 1)(q + 1) + 2) + 20 units at most. All other rounding is relative, and covered by `STEPS`.
     """
     p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
     units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2

@@ -16,7 +16,7 @@ from service.engine.extent import powers_of_two
 from service.surface.curve_pieces import CurvePieces
 
 CHUNK = 1 << 18
-"""Coordinates of the points that are gathered at a time."""
+"""Coordinates of the points in one chunk."""
 
 STILL = 2.0**-40
 """A derivative below this counts as zero, on a piece scaled to a size of about 1."""

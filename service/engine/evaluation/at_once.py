@@ -40,7 +40,7 @@ def fits_cache(resolution: tuple[int, int]) -> bool:
 
 @lru_cache(256)
 def count_chunk(degree: tuple[int, int], resolution: tuple[int, int]) -> int:
-    """The number of patches that are evaluated at a time."""
+    """The number of patches in one chunk."""
     samples = (resolution[0] + 1) * (resolution[1] + 1)
     fitting = max(1, CHUNK_SAMPLES // max(samples, sum(count_vectors(degree))))
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.

@@ -23,7 +23,7 @@ from service.engine.vectors import cross
 from service.surface.batches import TrianglePatches
 
 CHUNK_NUMBERS = 1 << 18
-"""Control points gathered at a time."""
+"""Control points in one chunk."""
 
 
 def triangle_normals(

@@ -18,7 +18,7 @@ from service.engine.joining.open_edges import OpenBorder, OpenEdges, iterate_deg
 from service.engine.mesh.edges import EdgeCurves
 
 STEPS = 12
-"""Gauss–Newton steps: each doubles the digits."""
+"""Number of Gauss–Newton steps; each step doubles the number of correct digits."""
 
 MAX_PAIRS = 1 << 22
 """The most pairs of an edge and a corner in its box; a model with more pairs stays unchanged."""
@@ -130,7 +130,7 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
 
 
 def _runs(counts: Ints, most: int) -> Iterator[slice]:
-    """Slices of items with these counts: each of about `most`."""
+    """Slices of consecutive items whose counts add up to approximately `most`."""
     group = np.cumsum(counts) // most
     starts = run_starts(group)
     for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):

@@ -20,7 +20,7 @@ MAX_CROWD = 16
 all pairs of a crowd are compared. More points are not a group."""
 
 CHUNK = 1 << 12
-"""Crowds that are compared at a time."""
+"""Crowds in one chunk of comparisons."""
 
 FINER, LEVELS = 1 / 8, 4
 """Factor of `reach` from one search within wide components to the next, and the number of

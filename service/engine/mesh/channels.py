@@ -47,7 +47,7 @@ class ChannelRows:
 
     If the channel has a `unit`, values whose quotient is nearly 1 count as equal, and a value is
     small if its product with the unit is below 1. An `exact` channel compares bit for bit:
-    parameters are exact, since a surface may change much between near parameters.
+    parameters are exact, because a surface may change much between near parameters.
     """
 
     name: str

@@ -41,7 +41,7 @@ NO_PLANE = 1e-9
 """Sine of the angle, or length in units of the longest, below which two tangents span no plane."""
 
 CHUNK_PATCHES = 1024
-"""Number of patches along a seam that are computed at a time."""
+"""Number of patches along a seam in one chunk."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Edges that are one curve in different degrees.
+"""Finds edges of different degrees that are the same curve.
 
 Every Bézier curve of degree n is one of degree n + 1 too (`service.bases.polynomials.elevate`), so
 a cubic patch may meet a quadratic patch along an edge although only the end points are the same.
@@ -18,8 +18,8 @@ from service.engine.mesh.edges import EdgeCurves
 SAME_CURVE = 2.0**-44
 """The largest difference of nets of one curve, relative to the largest coordinate; for weights,
 relative to the weight. No point of one curve is then further from the other than ten times this
-difference: √3 + 1 comes from the nets, 4 √3 from the weights, and the rest from the rounding of the
-raising."""
+difference: √3 + 1 comes from the nets, 4 √3 from the weights, and the rest from the rounding when
+degrees are raised."""
 
 
 def find_lowest(
@@ -69,7 +69,7 @@ def find_lowest(
 
 
 def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
-    """Edges between two corners that edges of several degrees join.
+    """Edges between pairs of corners with edges of several degrees.
 
     Returns
     -------

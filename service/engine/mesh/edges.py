@@ -31,7 +31,7 @@ class EdgeCurves:
     weights: FloatArray | None
 
     def take(self, is_chosen: Bools) -> "EdgeCurves":
-        """The edges whose number `is_chosen`; usually all edges."""
+        """The edges k with `is_chosen[k]`; usually all edges."""
         chosen = is_chosen[self.ids]
         if chosen.all():
             return self
@@ -68,7 +68,7 @@ def sample_edges(
 
     Returns
     -------
-    ndarray of float64, shape (R+1, edges is_chosen, 3)
+    ndarray of float64, shape (R+1, chosen edges, 3)
     """
     parts = []
     for group in curves:

@@ -7,7 +7,7 @@ from service.bases.bernstein import bernstein
 from service.engine.queries.nets import QueryNets
 
 ROOM = 1 << 20
-"""Numbers of the control nets that are gathered at a time."""
+"""Numbers in the control nets of one chunk."""
 
 
 _CHOSEN = {

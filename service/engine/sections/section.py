@@ -1,6 +1,7 @@
 """Sections of a surface by planes: cells, segments, arcs, polylines.
 
-Several planes are cut at a time; the section by one plane does not depend on the others.
+Several planes are treated in one array operation; the section by one plane does not depend on the
+others.
 """
 
 from collections.abc import Callable
@@ -29,7 +30,7 @@ from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
 PAIRS = 1 << 16
-"""Coefficients of f, before halving, of the patches that are cut at a time."""
+"""Coefficients of f, before halving, of the patches in one chunk."""
 
 LEAST = 2.0**-38
 """The least tolerance in the coordinates of the nets, for a surface that is one point."""

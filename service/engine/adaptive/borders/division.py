@@ -41,7 +41,7 @@ from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
 
 CHUNK = 1 << 18
-"""Coordinates of nets that are computed at a time."""
+"""Coordinates of the nets in one block."""
 
 ROUGH = 5
 """The number of halvings of an edge for its normals, even if they do not help, so that a narrow

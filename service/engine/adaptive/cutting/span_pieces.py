@@ -11,7 +11,7 @@ from service.engine.adaptive.cutting.cells import Cells, Task, evaluate_nine_poi
 from service.engine.bounds.faces import SPAN
 
 BLOCK = 1 << 14
-"""Approximate number of spans whose nets are computed at a time."""
+"""Approximate number of spans in one block."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +83,7 @@ def split_cells(cells: Cells) -> SpanPieces:
 
 
 def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
-    """Nets of the pieces in these rows, a group and a block at a time, and the rows of each."""
+    """Nets of the pieces in these rows, block by block of each group, and the rows of each."""
     patch = task.find_patches(cells)
     for nets, selected in task.patch_nets.split_by_group(patch[rows]):
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)

@@ -96,7 +96,7 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
 
 
 def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> Iterator[Leaves]:
-    """Leaves of cells of one span and one degree, deepest first and a block at a time."""
+    """Leaves of cells of one span and one degree, deepest first, block by block."""
     degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
     numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
     block = max(16, BLOCK // numbers)

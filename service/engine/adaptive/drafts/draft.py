@@ -58,7 +58,7 @@ class Draft:
         self.triangles = DraftTriangles()
 
     def renew(self, fresh: Leaves, cut: Ints = NONE, flat: Ints = NONE) -> None:
-        """Replace the leaves `cut` by fresh ones, and triangulate the strips over `flat` anew.
+        """Replace the leaves `cut` by fresh leaves, and triangulate the strips over `flat` again.
 
         Parameters
         ----------

@@ -99,7 +99,7 @@ class DraftSamples:
         self.vertex = np.concatenate([self.vertex, vertex])
 
     def sort(self, is_used: Bools) -> tuple[Ints, Ints, FloatArray]:
-        """Samples in use (n,), in the order of face, u, v; their vertices (n,), numbered anew.
+        """Samples in use (n,), in the order of face, u, v; their vertices (n,), numbered from 0.
 
         Also returns the points (v, 3) of these vertices, those of the border first.
         """

@@ -1,4 +1,4 @@
-"""Convex polygons cut into triangles in the best way, many at a time.
+"""The best triangulations of convex polygons, many in one array operation.
 
 The best triangles are near the surface; among these, those of good shape. The surface over a
 leaf is treated as quadratic (`Leaves.form`), so its distance to a triangle needs no evaluation. No
@@ -33,7 +33,7 @@ WORST = 1e9
 """Largest shape number of a triangle; its square is the cost of a triangle of places in a line."""
 
 CHUNK = 1 << 13
-"""Number of triangles whose costs are computed at a time, unless a single polygon has more."""
+"""Number of triangles in one block of costs, unless a single polygon has more."""
 
 NEXT = [1, 2, 0]
 
