@@ -46,7 +46,7 @@ export function linear(c) {
  * values. So a sharp rim does not make the rest of the surface grey.
  * @param {{values: ArrayLike<number>, areas: ArrayLike<number>}[]} all  values and areas of vertices
  */
-export function rangeOf(all) {
+export function findRange(all) {
   const sizes = all.flatMap(({ values, areas }) => (
     Array.from(values, (value, i) => ({ size: Math.abs(value), area: areas[i] }))
   )).filter(({ size }) => Number.isFinite(size));

@@ -22,11 +22,11 @@ export function valueAt(root, path) {
  * @param {unknown} value
  * @returns {T}
  */
-export function replaced(root, path, value) {
+export function replaceValue(root, path, value) {
   if (path.length === 0) return /** @type {T} */ (value);
   const [key, ...rest] = path;
   const copy = /** @type {any} */ (Array.isArray(root) ? [...root] : { ...root });
-  copy[key] = replaced(copy[key], rest, value);
+  copy[key] = replaceValue(copy[key], rest, value);
   return copy;
 }
 
@@ -34,7 +34,7 @@ export function replaced(root, path, value) {
  * A path as a JSON pointer (RFC 6901).
  * @param {Path} path
  */
-export function pointerOf(path) {
+export function formatPointer(path) {
   return path.map((key) => `/${String(key).replaceAll('~', '~0').replaceAll('/', '~1')}`).join('');
 }
 
@@ -43,7 +43,7 @@ export function pointerOf(path) {
  * @param {string} pointer
  * @returns {string[]}
  */
-export function pathOf(pointer) {
+export function parsePointer(pointer) {
   const keys = pointer.split('/').slice(1);
   return keys.map((key) => key.replaceAll('~1', '/').replaceAll('~0', '~'));
 }
@@ -53,7 +53,7 @@ export function pathOf(pointer) {
  * @param {string} text
  * @returns {Surface}
  */
-export function surfaceOf(text) {
+export function parseSurface(text) {
   const value = JSON.parse(text);
   if (value === null || typeof value !== 'object' || Array.isArray(value)) {
     throw new SyntaxError('This is not a surface: an object with a control net is needed.');

@@ -1,7 +1,7 @@
 // Opens surfaces: examples of the service, pasted texts, dropped files.
 
-import { surfaceOf } from './documents.js';
-import { button, element, input, made, write } from './page.js';
+import { parseSurface } from './documents.js';
+import { button, element, input, makeElement, write } from './page.js';
 import { examples, store, surfaceById } from './service.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -44,7 +44,7 @@ export class Library {
       chooser.dataset.example = example.id;
       const picture = Object.assign(new Image(192, 144), { loading: 'lazy', alt: '' });
       picture.src = `page/${example.id}.webp`;
-      chooser.append(picture, made('strong', example.title), made('span', plain(example.description)));
+      chooser.append(picture, makeElement('strong', example.title), makeElement('span', plain(example.description)));
       chooser.addEventListener('click', () => void this.byId(example.id));
       item.append(chooser);
       return item;
@@ -59,7 +59,7 @@ export class Library {
       const [surface] = await Promise.all([surfaceById(id), this.listed]);
       const example = this.examples.find((known) => known.id === id);
       this.show(surface, {
-        title: example?.title ?? titleOf(surface),
+        title: example?.title ?? chooseTitle(surface),
         description: plain(example?.description ?? 'A stored surface, opened by its address.'),
         origin: id,
       });
@@ -77,9 +77,9 @@ export class Library {
   /** @param {string} text @param {string} how */
   text(text, how) {
     try {
-      const surface = surfaceOf(text);
+      const surface = parseSurface(text);
       this.show(surface, {
-        title: titleOf(surface), description: `A surface of yours, ${how}.`, origin: '',
+        title: chooseTitle(surface), description: `A surface of yours, ${how}.`, origin: '',
       });
     } catch (error) {
       const place = element('paste-problem', HTMLElement);
@@ -149,6 +149,6 @@ function plain(text) {
 }
 
 /** @param {Surface} surface */
-function titleOf(surface) {
+function chooseTitle(surface) {
   return typeof surface.name === 'string' && surface.name ? surface.name : 'Untitled surface';
 }

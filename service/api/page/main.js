@@ -10,8 +10,8 @@ import { watchPointPanel } from './point-panel.js';
 import { Probe } from './probe.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
-import { reportOf } from './report.js';
-import { contextOf } from './scene.js';
+import { readReport } from './report.js';
+import { createContext } from './scene.js';
 import { Away, mesh, Refusal } from './service.js';
 import { fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
@@ -26,7 +26,7 @@ const FIRST = 'utah-teapot';
 const root = document.documentElement;
 const query = new URLSearchParams(location.search);
 const state = new State(fromQuery(query));
-const context = contextOf(element('view', HTMLCanvasElement));
+const context = createContext(element('view', HTMLCanvasElement));
 const view = context ? new View(state, context) : null;
 element('no-webgl', HTMLElement).hidden = view !== null;
 element('loading', HTMLElement).hidden = view === null;
@@ -48,7 +48,7 @@ const requests = new MeshRequests({
   }),
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
     const bytes = content.byteLength;
-    const report = reportOf(content);
+    const report = readReport(content);
     if (view) await view.take(content, coarse);
     patches = report.patches;
     isShown = true;

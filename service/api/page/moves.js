@@ -29,7 +29,7 @@ export class Drag {
     this.plane = new Plane().setFromNormalAndCoplanarPoint(
       this.camera.getWorldDirection(new Vector3()), this.origin,
     );
-    this.step = stepFor(stage.radius());
+    this.step = chooseStep(stage.radius());
     // The mouse rarely hits the exact point, and the point must not jump to the mouse.
     this.slip = this.origin.clone().sub(this.onPlane(at) ?? this.origin);
   }
@@ -49,7 +49,7 @@ export class Drag {
     const point = along === 'free' ? free : this.onAxis(at, along);
     return [point.x, point.y, point.z].map((value, i) => (
       // A coordinate that does not move keeps all of its digits.
-      value === this.start.getComponent(i) ? value : rounded(value, this.step)
+      value === this.start.getComponent(i) ? value : roundToMultiple(value, this.step)
     ));
   }
 
@@ -110,22 +110,22 @@ export function nudge(stage, frame, key, far) {
   const axis = taken[index];
   const towards = Math.sign(columns[axis].dot(screen[index])) || 1;
   const moved = [0, 0, 0];
-  moved[axis] = sign * towards * (far ? 10 : 1) * 100 * stepFor(stage.radius());
+  moved[axis] = sign * towards * (far ? 10 : 1) * 100 * chooseStep(stage.radius());
   return moved;
 }
 
 /** A coordinate after a nudge, without rounding errors of binary fractions. @param {number} value @param {Stage} stage */
-export function settled(value, stage) {
-  return rounded(value, stepFor(stage.radius()));
+export function roundToStep(value, stage) {
+  return roundToMultiple(value, chooseStep(stage.radius()));
 }
 
 /** The step to which a drag rounds coordinates: a power of ten, about 1/20 000 of the model. @param {number} radius */
-function stepFor(radius) {
+function chooseStep(radius) {
   return 10 ** Math.floor(Math.log10(radius / 5000));
 }
 
 /** The nearest multiple of a power of ten. @param {number} value @param {number} step */
-function rounded(value, step) {
+function roundToMultiple(value, step) {
   const digits = Math.max(0, Math.min(20, -Math.round(Math.log10(step))));
   return Number((Math.round(value / step) * step).toFixed(digits));
 }

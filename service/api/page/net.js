@@ -1,7 +1,7 @@
 // The control net of every kind of surface: its control points, the path of each in the document, the
 // lines that join them, and the placement of their surface in the scene. net-view.js draws it.
 
-import { valueAt, replaced } from './documents.js';
+import { valueAt, replaceValue } from './documents.js';
 
 /** @typedef {import('./documents.js').Path} Path */
 /** @typedef {import('./documents.js').Surface} Surface */
@@ -42,7 +42,7 @@ export function netOf(surface) {
   }
   list(surface.members).forEach((member, index) => {
     const own = member?.surface ?? {};
-    const turn = turnOf(own.up ?? 'y', surface.up ?? 'y');
+    const turn = findTurn(own.up ?? 'y', surface.up ?? 'y');
     const matrix = Array.isArray(member?.matrix) ? member.matrix.flat() : IDENTITY;
     if (matrix.length !== 16) return;
     addSurface(net, own, ['members', index, 'surface'], product(upright, product(matrix, turn)));
@@ -76,7 +76,7 @@ export function weightAt(surface, handle) {
  */
 export function withPoint(surface, handle, point) {
   const { length } = pointAt(surface, handle);
-  return replaced(surface, handle.point, point.slice(0, length));
+  return replaceValue(surface, handle.point, point.slice(0, length));
 }
 
 /**
@@ -87,9 +87,9 @@ export function withPoint(surface, handle, point) {
  */
 export function withWeight(surface, handle, weight) {
   const weighted = valueAt(surface, handle.weights) === undefined
-    ? replaced(surface, handle.weights, ones(netAt(surface, handle)))
+    ? replaceValue(surface, handle.weights, ones(netAt(surface, handle)))
     : surface;
-  return replaced(weighted, [...handle.weights, ...handle.place], weight);
+  return replaceValue(weighted, [...handle.weights, ...handle.place], weight);
 }
 
 /** @param {Surface} surface @param {Handle} handle */
@@ -209,7 +209,7 @@ function isPoint(value) {
 }
 
 /** @param {string} up @param {string} wanted */
-function turnOf(up, wanted) {
+function findTurn(up, wanted) {
   if (up === wanted) return IDENTITY;
   return up === 'z' ? Z_TO_Y : Y_TO_Z;
 }

@@ -34,12 +34,12 @@ export function check(name, value) {
 }
 
 /** @param {string} name */
-export function checked(name) {
+export function getChecked(name) {
   return radios(name).find((radio) => radio.checked)?.value ?? '';
 }
 
 /** A new element that holds a text. @param {string} tag @param {string} text */
-export function made(tag, text) {
+export function makeElement(tag, text) {
   const fresh = document.createElement(tag);
   fresh.textContent = text;
   return fresh;

@@ -1,7 +1,7 @@
 // The settings in the panel and the buttons of the bar: they show the state, and change it.
 
 import { button, check, input, radios, write, element } from './page.js';
-import { isParametric, lookOf, RANGES, relativeTolerance } from './settings.js';
+import { isParametric, chooseLook, RANGES, relativeTolerance } from './settings.js';
 
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
@@ -49,7 +49,7 @@ export function watchPanel(state) {
 
 /** @param {State} state */
 function show({ settings, history, surface }) {
-  const look = lookOf(settings, surface);
+  const look = chooseLook(settings, surface);
   check('look', look);
   write('look-explained', EXPLAINED[look]);
   radios('look').forEach((radio) => {

@@ -2,7 +2,7 @@
 // point move the camera.
 
 import { Vector2 } from './three.js';
-import { Drag, nudge, settled } from './moves.js';
+import { Drag, nudge, roundToStep } from './moves.js';
 
 /** @typedef {import('./net-view.js').NetView} NetView */
 /** @typedef {import('./scene.js').Stage} Stage */
@@ -134,7 +134,7 @@ export function watchPointer(stage, net, state, controls) {
     }
     const way = nudge(stage, net.matrices[handle.frame], key, shiftKey);
     if (way === null) return false;
-    state.move(point.map((value, i) => (way[i] ? settled(value + way[i], stage) : value)), false);
+    state.move(point.map((value, i) => (way[i] ? roundToStep(value + way[i], stage) : value)), false);
     return true;
   }
 }

@@ -1,8 +1,8 @@
 // Shows the errors of the service, or that it does not respond: the cause, the field, and the remedy.
 
 import { isAboutKeys } from './key.js';
-import { pathOf } from './documents.js';
-import { button, element, made, write } from './page.js';
+import { parsePointer } from './documents.js';
+import { button, element, makeElement, write } from './page.js';
 import { Away, Refusal } from './service.js';
 
 /** @typedef {import('./net.js').Net} Net */
@@ -28,11 +28,11 @@ export function showProblem(error, state) {
   const isLost = refused && error.code === 'unknown_surface';
   // The list of examples shows them better than a text.
   const issues = refused && !isLost ? error.issues : [];
-  const { title, detail } = toldOf(error);
+  const { title, detail } = describeError(error);
   write('problem-title', title);
   write('problem-detail', issues.length === 1 ? '' : detail);
   element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(line));
-  const index = issues.map((issue) => pointNamed(issue, state.net)).find((at) => at >= 0) ?? -1;
+  const index = issues.map((issue) => findNamedPoint(issue, state.net)).find((at) => at >= 0) ?? -1;
   const point = button('problem-point');
   point.hidden = index < 0;
   point.dataset.index = String(index);
@@ -46,9 +46,9 @@ export function showProblem(error, state) {
 }
 
 /** @param {Error} error @returns {{title: string, detail: string}} */
-function toldOf(error) {
+function describeError(error) {
   if (error instanceof Away) {
-    const detail = 'Nothing answers at its address. What you have made is kept; it is asked again with your next change.';
+    const detail = 'Nothing answers at its address. Your changes are kept; the next one is sent to it again.';
     return { title: 'The service is away', detail };
   }
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
@@ -67,12 +67,12 @@ export function hideProblem() {
 
 /** @param {Issue} issue */
 function line(issue) {
-  const item = made('li', `${issue.detail} `);
+  const item = makeElement('li', `${issue.detail} `);
   const needs = [issue.got && `Got ${issue.got}`, issue.needed && `needed ${issue.needed}`];
-  const told = needs.filter(Boolean).join(', ');
-  if (told) item.append(`${told}. `);
+  const values = needs.filter(Boolean).join(', ');
+  if (values) item.append(`${values}. `);
   const where = issue.pointer ?? issue.parameter ?? issue.header;
-  if (where) item.append(made('code', where));
+  if (where) item.append(makeElement('code', where));
   return item;
 }
 
@@ -80,8 +80,8 @@ function line(issue) {
  * The control point that an issue points to: its pointer leads to the point or its weight, or into it.
  * @param {Issue} issue @param {Net} net
  */
-function pointNamed(issue, net) {
-  const [root, ...path] = pathOf(issue.pointer ?? '');
+function findNamedPoint(issue, net) {
+  const [root, ...path] = parsePointer(issue.pointer ?? '');
   if (root !== 'surface') return -1;
   const leads = (/** @type {(string | number)[]} */ to) => (
     to.length <= path.length && to.every((key, i) => String(key) === path[i])

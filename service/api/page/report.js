@@ -6,7 +6,7 @@ const HEADER = 12; // magic, version, length
 const CHUNK = 8; // length, type
 
 /** @param {ArrayBuffer} content @returns {Report} */
-export function reportOf(content) {
+export function readReport(content) {
   const length = new DataView(content).getUint32(HEADER, true);
   const text = new TextDecoder().decode(new Uint8Array(content, HEADER + CHUNK, length));
   return JSON.parse(text).asset.extras.report;

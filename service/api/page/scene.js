@@ -12,7 +12,7 @@ const FROM = new Vector3(0.42, 0.4, 1).normalize();
 const MARGIN = 1.09;
 
 /** The WebGL 2 context of a canvas, or null without WebGL 2. @param {HTMLCanvasElement} canvas */
-export function contextOf(canvas) {
+export function createContext(canvas) {
   return canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'default' });
 }
 
@@ -136,14 +136,14 @@ export class Stage {
   /**
    * Looks at the middle of some points, from the nearest place that shows all of them, in the present
    * direction of the camera, or slightly from above for a new surface.
-   * @param {Vector3[]} points @param {boolean} anew
+   * @param {Vector3[]} points @param {boolean} resets
    */
-  fit(points, anew) {
+  fit(points, resets) {
     const { camera, controls } = this;
     const box = new Box3().setFromPoints(points);
     const radius = Math.max(1e-6, box.getSize(new Vector3()).length() / 2);
     const center = box.getCenter(new Vector3());
-    const away = anew ? FROM.clone() : camera.position.clone().sub(controls.target).normalize();
+    const away = resets ? FROM.clone() : camera.position.clone().sub(controls.target).normalize();
     camera.position.copy(center).add(away);
     camera.lookAt(center);
     camera.updateMatrixWorld();

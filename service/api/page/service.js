@@ -70,7 +70,7 @@ export async function mesh(request, mediaType = 'model/gltf-binary') {
  * @returns {Promise<{positions: number[][], uv: number[][], patch?: number[]}>}
  */
 export async function project(surface, point) {
-  return posted('v1/project', { surface, points: [point] });
+  return post('v1/project', { surface, points: [point] });
 }
 
 /**
@@ -82,7 +82,7 @@ export async function curvatures(surface, uv, patch) {
   const [s, t] = uv;
   const place = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
   try {
-    const point = await posted('v1/points', { surface, ...place, patch, derivatives: 2 });
+    const point = await post('v1/points', { surface, ...place, patch, derivatives: 2 });
     return { gaussian: point.gaussian_curvature[0], mean: point.mean_curvature[0] };
   } catch (error) {
     if (error instanceof Refusal) return null;
@@ -96,11 +96,11 @@ export async function curvatures(surface, uv, patch) {
  * @returns {Promise<{area: {value: number}, volume?: {value: number}, open_edges: number, inconsistent_edges: number}>}
  */
 export async function measure(surface) {
-  return posted('v1/measure', { surface, tolerance: 1e-6 });
+  return post('v1/measure', { surface, tolerance: 1e-6 });
 }
 
 /** @param {string} path @param {object} content @returns {Promise<any>} */
-async function posted(path, content) {
+async function post(path, content) {
   const headers = { 'Content-Type': 'application/json' };
   return json(path, { method: 'POST', body: JSON.stringify(content), headers });
 }
@@ -111,7 +111,7 @@ let arePrivate = false;
 export const readsArePrivate = () => arePrivate;
 
 /** The URL of a path of the service, with its host. @param {string} path */
-export function urlOf(path) {
+export function resolveUrl(path) {
   return new URL(path, document.baseURI).href;
 }
 
@@ -126,7 +126,7 @@ async function ask(path, options = {}) {
   let response;
   try {
     const headers = { ...options.headers, ...credentials() };
-    response = await fetch(urlOf(path), { ...options, headers });
+    response = await fetch(resolveUrl(path), { ...options, headers });
   } catch {
     throw new Away('The service does not answer.');
   }

@@ -33,7 +33,7 @@ export function relativeTolerance(settings) {
 }
 
 /** The look for a surface: tubes and ribbons cannot show curvatures. @param {Settings} settings @param {Surface} surface @returns {Look} */
-export function lookOf(settings, surface) {
+export function chooseLook(settings, surface) {
   return isCurved(settings.look) && !isParametric(surface) ? 'shaded' : settings.look;
 }
 
@@ -56,7 +56,7 @@ export function isParametric(surface) {
  */
 export function meshOptions(settings, surface, patches, coarse) {
   /** @type {{[name: string]: number | boolean}} */
-  const extra = isCurved(lookOf(settings, surface)) ? { curvatures: true } : {};
+  const extra = isCurved(chooseLook(settings, surface)) ? { curvatures: true } : {};
   if (coarse) {
     const few = Math.max(COARSEST, Math.floor(Math.sqrt(COARSE_CELLS / Math.max(1, patches))));
     const most = settings.accuracy === 'resolution' ? settings.resolution : 16;

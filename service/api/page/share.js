@@ -1,8 +1,8 @@
 // Export: the surface as a link, as a command, as a snippet, as a file.
 
-import { element, made, write, announce, button } from './page.js';
+import { element, makeElement, write, announce, button } from './page.js';
 import { meshQuery, toQuery, meshOptions } from './settings.js';
-import { formats, mesh, readsArePrivate, store, urlOf } from './service.js';
+import { formats, mesh, readsArePrivate, store, resolveUrl } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./service.js').Format} Format */
@@ -40,14 +40,14 @@ async function idOf(state) {
 async function link(state) {
   const query = new URLSearchParams({ surface: await idOf(state) });
   toQuery(state.settings).forEach((value, key) => query.set(key, value));
-  const url = urlOf(`?${query}`);
+  const url = resolveUrl(`?${query}`);
   history.replaceState(null, '', url);
   return url;
 }
 
 /** @param {State} state */
 async function meshUrl(state) {
-  return urlOf(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings)}`);
+  return resolveUrl(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings)}`);
 }
 
 /** @param {State} state */
@@ -80,7 +80,7 @@ async function copy(text, what) {
 
 /** A button that downloads one format. @param {Format} format @param {State} state @param {(error: Error) => void} failed */
 function chip(format, state, failed) {
-  const chosen = /** @type {HTMLButtonElement} */ (made('button', `.${format.suffix}`));
+  const chosen = /** @type {HTMLButtonElement} */ (makeElement('button', `.${format.suffix}`));
   chosen.type = 'button';
   chosen.dataset.format = format.suffix;
   chosen.title = format.title;

@@ -48,7 +48,7 @@ function inStudio(shader) {
  * A glazed material in this room.
  * @param {import('./three.js').MeshStandardMaterialParameters} properties
  */
-export function glazed(properties) {
+export function buildMaterial(properties) {
   const material = new MeshStandardMaterial({
     side: DoubleSide, roughness: 0.32, ...OFFSET, ...properties,
   });

@@ -4,8 +4,8 @@ import {
   Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
   LineSegments, MeshNormalMaterial, Vector3,
 } from './three.js';
-import { curvatureColors, rangeOf } from './colors.js';
-import { glazed, OFFSET } from './studio.js';
+import { curvatureColors, findRange } from './colors.js';
+import { buildMaterial, OFFSET } from './studio.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
 /** @typedef {import('./settings.js').Look} Look */
@@ -25,7 +25,7 @@ export class SurfaceView {
     /** @type {any[]} */
     this.meshes = [];
     this.normals = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
-    this.curved = glazed({ vertexColors: true, roughness: 0.6 });
+    this.curved = buildMaterial({ vertexColors: true, roughness: 0.6 });
     /** Materials by their look. They are kept for later meshes, because compiling one takes time. */
     this.materials = new Map();
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
@@ -63,7 +63,7 @@ export class SurfaceView {
     const name = plain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
     if (!this.materials.has(name)) {
       const color = original.color.clone();
-      this.materials.set(name, glazed({ name, color, vertexColors, opacity, transparent }));
+      this.materials.set(name, buildMaterial({ name, color, vertexColors, opacity, transparent }));
     }
     return this.materials.get(name);
   }
@@ -76,8 +76,8 @@ export class SurfaceView {
     this.wire.color.set(palette.wires);
     const curved = look === 'gaussian' || look === 'mean' ? ATTRIBUTES[look] : null;
     if (curved && !coarse) {
-      this.range = rangeOf(this.meshes.map(({ geometry }) => ({
-        values: geometry.getAttribute(curved)?.array ?? [], areas: areasOf(geometry),
+      this.range = findRange(this.meshes.map(({ geometry }) => ({
+        values: geometry.getAttribute(curved)?.array ?? [], areas: computeAreas(geometry),
       })));
     }
     this.meshes.forEach((mesh) => {
@@ -104,7 +104,7 @@ export class SurfaceView {
     if (drawn || !wires) return;
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', mesh.geometry.getAttribute('position'));
-    geometry.setIndex(new BufferAttribute(edgesOf(mesh.geometry.index.array), 1));
+    geometry.setIndex(new BufferAttribute(findEdges(mesh.geometry.index.array), 1));
     mesh.userData.wires = new LineSegments(geometry, this.wire);
     mesh.add(mesh.userData.wires);
   }
@@ -139,7 +139,7 @@ export class SurfaceView {
 }
 
 /** Twice the area of the triangles at each vertex. @param {any} geometry */
-function areasOf(geometry) {
+function computeAreas(geometry) {
   const position = geometry.getAttribute('position');
   const areas = new Float32Array(position.count);
   const triangles = geometry.index.array;
@@ -154,7 +154,7 @@ function areasOf(geometry) {
 }
 
 /** The edges of triangles, each once: pairs of vertices. @param {ArrayLike<number>} triangles */
-function edgesOf(triangles) {
+function findEdges(triangles) {
   let most = 0;
   for (let i = 0; i < triangles.length; i += 1) most = Math.max(most, triangles[i]);
   const edges = new Set();

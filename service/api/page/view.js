@@ -4,10 +4,10 @@
 import { paintLegend, PALETTES } from './colors.js';
 import { Raycaster } from './three.js';
 import { NetView } from './net-view.js';
-import { check, checked, element, write } from './page.js';
+import { check, getChecked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
 import { Stage } from './scene.js';
-import { isParametric, lookOf } from './settings.js';
+import { isParametric, chooseLook } from './settings.js';
 import { SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
 
@@ -30,7 +30,7 @@ export class View {
     this.alarmed = -1;
     const fit = () => this.fit(false);
     watchPointer(this.stage, this.net, state, {
-      axis: () => /** @type {Axis} */ (checked('axis')),
+      axis: () => /** @type {Axis} */ (getChecked('axis')),
       setAxis: (axis) => check('axis', axis),
       fit,
       click: (at) => this.click(at),
@@ -94,7 +94,7 @@ export class View {
   dress(coarse = false) {
     const { settings } = this.state;
     this.net.group.visible = settings.net;
-    const look = lookOf(settings, this.state.surface);
+    const look = chooseLook(settings, this.state.surface);
     this.surface.dress(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
     this.showLegend();
@@ -110,14 +110,14 @@ export class View {
     this.stage.paint(palette);
   }
 
-  /** @param {boolean} anew */
-  fit(anew) {
+  /** @param {boolean} resets */
+  fit(resets) {
     const points = [...this.surface.points(), ...this.net.shown()];
-    if (points.length > 0) this.stage.fit(points, anew);
+    if (points.length > 0) this.stage.fit(points, resets);
   }
 
   showLegend() {
-    const look = lookOf(this.state.settings, this.state.surface);
+    const look = chooseLook(this.state.settings, this.state.surface);
     const curved = look === 'gaussian' || look === 'mean';
     hide('legend', !curved || !this.surface.hasCurvatures);
     if (!curved) return;
