@@ -59,18 +59,18 @@ class ArrayRoute(BodyRoute):
         return read_array(body)
 
     async def _decode(
-        self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
+        self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
         """The function that makes the document from the bytes; loads the named surface."""
         del decoder
         try:
-            stored = await surface_of(services, job, beside["surface"])
+            stored = await surface_of(services, job, other_fields["surface"])
         except (UnknownSurface, InvalidRequest) as error:
             raise type(error)(replace(error.issues[0], pointer="/surface")) from None
 
         def decode(body: bytes) -> Tree:
             surface = definition(stored.surface, flat=True)
-            return {**beside, "surface": surface, self.array: self.read(body)}
+            return {**other_fields, "surface": surface, self.array: self.read(body)}
 
         return decode
 

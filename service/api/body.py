@@ -68,10 +68,12 @@ class BodyRoute(APIRoute):
         job: Job = scope["state"]["job"]
         decoder = body_type(headers.get(b"content-type", b"").decode("latin-1"), self.decoders)
         scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
-        name, beside = self._query(request, decoder)
+        name, other_fields = self._query(request, decoder)
         fmt = self._format(name, request)
         body = await _read_body(request, headers, services, job, decoder)
-        decode = None if decoder is None else await self._decode(decoder, beside, services, job)
+        decode = (
+            None if decoder is None else await self._decode(decoder, other_fields, services, job)
+        )
         parse = partial(_parse, model, body, decode, services)
         parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
         job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
@@ -86,21 +88,23 @@ class BodyRoute(APIRoute):
                 refuse_parameters(request.query_params)
             return only_format(query) if query and self.formats else None, {}
         try:
-            beside = document_from_query(request.query_params.multi_items())
+            other_fields = document_from_query(request.query_params.multi_items())
         except InvalidRequest as error:
             raise InvalidQuery(*error.issues) from None
-        return str(beside.pop("format")) if self.formats and "format" in beside else None, beside
+        return str(
+            other_fields.pop("format")
+        ) if self.formats and "format" in other_fields else None, other_fields
 
     async def _decode(
-        self, decoder: Decoder, beside: dict[str, Any], services: Services, job: Job
+        self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
         """The function that makes the document from the bytes of a file and the query's fields."""
         del job
-        fields, most = beside["surface"], services.documents.max_control_points
+        fields, most = other_fields["surface"], services.documents.max_control_points
 
         def decode(body: bytes) -> Tree:
             net = decoder.decode(body, fields.get("type"), most)
-            return {**beside, "surface": add_fields(net, fields)}
+            return {**other_fields, "surface": add_fields(net, fields)}
 
         return decode
 

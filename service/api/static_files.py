@@ -84,12 +84,12 @@ class StaticFiles:
             kept = self._kept[name] = _Kept(content, sha256(content).hexdigest())
         return kept
 
-    async def _encode_file(self, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
+    async def _encode_file(self, file: _Kept, coding: Coding) -> tuple[Coding, bytes]:
         """The file in a coding, or unchanged if the coding hardly makes it smaller."""
         if coding == "identity":
-            return coding, kept.content
-        if coding not in kept.codings:
+            return coding, file.content
+        if coding not in file.codings:
             # Requests at the same time may each compress it once: the bytes are the same.
-            kept.codings[coding] = await asyncio.to_thread(compress, coding, kept.content)
-        body = kept.codings[coding]
-        return ("identity", kept.content) if body is None else (coding, body)
+            file.codings[coding] = await asyncio.to_thread(compress, coding, file.content)
+        body = file.codings[coding]
+        return ("identity", file.content) if body is None else (coding, body)

@@ -155,14 +155,14 @@ def _find_attributes(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
 
 
 def _keep_attributes(
-    model: PatchModel | SweepModel, kept: set[tuple[str, int]]
+    model: PatchModel | SweepModel, kept_names: set[tuple[str, int]]
 ) -> PatchModel | SweepModel:
-    """The model without its other attributes."""
+    """The model with only these attributes; `kept_names` has names and dimensions."""
     if isinstance(model, SweepModel):
         return model
 
     def is_kept(channel: Channel) -> bool:
-        return channel.kind != "attribute" or (channel.name, channel.dimension) in kept
+        return channel.kind != "attribute" or (channel.name, channel.dimension) in kept_names
 
     batches = (replace(b, channels=tuple(filter(is_kept, b.channels))) for b in model.batches)
     return replace(model, batches=tuple(batches))

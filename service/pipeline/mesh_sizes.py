@@ -13,8 +13,8 @@ from service.surface.sizes import SurfaceKind, SurfaceSize
 
 @lru_cache(512)
 def plan_sizes(
-    whole: SurfaceSize,
-    different: SurfaceSize,
+    complete: SurfaceSize,
+    distinct: SurfaceSize,
     options: MeshOptions,
     form: tuple[Format, EncodeOptions],
     limits: Limits,
@@ -24,24 +24,24 @@ def plan_sizes(
     The results are cached, because most requests repeat the shape of a surface and the format.
     """
     fmt, encode = form
-    once = different if member_shares(fmt, encode) and not options.curvatures else whole
-    check_surface(different, limits)
-    check_options(whole, options, fmt, encode)
-    size = mesh_size(whole, options, fmt)
-    stored = size if once is whole else mesh_size(once, options, fmt)
-    asks_patches = whole.curves or options.has_solid_wires or options.curvatures
+    once = distinct if member_shares(fmt, encode) and not options.curvatures else complete
+    check_surface(distinct, limits)
+    check_options(complete, options, fmt, encode)
+    size = mesh_size(complete, options, fmt)
+    stored = size if once is complete else mesh_size(once, options, fmt)
+    asks_patches = complete.curves or options.has_solid_wires or options.curvatures
     is_possible = not asks_patches and options.method != "de_casteljau"
     if options.accuracy is not None:
         cost = adaptive_cost(once, options, stored, form, limits)
         return size, stored, True, is_possible, cost.memory, cost
     ru, rv = options.resolution
-    is_certain = ru == rv and not (whole.curves or (options.curvatures and whole.members > 1))
+    is_certain = ru == rv and not (complete.curves or (options.curvatures and complete.members > 1))
     file = fmt.byte_bound(stored, encode)
     if is_certain:
         check_vertices(size.vertices + size.overlay_points, limits)
         check_bytes(file, fmt, limits)
     else:
-        check_vertices(least_vertices(whole, options), limits)
+        check_vertices(least_vertices(complete, options), limits)
         # A mesh that proves larger is refused before it is made.
         most = limits.max_vertices
         stored = replace(
@@ -55,10 +55,10 @@ def plan_sizes(
     less = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
     alone = cost.memory
-    if once is not whole and options.weld_tolerance:
+    if once is not complete and options.weld_tolerance:
         # Copies that meet are stored separately.
         most = min(fmt.byte_bound(size, encode), limits.max_bytes)
-        apart = mesh_cost(whole, options, size, most, form).memory
+        apart = mesh_cost(complete, options, size, most, form).memory
         cost = replace(cost, memory=max(alone, min(apart, limits.max_memory)))
     return size, stored, is_certain, is_possible, alone, cost
 

@@ -57,9 +57,9 @@ _CURVES = [{"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}]
 class TubeDefinition(StrictModel):
     """A round tube about a curve: a wire, a hair, a knot.
 
-    Its rings turn about the curve as little as they can; a closed curve gives a closed tube without
-    a jump. `resolution` counts the divisions of each piece of the curve. Corners up to 90° are
-    mitred, sharper ones rounded. Where radius × curvature exceeds 1, the tube intersects itself.
+    Its rings turn about the curve as little as they can; a closed curve gives a closed tube.
+    `resolution` counts the divisions of each piece of the curve. Corners up to 90° are mitred,
+    sharper ones rounded. Where radius × curvature exceeds 1, the tube intersects itself.
     """
 
     type: Literal["tube"] = Field(description="The kind of surface.")

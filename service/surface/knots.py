@@ -26,7 +26,7 @@ NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
 MIN_PERIODIC = 3
 """Fewest control points of a periodic spline: fewer do not form a loop."""
 
-MIN_SPAN, ROUNDED = 2.0**-40, 2.0**-49
+MIN_SPAN, MIN_RATIO = 2.0**-40, 2.0**-49
 """Least length of a span, as a share of the domain's length, and as a share of the largest knot:
 knots that are closer differ by rounding alone, and are made equal."""
 
@@ -170,7 +170,7 @@ def check_bezier_points(
 
 def find_least_span(low: float, high: float) -> float:
     """Least length of a span in a knot vector from `low` to `high`."""
-    return max(MIN_SPAN * (high - low), ROUNDED * max(abs(low), abs(high)), SHORTEST)
+    return max(MIN_SPAN * (high - low), MIN_RATIO * max(abs(low), abs(high)), SHORTEST)
 
 
 def _check_values(vector: FloatArray, where: str) -> None:

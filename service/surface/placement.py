@@ -67,14 +67,14 @@ def validate_matrix(values: ArrayLike) -> FloatArray:
     return matrix
 
 
-def turn_upright(matrix: FloatArray | None, up: Up, wanted: Up) -> FloatArray | None:
-    """A placement that first turns a model's vertical axis `up` to `wanted`.
+def turn_upright(matrix: FloatArray | None, up: Up, target: Up) -> FloatArray | None:
+    """A placement that first turns a model's vertical axis `up` to `target`.
 
     A quarter turn exchanges coordinates, so nothing is rounded. None stands for the identity.
     """
-    if up != wanted:
+    if up != target:
         turn = np.eye(4)
-        turn[:3, :3] = _TURNS[up, wanted]
+        turn[:3, :3] = _TURNS[up, target]
         matrix = turn if matrix is None else matrix @ turn + 0.0
     if matrix is not None and np.array_equal(matrix, np.eye(4)):
         return None

@@ -33,7 +33,7 @@ def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]
 
 
 @pytest.mark.parametrize("headers", [{}, origin_header(OURS), origin_header("null")])
-def test_any_origin_may_read_and_a_request_without_one_is_answered_alike(
+def test_any_origin_may_read_and_requests_without_origin_get_the_same_headers(
     headers: dict[str, str],
 ) -> None:
     """A browser may give a response that it cached on a visit to scripts of other origins."""

@@ -60,7 +60,7 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
 def test_a_mesh_takes_no_more_than_predicted(name: str) -> None:
     surface, options, encode, fmt = CASES[name]
     work = plan_mesh(surface, options, BY_NAME[fmt], encode)
-    work.run()  # bases and work arrays are kept by the process
+    work.run()  # the process keeps bases and work arrays
     most = taken(work.run)
     assert most <= work.cost.memory
     if most > 8e6 and options.accuracy is None:
@@ -73,7 +73,7 @@ def test_lowering_takes_no_more_than_predicted(surface: BsplineSurface) -> None:
     assert most <= lowering_memory(surface.size()) <= LOOSEST * most
 
 
-def test_too_much_is_refused_before_and_too_much_by_tolerance_on_the_way() -> None:
+def test_large_meshes_are_refused_before_the_work_and_by_tolerance_during_it() -> None:
     surface = TEAPOT
     work = plan_mesh(surface, FINE, BY_NAME["glb"])
     plan_mesh(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=work.cost.memory))
@@ -92,7 +92,7 @@ def test_too_much_is_refused_before_and_too_much_by_tolerance_on_the_way() -> No
 @pytest.mark.parametrize("options", [
     MeshOptions(resolution=(1, 1)), MeshOptions(accuracy=Accuracy(relative_tolerance=0.5)),
 ])  # fmt: skip
-def test_a_large_net_is_refused_from_its_shape_or_works(options: MeshOptions) -> None:
+def test_a_large_net_is_refused_by_its_shape_or_is_meshed(options: MeshOptions) -> None:
     """A surface is refused before it is lowered; if it is not refused, a coarse mesh fits."""
     x, y = np.meshgrid(np.arange(80.0), np.arange(60.0), indexing="ij")
     surface = BsplineSurface(np.stack([x, y, np.sin(x / 9)], axis=-1))
@@ -111,7 +111,7 @@ def test_a_large_net_is_refused_from_its_shape_or_works(options: MeshOptions) ->
     assert max(refused) < 2.4
 
 
-def test_patches_are_counted_before_they_are_made() -> None:
+def test_patches_are_counted_before_they_are_computed() -> None:
     with pytest.raises(TooLarge) as refused:
         plan_mesh(hills(40), FINE, BY_NAME["glb"], limits=Limits(max_patches=37 * 37 - 1))
     (issue,) = refused.value.issues

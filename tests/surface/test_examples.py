@@ -148,7 +148,7 @@ def test_the_colored_surface_shows_its_height() -> None:
 
 
 def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
-    """Colour and temperature are one function; a unit of its texture is a metre of its plan."""
+    """Colours are a function of the temperature; texture coordinates are x and y in metres."""
     built = tessellate(patches_of("heated-panel"), MeshOptions((16, 16)))
     ((name, temperature),) = built.attributes
     assert name == "temperature"

@@ -95,7 +95,7 @@ def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
     return joined
 
 
-def owner(key: bytes, known: Sequence[KeyEntry]) -> str | None:
+def owner(key: bytes, entries: Sequence[KeyEntry]) -> str | None:
     """The name of a key; None if the service does not know it.
 
     Compares the key with all known ones, in constant time: the response time reveals nothing.
@@ -104,7 +104,7 @@ def owner(key: bytes, known: Sequence[KeyEntry]) -> str | None:
         return None
     digest = sha256(key).digest()
     matching = None
-    for entry in known:
+    for entry in entries:
         if compare_digest(entry.digest, digest):
             matching = entry.name
     return matching

@@ -101,16 +101,16 @@ _REVALIDATED = b"private, no-cache"
 """For clients with a key: a browser caches the response, and revalidates it each time."""
 
 
-def private_headers(headers: Iterable[tuple[bytes, bytes]], left: int | None) -> RawHeaders:
+def private_headers(headers: Iterable[tuple[bytes, bytes]], seconds_left: int | None) -> RawHeaders:
     """The headers of a response, changed so that shared caches do not keep it.
 
     Parameters
     ----------
-    left : int or None
+    seconds_left : int or None
         Seconds until the URL's signature expires; None if the client sent a key.
     """
     changed = [
-        (name, _control(value, left)) if name.lower() == b"cache-control" else (name, value)
+        (name, _control(value, seconds_left)) if name.lower() == b"cache-control" else (name, value)
         for name, value in headers
     ]
     if not any(name.lower() == b"cache-control" for name, _ in changed):
@@ -118,10 +118,10 @@ def private_headers(headers: Iterable[tuple[bytes, bytes]], left: int | None) ->
     return (*changed, (b"vary", b"Authorization"))
 
 
-def _control(public: bytes, left: int | None) -> bytes:
+def _control(public: bytes, seconds_left: int | None) -> bytes:
     if b"no-store" in public:
         return public
-    if left is None:
+    if seconds_left is None:
         return _REVALIDATED
-    age = left if b"immutable" in public else min(left, HOUR)
+    age = seconds_left if b"immutable" in public else min(seconds_left, HOUR)
     return b"private, max-age=%d" % age

@@ -1,9 +1,8 @@
 """Finds the client's address behind trusted proxies, from `X-Forwarded-For`.
 
 Every client may send `X-Forwarded-For`. Each proxy appends the address of its own client on the
-right. So the service reads the header from the right, as long as the writer is a trusted proxy: the
-first address that is not a trusted proxy's is the client's. It ignores the addresses to the left of
-that one.
+right. So the service reads the header from the right, and skips addresses of trusted proxies: the
+first other address is that of the client. It ignores the addresses to the left of it.
 """
 
 from collections.abc import Sequence
@@ -37,10 +36,10 @@ class InvalidProxies(ValueError):
 class Proxies:
     """The trusted proxies; raises `InvalidProxies` for an invalid address or network."""
 
-    def __init__(self, listed: Sequence[str]) -> None:
-        self._unix = UNIX in listed
+    def __init__(self, trusted: Sequence[str]) -> None:
+        self._unix = UNIX in trusted
         try:
-            self._networks = tuple(ip_network(text) for text in listed if text != UNIX)
+            self._networks = tuple(ip_network(text) for text in trusted if text != UNIX)
         except ValueError:
             raise InvalidProxies(
                 "needed addresses, or networks without host bits, such as 10.0.0.0/8, "
@@ -53,9 +52,9 @@ class Proxies:
         peer = address_in(client[0].encode()) if client else None
         if not self._trusts(peer):
             return
-        said = [value for name, value in scope["headers"] if name == b"x-forwarded-for"]
+        forwarded = [value for name, value in scope["headers"] if name == b"x-forwarded-for"]
         # From the right; hops beyond MOST_HOPS stay joined, so they are not an address.
-        hops = b",".join(said).rsplit(b",", MOST_HOPS)
+        hops = b",".join(forwarded).rsplit(b",", MOST_HOPS)
         for hop in reversed(hops):
             address = address_in(hop)
             if address is None:

@@ -28,9 +28,9 @@ def schema_of_row(item: dict[str, Any], length: int) -> WithJsonSchema:
     return WithJsonSchema(tuple_schema(item, length))
 
 
-def _sizes(what: str) -> WithJsonSchema:
+def _sizes(phrase: str) -> WithJsonSchema:
     """The schema of an object with a number of bytes for each format."""
-    each = {f.name: _ROW | {"description": f"{what} {f.name}."} for f in FORMATS}
+    each = {f.name: _ROW | {"description": f"{phrase} {f.name}."} for f in FORMATS}
     return WithJsonSchema({"type": "object", "properties": each, "additionalProperties": False})
 
 

@@ -85,9 +85,9 @@ class Tracing:
         seen["headers"] = [pair for pair in scope["headers"] if pair[0] in _HEADERS]
         await self._middleware({**seen, "scope": scope}, receive, send_described)
 
-    async def _call_app(self, seen: Scope, receive: Receive, send: Send) -> None:
+    async def _call_app(self, visible_scope: Scope, receive: Receive, send: Send) -> None:
         """Calls the application inside the span, and keeps texts of exceptions out of the span."""
-        span, scope = get_current_span(), seen["scope"]
+        span, scope = get_current_span(), visible_scope["scope"]
         record, context = record_of(scope), span.get_span_context()
         trace_id = format_trace_id(context.trace_id)
         if record.id == record.trace_id:  # the client gave none
@@ -119,9 +119,9 @@ class Tracing:
             await asyncio.sleep(0.01)
 
 
-def _name_span(seen: Scope) -> tuple[str, dict[str, str]]:
+def _name_span(visible_scope: Scope) -> tuple[str, dict[str, str]]:
     """The name of a span, and the attribute of its route."""
-    record = record_of(seen["scope"])
+    record = record_of(visible_scope["scope"])
     method = "HTTP" if record.method == "other" else record.method
     if record.label.route == UNMATCHED:
         return method, {}

@@ -109,38 +109,38 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
     return replace(goal, tolerance=goal.tolerance / most * LESS, view=view)
 
 
-def subtract_rounding(goal: Goal, taken: float, bounds: Box) -> Goal:
-    """The goal for points between these bounds, less the rounding `taken`.
+def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
+    """The goal for points between these bounds, less the rounding `rounding`.
 
     Raises
     ------
     InvalidRequest
         `tolerance_too_small` if rounding takes most of it; without a pointer.
     """
-    if not taken:
+    if not rounding:
         return goal
-    tolerance, view = _subtract(goal.tolerance, taken), goal.view
+    tolerance, view = _subtract(goal.tolerance, rounding), goal.view
     if view is not None:
         nearest = view.rate * max(view.near, goal.find_nearest_distance(*bounds))
-        view = replace(view, rate=view.rate * (_subtract(nearest, taken) / nearest))
+        view = replace(view, rate=view.rate * (_subtract(nearest, rounding) / nearest))
     return replace(goal, tolerance=tolerance, view=view)
 
 
-def _subtract(tolerance: float, taken: float) -> float:
-    """A tolerance less the rounding `taken`."""
-    if tolerance < SHARE * taken:
-        raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * taken)
-    return tolerance - taken
+def _subtract(tolerance: float, rounding: float) -> float:
+    """A tolerance less the rounding `rounding`."""
+    if tolerance < SHARE * rounding:
+        raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * rounding)
+    return tolerance - rounding
 
 
-def tighten_for_border(goal: Goal, taken: float, bounds: Box) -> Goal:
-    """The goal by which edges are divided, if storing moves vertices by up to `taken`.
+def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
+    """The goal by which edges are divided, if storing moves vertices by up to `rounding`.
 
     Edges are divided until they are within 0.95 of the tolerance of their chords. Rounding moves
     the chords; where it may move them by more than the rest, the goal is less. Everywhere else the
     full goal is kept, so that the division of an edge does not depend on the model it is in.
     """
-    less = subtract_rounding(goal, taken, bounds)
+    less = subtract_rounding(goal, rounding, bounds)
     tight = less.tolerance < ENOUGH * goal.tolerance
     if goal.view is not None and less.view is not None:
         tight |= less.view.rate < ENOUGH * goal.view.rate

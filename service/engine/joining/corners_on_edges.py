@@ -115,7 +115,7 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     if (last - first).sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []
-    for run in _runs(last - first, CHUNK):
+    for run in _split_by_count(last - first, CHUNK):
         counts = (last - first)[run]
         edge = np.repeat(np.arange(run.start, run.stop), counts)
         place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -129,7 +129,7 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
 
 
-def _runs(counts: Ints, most: int) -> Iterator[slice]:
+def _split_by_count(counts: Ints, most: int) -> Iterator[slice]:
     """Slices of consecutive items whose counts add up to approximately `most`."""
     group = np.cumsum(counts) // most
     starts = run_starts(group)
@@ -144,14 +144,14 @@ def place_corners(
     at, slack = np.zeros(len(edge)), np.zeros(len(edge))
     is_on = np.zeros(len(edge), dtype=bool)
     for group, rows, number in iterate_degrees(edges):
-        of = np.full(len(edges.side), -1)
-        of[number] = rows
-        rows_of_degree = np.flatnonzero(of[edge] >= 0)
+        row_of_edge = np.full(len(edges.side), -1)
+        row_of_edge[number] = rows
+        rows_of_degree = np.flatnonzero(row_of_edge[edge] >= 0)
         degree = group.points.shape[1] - 1
         samples = np.linspace(0, 1, 8 * degree + 1)
         for part in row_slices(len(rows_of_degree), 3 * len(samples), CHUNK):
             pairs = rows_of_degree[part]
-            curve, target = of[edge[pairs]], points[pairs]
+            curve, target = row_of_edge[edge[pairs]], points[pairs]
             nets = group.points[curve] - target[:, None]
             weights = None if group.weights is None else group.weights[curve]
             away = np.square(points_at(nets, weights, samples)).sum(axis=2)

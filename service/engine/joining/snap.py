@@ -45,7 +45,7 @@ from service.engine.mesh.edge_patterns import (
     find_pattern,
     replace_border,
 )
-from service.engine.mesh.edges import direct_edges
+from service.engine.mesh.edges import orient_edges
 from service.engine.mesh.equal_points import find_weight_tolerance, find_weld_distance
 from service.surface.lowered import PatchModel
 
@@ -113,7 +113,7 @@ def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatA
     first = np.empty(len(border), dtype=np.intp)
     first[group[least]] = least
     for rows, edge in pattern.sides:
-        nets, _, _ = direct_edges(border[rows], None)
+        nets, _, _ = orient_edges(border[rows], None)
         order = np.lexsort((*nets.reshape(len(nets), -1).T[::-1], edge))
         order = order[run_starts(edge[order])]
         points[rows[:, 1:-1]] = border[rows[order, 1:-1]][edge]

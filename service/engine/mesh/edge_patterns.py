@@ -20,7 +20,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.unique_rows import find_first_rows
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
 from service.engine.mesh.degree_matching import find_candidates
-from service.engine.mesh.edges import EdgeCurves, direct_edges
+from service.engine.mesh.edges import EdgeCurves, orient_edges
 from service.engine.mesh.equal_points import EqualPoints
 from service.engine.mesh.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
@@ -172,7 +172,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         place, side_rows = place[order], side_rows[order]
         points = numbers[side_rows]
         collapsed[place] = (points == points[:, :1]).all(axis=1)
-        canonical, _, is_reversed = direct_edges(points[..., None].astype(np.float64), None)
+        canonical, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
         leader, number = find_first_rows(canonical[..., 0])
         first = sum(map(len, edges))
         ids.append(np.arange(first, first + len(leader)))

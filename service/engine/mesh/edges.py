@@ -80,7 +80,7 @@ def sample_edges(
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
-def direct_edges(
+def orient_edges(
     points: FloatArray, weights: FloatArray | None
 ) -> tuple[FloatArray, FloatArray | None, Bools]:
     """Reverses edges (E, n+1, d) whose reversed points come first in dictionary order.
@@ -114,7 +114,7 @@ def _sample_by(
     weights: FloatArray | None,
     divisions: int,
 ) -> FloatArray:
-    points, weights, is_reversed = direct_edges(
+    points, weights, is_reversed = orient_edges(
         points.copy(), None if weights is None else weights.copy()
     )
     if weights is None:

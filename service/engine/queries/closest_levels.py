@@ -26,7 +26,7 @@ PAIRS = 1 << 13
 MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
 """The most cells that are open at a time: for one point, and for all points together."""
 
-ROUNDED, LEAST = 48 * 2.0**-53, 2.0**-36
+ROUNDING, LEAST = 48 * 2.0**-53, 2.0**-36
 """The least widths of intervals. The first is relative to the distance: rounding alone makes
 intervals 14 to 40 units of 2⁻⁵³ wide. The second is in the coordinates of the nets: narrower minima
 are never settled."""
@@ -180,7 +180,7 @@ class ClosestLevels:
 
     def enough_at(self, distance: FloatArray) -> FloatArray:
         """Widths of intervals that are narrow enough at these distances."""
-        return np.maximum(self.enough, ROUNDED * distance)
+        return np.maximum(self.enough, ROUNDING * distance)
 
     def polish(self) -> tuple[Ints, Ints]:
         """Newton's method in settled cells, the nearest first; returns the pairs that stay open."""

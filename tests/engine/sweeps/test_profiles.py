@@ -71,7 +71,7 @@ def test_a_cone_leans_its_normals() -> None:
     assert is_closed(swept)
 
 
-def test_a_closed_curve_comes_back_without_a_jump() -> None:
+def test_rings_at_the_seam_of_a_closed_curve_are_equal() -> None:
     """The angle between neighbouring rings at the seam is as small as elsewhere."""
     points, tangents = trefoil(96)
     swept = build_tubes(
@@ -87,7 +87,7 @@ def test_a_closed_curve_comes_back_without_a_jump() -> None:
 
 
 def test_frames_do_not_turn_about_the_curve() -> None:
-    """A helix comes by its torsion; its rotation-minimising frame turns back by just that."""
+    """The Frenet frame of a helix turns by its torsion; a rotation-minimising frame does not."""
     t = np.linspace(0, 2 * math.pi, 400)
     points = np.stack([np.cos(t), np.sin(t), t / 2], axis=1)
     tangents = np.stack([-np.sin(t), np.cos(t), np.full_like(t, 0.5)], axis=1) / math.sqrt(1.25)
@@ -117,7 +117,7 @@ def test_many_curves_are_the_same_as_one_at_a_time() -> None:
         assert np.array_equal(together.triangles[faces], alone.triangles + np.uint32(first))
 
 
-def test_a_ribbon_faces_where_it_should() -> None:
+def test_a_ribbon_faces_the_given_direction() -> None:
     points, tangents = trefoil(64)
     path = Paths.from_smooth_curves(points[None], tangents[None], closed=True)
     facing = np.array([1.0, 2.0, 7.0])

@@ -118,7 +118,7 @@ def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]
     edges = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
     ends = Counter(tuple(end) for run in runs for c in run.points for end in (c[0], c[-1]))
     lone = [end for end, uses in ends.items() if uses == 1 and end not in edges]
-    # Two ends at each of twice four edges of the whole's border.
+    # Two inner curves end at each of the eight edges on the border of the surface.
     assert len(lone) == 16
 
 

@@ -217,10 +217,10 @@ class DraftTriangles:
             self.crossed = find_crossed_edges(corners, crowd)
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
-    def _find_hosts(self, rows: Ints, kept: Bools, edges: Bools) -> None:
-        """Hosts of those of some triangles that are not kept; and the leaves that are bare."""
+    def _find_hosts(self, rows: Ints, is_kept: Bools, edges: Bools) -> None:
+        """Finds hosts of the triangles that are not kept, and the leaves that are bare."""
         corners, host = self.corners[rows], self.host[rows]
-        flat = ~kept & (host >= 0)
+        flat = ~is_kept & (host >= 0)
         host[flat] = np.where(self.is_alive[host[flat]], host[flat], -1)
         moved = host < 0
         if moved.any():
@@ -228,7 +228,7 @@ class DraftTriangles:
         self.host[rows] = host
         self.is_changed[rows[moved]] = True
         del host
-        side = ((~kept[:, np.newaxis] & edges).ravel()).nonzero()[0]
+        side = ((~is_kept[:, np.newaxis] & edges).ravel()).nonzero()[0]
         forth, back = number_directed_edges(corners)
         back = back[side]
         del corners
@@ -238,7 +238,7 @@ class DraftTriangles:
         keys = number_edges(vertex)
         ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
         del vertex
-        is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(kept, 3)])
+        is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(is_kept, 3)])
         self.bare = np.unique(self.leaf[rows[side[is_open] // 3]])
 
     def drop_neighbours(self) -> None:

@@ -196,7 +196,7 @@ def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
             host[waiting[open_]] = offered
 
 
-def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints]:
+def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Ints]:
     """Vertices across edges, and edges of more than two triangles.
 
     Only triangles of one face are neighbours, so that the triangles of a face do not depend on the
@@ -212,7 +212,7 @@ def find_neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints]:
     """
     # Memory is at its peak here: arrays are deleted as soon as possible.
     keys = number_edges(vertex)
-    dropped = np.repeat(~kept, 3)
+    dropped = np.repeat(~is_kept, 3)
     keys[dropped] = -1
     sides = np.argsort(keys)[np.count_nonzero(dropped) :]
     keys = keys[sides]
