@@ -2,8 +2,8 @@
 
 `BodyRoute` does this in place of FastAPI, in a thread if the body is long, and calls the route's
 function with the model and the `Context` (the pattern "Custom Request and APIRoute class" of
-FastAPI's documentation). So every error in a body is a problem document of ours, and a file of
-control points is read like JSON, with its other fields in the query. FastAPI finds the route,
+FastAPI's documentation). So every error in a body is a problem document of the service, and a file
+of control points is read like JSON, with its other fields in the query. FastAPI finds the route,
 handles errors, and reads the function's signature for the OpenAPI document.
 """
 

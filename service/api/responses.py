@@ -152,8 +152,8 @@ def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileForma
     letters than ASCII is added in a second form (RFC 8187), for clients that read it.
     """
     stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
-    said = f'{kind}; filename="{stem}.{fmt.suffix}"'
+    value = f'{kind}; filename="{stem}.{fmt.suffix}"'
     letters = _FORBIDDEN.sub("-", name).strip("-. ")
     if name.isascii() or not letters:
-        return said
-    return f"{said}; filename*=UTF-8''{quote(letters, safe='')}.{fmt.suffix}"
+        return value
+    return f"{value}; filename*=UTF-8''{quote(letters, safe='')}.{fmt.suffix}"

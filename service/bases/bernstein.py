@@ -43,9 +43,9 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
     basis = np.zeros((degree + 1, len(t)))
     basis[0] = 1.0
     for n in range(1, degree + 1):
-        carried = basis[:n] * t
+        upper = basis[:n] * t
         basis[:n] *= 1.0 - t
-        basis[1 : n + 1] += carried
+        basis[1 : n + 1] += upper
     return np.ascontiguousarray(basis.T)
 
 
@@ -128,7 +128,10 @@ def sample_partials_basis(
     return PLANS.array(
         ("partials", degree, resolution, dtype),
         lambda: np.concatenate(
-            [_build_grid_basis(of, resolution, dtype) for of in ((p, q), (p - 1, q), (p, q - 1))]
+            [
+                _build_grid_basis(degrees, resolution, dtype)
+                for degrees in ((p, q), (p - 1, q), (p, q - 1))
+            ]
         ),
     )
 

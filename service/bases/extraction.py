@@ -164,28 +164,28 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
         within = at[chunk]
         shares[chunk] = build_operators(knots[within[0] - degree : within[-1] + degree + 2], degree)
     begins, ends = shares[:, 0].copy(), shares[:, -1].copy()
-    many = _multiplicities(knots, degree, at)
+    counts = _multiplicities(knots, degree, at)
     repeated = None
-    if many[0] == many[-1] < degree:
-        head, tail = begins[0, : degree + 1 - many[0]], ends[-1, many[-1] :]
-        repeated = len(head), int(at[0]) - degree, int(at[-1]) - degree + int(many[-1])
+    if counts[0] == counts[-1] < degree:
+        head, tail = begins[0, : degree + 1 - counts[0]], ends[-1, counts[-1] :]
+        repeated = len(head), int(at[0]) - degree, int(at[-1]) - degree + int(counts[-1])
         if closed:
             _close(head, tail)
     # At multiplicity p + 1 the curve is discontinuous: it has two points at this knot, both control
     # points.
-    parted = np.flatnonzero(many > degree)
-    first = degree * np.arange(len(at)) + np.cumsum(many[:-1] > degree)
+    parted = np.flatnonzero(counts > degree)
+    first = degree * np.arange(len(at)) + np.cumsum(counts[:-1] > degree)
     places = first[:, np.newaxis] + np.arange(degree + 1)
     copies = [(places[parted - 1, -1], at[parted - 1]), (places[parted, 0], at[parted] - degree)]
     sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], places[:, 1:-1])]
-    sums += _combine_joints(at, many, (begins, ends), places)
+    sums += _combine_joints(at, counts, (begins, ends), places)
     remaining: list[_Sums] = []
     for part in sums:
         # A Bézier point that is a control point is copied, not combined.
-        alone = part.shares.max(axis=-1) >= 1.0
+        is_point = part.shares.max(axis=-1) >= 1.0
         controls = part.first[:, np.newaxis] + part.shares.argmax(axis=-1)
-        copies.append((part.targets[alone], controls[alone]))
-        rows = ~alone.all(axis=1)
+        copies.append((part.targets[is_point], controls[is_point]))
+        rows = ~is_point.all(axis=1)
         if rows.any():
             remaining.append(_Sums(part.first[rows], part.shares[rows], part.targets[rows]))
     pairs = np.concatenate([np.stack(pair) for pair in copies], axis=1)
@@ -215,12 +215,12 @@ def _combine_joints(
 
 def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
     """The multiplicity of each break; at the ends of the domain at most p."""
-    many = np.empty(len(at) + 1, dtype=np.intp)
-    many[1:-1] = np.diff(at)
+    counts = np.empty(len(at) + 1, dtype=np.intp)
+    counts[1:-1] = np.diff(at)
     before, after = knots[: at[0] + 1], knots[at[-1] + 1 :]
-    many[0] = min(degree, int((before == before[-1]).sum()))
-    many[-1] = min(degree, int((after == after[0]).sum()))
-    return many
+    counts[0] = min(degree, int((before == before[-1]).sum()))
+    counts[-1] = min(degree, int((after == after[0]).sum()))
+    return counts
 
 
 def _close(head: FloatArray, tail: FloatArray) -> None:

@@ -91,11 +91,11 @@ def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArra
     r = len(shares)
     low, high = near[:r], near[r:]
     width = high - low
-    carried = np.zeros((r + 1, shares.shape[1]))
+    result = np.zeros((r + 1, shares.shape[1]))
     # The quotient is exactly 1 if t is an end; a product with an inverse may differ from 1.
-    carried[:-1] = shares * ((high - t) / width)
-    carried[1:] += shares * ((t - low) / width)
-    return carried
+    result[:-1] = shares * ((high - t) / width)
+    result[1:] += shares * ((t - low) / width)
+    return result
 
 
 def raise_knots(
@@ -107,11 +107,11 @@ def raise_knots(
     continuity there; the ends have multiplicity `raised` + 1.
     """
     within = knots[(knots > first) & (knots < last)]
-    breaks, many = np.unique(within, return_counts=True)
+    breaks, counts = np.unique(within, return_counts=True)
     return np.concatenate(
         [
             np.full(raised + 1, first),
-            np.repeat(breaks, many + raised - degree),
+            np.repeat(breaks, counts + raised - degree),
             np.full(raised + 1, last),
         ]
     )

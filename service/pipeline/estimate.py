@@ -278,8 +278,8 @@ def _bound_meshes(
     """
     goal = build_goal(accuracy, model)
     if isinstance(model, PatchModel):
-        alone = bound_triangles(model, subtract_rounding(goal, moved, model.bounds), options)
-        return alone, alone
+        triangles = bound_triangles(model, subtract_rounding(goal, moved, model.bounds), options)
+        return triangles, triangles
     group = model if goal.view is None else separate_copies(model)
     goals = build_model_goals(goal, group, moved)
     bounds = [
@@ -297,8 +297,8 @@ def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
 def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
     """Whether the tolerance leaves room for the rounding of every format."""
     goal = build_goal(accuracy, model)
-    seen = inf if goal.view is None else goal.view.rate * goal.view.near
-    least = min(goal.tolerance, seen)
+    allowed_by_view = inf if goal.view is None else goal.view.rate * goal.view.near
+    least = min(goal.tolerance, allowed_by_view)
     return least >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
 
 

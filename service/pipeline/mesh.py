@@ -184,8 +184,8 @@ def plan_mesh(
     """
     size = surface.size()
     different = size if size.members == 1 else surface.stored_size()
-    known = plan_sizes(size, different, options, (fmt, encode), limits)
-    return MeshWork(surface, options, fmt, encode, limits, *known)
+    planned = plan_sizes(size, different, options, (fmt, encode), limits)
+    return MeshWork(surface, options, fmt, encode, limits, *planned)
 
 
 def render(

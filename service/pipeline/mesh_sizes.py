@@ -54,13 +54,13 @@ def plan_sizes(
     cost = mesh_cost(once, options, stored, file, form)
     less = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
-    alone = cost.memory
+    shared_memory = cost.memory
     if once is not complete and options.weld_tolerance:
         # Copies that meet are stored separately.
         most = min(fmt.byte_bound(size, encode), limits.max_bytes)
-        apart = mesh_cost(complete, options, size, most, form).memory
-        cost = replace(cost, memory=max(alone, min(apart, limits.max_memory)))
-    return size, stored, is_certain, is_possible, alone, cost
+        separate_memory = mesh_cost(complete, options, size, most, form).memory
+        cost = replace(cost, memory=max(shared_memory, min(separate_memory, limits.max_memory)))
+    return size, stored, is_certain, is_possible, shared_memory, cost
 
 
 def member_shares(fmt: Format, encode: EncodeOptions) -> bool:

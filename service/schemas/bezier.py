@@ -44,8 +44,8 @@ class BezierDefinition(StrictModel):
 
     def to_surface(self) -> BezierSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
-        carried = build_channels(self.colors, self.uvs, self.attributes)
-        return BezierSurface(self.control_net, self.weights, self.up, self.name, carried)
+        channels = build_channels(self.colors, self.uvs, self.attributes)
+        return BezierSurface(self.control_net, self.weights, self.up, self.name, channels)
 
 
 def define_bezier(surface: BezierSurface) -> dict[str, Any]:

@@ -152,9 +152,9 @@ class BsplineDefinition(StrictModel):
 
     def to_surface(self) -> BsplineSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
-        carried = build_channels(self.colors, self.uvs, self.attributes)
+        channels = build_channels(self.colors, self.uvs, self.attributes)
         return BsplineSurface(
-            self.control_net, self.degree, self.knots, self.weights, self.up, self.name, carried
+            self.control_net, self.degree, self.knots, self.weights, self.up, self.name, channels
         )
 
 

@@ -76,11 +76,11 @@ class IntersectRequest(SurfaceRequest):
             raise to_invalid(
                 conflict_error("rays", "planes", message, is_neither=self.rays is None)
             )
-        others, those = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
-        for name in others:
+        excluded, kind = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
+        for name in excluded:
             if name in self.model_fields_set:
-                message, got = f"This field is for {those} only.", "a request without them"
-                raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, f"{those}"))
+                message, got = f"This field is for {kind} only.", "a request without them"
+                raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, kind))
         if set(OF_PLANES) <= self.model_fields_set:
             message = "A request has one tolerance: in model units, or as a share."
             raise to_invalid(conflict_error(*OF_PLANES, message, is_neither=False))

@@ -99,7 +99,7 @@ class PatchesDefinition(StrictModel):
     def to_surface(self) -> PatchSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
-        carried = build_channels(self.colors, self.uvs, self.attributes)
+        channels = build_channels(self.colors, self.uvs, self.attributes)
         if not len(self.patches) + len(self.triangles):
             needed = "grids of vertex numbers; or `triangles`, or both"
             message = "A required field is missing."
@@ -112,7 +112,7 @@ class PatchesDefinition(StrictModel):
                 parts,
                 self.up,
                 self.name,
-                carried,
+                channels,
                 self.triangles,
             )
         except InvalidRequest as error:

@@ -119,8 +119,8 @@ def option_values(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
     message = "A query cannot have a camera; the body of a POST can."
     got, needed = "a field of bodies", "tolerance or relative_tolerance, or POST /v1/mesh"
     names = [name for name in SEEN if name in values]
-    if seen := [Issue("unknown_field", message, f"/{name}", got, needed) for name in names]:
-        raise InvalidRequest(*seen)
+    if issues := [Issue("unknown_field", message, f"/{name}", got, needed) for name in names]:
+        raise InvalidRequest(*issues)
     return values
 
 

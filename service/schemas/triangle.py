@@ -56,8 +56,8 @@ class TriangleDefinition(StrictModel):
     def to_surface(self) -> TriangleSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
         try:
-            carried = build_channels(self.colors, self.uvs, self.attributes)
-            return TriangleSurface(self.control_net, self.weights, self.up, self.name, carried)
+            channels = build_channels(self.colors, self.uvs, self.attributes)
+            return TriangleSurface(self.control_net, self.weights, self.up, self.name, channels)
         except InvalidRequest as error:
             nets = {f"/{name}": getattr(self, name) for name in _NETS}
             nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}

@@ -85,8 +85,8 @@ def ring() -> BsplineSurface:
 
 
 def _on_ring(around: float, across: float, radius: float) -> tuple[float, float, float]:
-    away = 1.0 + radius * cos(across)
-    return away * cos(around), away * sin(around), radius * sin(across)
+    distance = 1.0 + radius * cos(across)
+    return distance * cos(around), distance * sin(around), radius * sin(across)
 
 
 def _knots(values: tuple[int, ...]) -> FloatArray:

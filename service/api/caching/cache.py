@@ -63,10 +63,10 @@ class ResponseCache:
 
     def find(self, path: str, query: bytes) -> tuple[CachedResponse, bool] | None:
         """The entry of a URL as written, and whether that URL names the engine."""
-        known = self._known.get((path, query))
-        if known is not None:
-            self._entries.move_to_end(known[0].subject.url)
-        return known
+        entry = self._known.get((path, query))
+        if entry is not None:
+            self._entries.move_to_end(entry[0].subject.url)
+        return entry
 
     def get(self, url: str) -> CachedResponse | None:
         """The entry of a canonical URL."""

@@ -82,9 +82,9 @@ def _choose(
     """The variant to send, and whether the client has it already; None if it is not in memory."""
     if not accepted.plain:
         return None  # the client refuses plain bodies: compress even if it does not pay
-    known = find_held(condition, _ready(entry, accepted), _TAG)
-    if known is not None:
-        return known, True
+    held = find_held(condition, _ready(entry, accepted), _TAG)
+    if held is not None:
+        return held, True
     variant = entry.variants.get(accepted.order[0])
     return None if variant is None else (variant, condition is not None and is_any(condition))
 

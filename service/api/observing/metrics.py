@@ -144,15 +144,17 @@ class StateCollector(Collector):
         state, cache = self._state, self._state.services.cache
         counts = cache.counts
         ready, limit = is_ready(state), state.settings.max_connections
-        seen: RequestCounters = state.observed
+        requests: RequestCounters = state.observed
         yield _gauge("ready", "Whether the service was ready at the last check.", ready)
         yield _gauge("connections", "Open connections.", len(state.connections))
         yield _gauge("connections_limit", "Most connections at the same time.", limit)
-        yield _counter("log_lines_dropped", "Log lines that could not be written.", seen.dropped())
-        yield _counter("http_response_bytes", "Bytes of response bodies.", seen.sent, "format")
-        yield _counter("refused", "Error responses.", seen.refusals, "code")
-        yield _counter("vertices", "Vertices of computed meshes.", seen.vertices)
-        yield _counter("triangles", "Triangles of computed meshes.", seen.triangles)
+        yield _counter(
+            "log_lines_dropped", "Log lines that could not be written.", requests.dropped()
+        )
+        yield _counter("http_response_bytes", "Bytes of response bodies.", requests.sent, "format")
+        yield _counter("refused", "Error responses.", requests.refusals, "code")
+        yield _counter("vertices", "Vertices of computed meshes.", requests.vertices)
+        yield _counter("triangles", "Triangles of computed meshes.", requests.triangles)
         yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
         yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
         yield _counter("cache_evictions", "Responses removed to free memory.", counts.evictions)

@@ -79,11 +79,11 @@ class Tracing:
             if message["type"] == "http.response.body" and not message.get("more_body"):
                 _describe(get_current_span(), scope)  # before the library ends it
 
-        seen = {name: scope[name] for name in ("type", "scheme", "http_version", "server")}
-        seen["method"] = "_OTHER" if record.method == "other" else record.method
-        seen["path"] = record.label.path
-        seen["headers"] = [pair for pair in scope["headers"] if pair[0] in _HEADERS]
-        await self._middleware({**seen, "scope": scope}, receive, send_described)
+        visible_scope = {name: scope[name] for name in ("type", "scheme", "http_version", "server")}
+        visible_scope["method"] = "_OTHER" if record.method == "other" else record.method
+        visible_scope["path"] = record.label.path
+        visible_scope["headers"] = [pair for pair in scope["headers"] if pair[0] in _HEADERS]
+        await self._middleware({**visible_scope, "scope": scope}, receive, send_described)
 
     async def _call_app(self, visible_scope: Scope, receive: Receive, send: Send) -> None:
         """Calls the application inside the span, and keeps texts of exceptions out of the span."""

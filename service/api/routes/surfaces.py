@@ -246,7 +246,7 @@ def _degree(model: Model) -> list[int]:
             degrees.append((each.pieces.degree, 0))
             continue
         sides = [batch.side_degrees for batch in each.batches]
-        degrees += [(of[2], of[0]) for of in sides]
+        degrees += [(side[2], side[0]) for side in sides]
     u, v = zip(*degrees, strict=True)
     return [max(u), max(v)]
 

@@ -72,10 +72,10 @@ def order_faces(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
     place = place[:vertices]
     # There may be unused vertices after the last index; they get places after all others.
     order = np.empty(vertices, dtype=np.intp)
-    seen = np.flatnonzero(place < used)
-    order[place[seen]] = seen
+    first_uses = np.flatnonzero(place < used)
+    order[place[first_uses]] = first_uses
     unseen = np.ones(vertices, dtype=bool)
-    unseen[seen] = False
+    unseen[first_uses] = False
     order[used:] = np.flatnonzero(unseen)
     return indices.reshape(-1, corners), order
 

@@ -150,9 +150,9 @@ class GroupMesher:
         nodes: bool,
         quantized: bool,
     ) -> None:
-        seen = options.accuracy is not None and options.accuracy.camera is not None
+        has_camera = options.accuracy is not None and options.accuracy.camera is not None
         self._joined, self._is_welded = joined, options.weld
-        self._group = separate_copies(joined.group) if seen else joined.group
+        self._group = separate_copies(joined.group) if has_camera else joined.group
         self._storage, self._nodes = storage, nodes
         node_storage = storage if nodes else Storage()
         models = self._group.models

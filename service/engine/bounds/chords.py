@@ -52,19 +52,19 @@ def bound_from_distances(distance: FloatArray, weights: FloatArray | None) -> Fl
 def measure_distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     """Distances of points (M, m, d) to segments (M, 2, d): shape (M, m)."""
     axes = range(points.shape[2])
-    away = [points[..., k] - chords[:, :1, k] for k in axes]
+    differences = [points[..., k] - chords[:, :1, k] for k in axes]
     along = [chords[:, 1, k] - chords[:, 0, k] for k in axes]
     # In units of the largest coordinate, so that squares of small ones do not underflow.
     size = find_row_maxima(
-        np.stack([*(find_row_maxima(np.abs(x)) for x in away), *np.abs(along)], axis=1)
+        np.stack([*(find_row_maxima(np.abs(x)) for x in differences), *np.abs(along)], axis=1)
     )
     unit = np.where(size > 0, size, 1.0)
-    away, along = [x / unit[:, None] for x in away], [x / unit for x in along]
+    differences, along = [x / unit[:, None] for x in differences], [x / unit for x in along]
     squared = _dot(along, along)
-    share = _dot(away, [x[:, None] for x in along])
+    share = _dot(differences, [x[:, None] for x in along])
     share /= np.where(squared > 0, squared, 1.0)[:, None]
     np.clip(share, 0.0, 1.0, out=share)
-    gap = [x - share * y[:, None] for x, y in zip(away, along, strict=True)]
+    gap = [x - share * y[:, None] for x, y in zip(differences, along, strict=True)]
     distance: FloatArray = unit[:, None] * np.sqrt(_dot(gap, gap))
     return distance
 

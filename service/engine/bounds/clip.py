@@ -118,10 +118,12 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     for k in range(3):
         one, two = triangle[(k + 1) % 3], triangle[(k + 2) % 3]
         side, high = two - one, triangle[k] - one
-        away = pieces.corners[..., cut] - one
+        difference = pieces.corners[..., cut] - one
         area = side[0] * high[1] - side[1] * high[0]
         thin = np.abs(area) < THIN * np.hypot(side[0], side[1])
-        share = (side[0] * away[:, 1] - side[1] * away[:, 0]) / np.where(thin, np.nan, area)
+        share = (side[0] * difference[:, 1] - side[1] * difference[:, 0]) / np.where(
+            thin, np.nan, area
+        )
         shares[:, k, cut] = np.where(share < ON_EDGE, 0.0, share)
     shares[..., cut] /= shares[:, :1, cut] + shares[:, 1:2, cut] + shares[:, 2:, cut]
     return shares

@@ -144,8 +144,8 @@ def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> Flo
     points = positions[corners].astype(np.float64)
     nearest = np.full(len(corners), np.inf)
     for target in targets.T:
-        away = points - positions[target].astype(np.float64)[:, np.newaxis]
-        far = np.sqrt(np.square(away).sum(axis=2)).max(axis=1)
+        difference = points - positions[target].astype(np.float64)[:, np.newaxis]
+        far = np.sqrt(np.square(difference).sum(axis=2)).max(axis=1)
         np.minimum(nearest, np.where(np.isin(target, vertices), far, np.inf), out=nearest)
     return nearest
 

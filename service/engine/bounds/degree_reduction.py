@@ -10,8 +10,8 @@ the difference gives, polynomial or homogeneous,
              ≤ (max_i ‖X_i − (E X')_i‖ + max_i |w_i − (E w')_i| max ‖S' − C‖) / min_i w_i.
 
 V is the least-squares net in the Bernstein basis that keeps the ends of every line, hence the
-corners. It need not be the best; only the difference has to be right. Its error is of fourth order
-in the size of the box.
+corners. Any V may be used, because the bound holds for every V. The error of this one is of fourth
+order in the size of the box.
 
 Triangles that share a box share V and its error, so they are handled in the order of their boxes.
 """
@@ -30,9 +30,10 @@ LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""Rounding of these differences: of points 4 · 400 u at degree 64, a few u more of sums, and of
-parameters within a box: where they change by 2^-53, a cubic surface with coordinates up to 4 moves
-by at most 2^-44. Where weights differ, it is multiplied by their ratio."""
+"""Bound of the rounding in these differences: 4 · 400 u from points at degree 64, a few u from
+sums, and 2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with
+coordinates up to 4 moves by at most this distance. If weights differ, the bound is multiplied by
+their ratio."""
 
 
 def sort_by_box(patch: Ints, places: FloatArray) -> Ints:
@@ -50,7 +51,7 @@ def reduce_boxes(
     nets : ndarray of float64, shape (P, D, p+1, q+1)
         Nets of different patches, no coordinate above 1.
     patch : ndarray of int, shape (m,)
-        The patch of each triangle, rising.
+        The patch of each triangle, in ascending order.
     places : ndarray of float64, shape (3, 2, m)
 
     Returns
@@ -98,19 +99,19 @@ def _reduce_nets(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         raised = elevation_matrix(LOW, p) @ raised
     if q > LOW:
         raised = raised @ elevation_matrix(LOW, q).T
-    away = (boxes - raised).reshape(*boxes.shape[:2], -1)
-    away *= away
-    points = np.sqrt((away[:, 0] + away[:, 1] + away[:, 2]).max(axis=1))
-    # Corners of a triangle are rounded parameters of the box, unless they are its corners.
+    difference = (boxes - raised).reshape(*boxes.shape[:2], -1)
+    difference *= difference
+    points = np.sqrt((difference[:, 0] + difference[:, 1] + difference[:, 2]).max(axis=1))
+    # `SHIFT` includes the rounding of corners of triangles to parameters of the box.
     if not homogeneous:
         return low, points + SHIFT
-    weights = np.sqrt(away[:, 3].max(axis=1))
+    weights = np.sqrt(difference[:, 3].max(axis=1))
     least, most = low[:, 3].min(axis=(1, 2)), low[:, 3].max(axis=(1, 2))
     positive = least > 0
     least = np.where(positive, least, 1.0)
     low[:, 3] = np.where(positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)
-    seen = low[:, :3] / low[:, 3:]
-    size = np.sqrt((seen * seen).sum(axis=1).max(axis=(1, 2)))
+    low_points = low[:, :3] / low[:, 3:]
+    size = np.sqrt((low_points * low_points).sum(axis=1).max(axis=(1, 2)))
     gap = (points + weights * size) / boxes[:, 3].min(axis=(1, 2)) + SHIFT * (most / least)
     low[:, :3] += low[:, 3:] * corner
     return low, np.where(positive, gap, np.inf)

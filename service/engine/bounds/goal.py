@@ -53,8 +53,8 @@ class Goal:
         """Allowed deviations, shape (m,), at least distances from the eye, shape (m,)."""
         if self.view is None:
             return np.full(distance.shape, self.tolerance)
-        seen = self.view.rate * np.maximum(distance, self.view.near)
-        return np.minimum(seen, self.tolerance)
+        allowed_by_view = self.view.rate * np.maximum(distance, self.view.near)
+        return np.minimum(allowed_by_view, self.tolerance)
 
     def measure_distances_to_eye(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Distances from the eye to boxes, corners (m, 3): shape (m,); 0 without a view."""

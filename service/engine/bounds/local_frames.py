@@ -124,8 +124,8 @@ class LocalFrames:
     def bound_distances_to_eye(self, piece: LocalNets, eye: FloatArray) -> FloatArray:
         """Lower bounds of the distances from pieces to the eye (3,), by boxes about nets."""
         # Moving a distant eye to the border of this box never brings it further from the piece.
-        away = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
-        framed = self.triangles.to_frames(away.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
+        difference = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
+        framed = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
         points = project_local_nets(piece.net)
         gap = np.maximum(points.min(axis=2) - framed, framed - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
@@ -233,13 +233,13 @@ def build_local_frames(
     """
     across, joined = beyond
     middle = patch_nets.middles.take(patch, axis=1)
-    near, away = vertices - middle, across - middle
-    unit = find_units(np.maximum(patch_nets.sizes[patch], np.abs(near).max(axis=(0, 1))))
-    joined = joined & (np.abs(away).max(axis=1) <= FAR * unit)
-    across = np.where(joined[:, np.newaxis], away, near) / unit
+    local_vertices, local_across = vertices - middle, across - middle
+    unit = find_units(np.maximum(patch_nets.sizes[patch], np.abs(local_vertices).max(axis=(0, 1))))
+    joined = joined & (np.abs(local_across).max(axis=1) <= FAR * unit)
+    across = np.where(joined[:, np.newaxis], local_across, local_vertices) / unit
     slack = bound_storage_error(np.abs(vertices).max(axis=(0, 1))) + patch_nets.lowering
     return LocalFrames(
-        build_reference_triangles(near / unit, across, joined),
+        build_reference_triangles(local_vertices / unit, across, joined),
         middle,
         unit,
         slack,

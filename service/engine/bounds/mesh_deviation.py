@@ -111,8 +111,8 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         )
     p, q = patches.degree
     numbers = block.first + block.patches if layout.is_framed else block.patches
-    apart = layout.extra[numbers] >= 0 if layout.is_framed else None
-    if apart is None or not apart.any():
+    is_separate = layout.extra[numbers] >= 0 if layout.is_framed else None
+    if is_separate is None or not is_separate.any():
         if is_small(patches, (ru, rv)):
             return bound_grid_deviations(patches, (ru, rv)) + bound_bending_rounding(
                 patches, 1 / ru, 1 / rv
@@ -123,7 +123,7 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         return bends.bound_deviations(1 / ru, 1 / rv) + bound_bending_rounding(
             patches, 1 / ru, 1 / rv
         )
-    sides = np.where(apart, layout.inner[numbers] + 1, np.inf)
+    sides = np.where(is_separate, layout.inner[numbers] + 1, np.inf)
     # A strip between lines of m and of n divisions goes along both in step: each of its triangles
     # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
     along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))

@@ -79,18 +79,18 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     samples by `matrix`; all others are compared with their patch (`measure_errors`).
     """
     curves = seams.curves
-    lost = 0.0
+    error = 0.0
     if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
         far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
-        lost += 10 * SAME_CURVE * far
+        error += 10 * SAME_CURVE * far
     if method == "matrix" or not layout.is_framed:
-        return lost
+        return error
     largest = 0.0
     for divisions, chosen in layout.border_writes.groups:
-        apart = sample_edges(curves, chosen, divisions, method)
-        apart -= sample_edges(curves, chosen, divisions)
-        largest = max(largest, float(np.square(apart).sum(axis=2).max()))
-    return lost + MARGIN * sqrt(largest)
+        samples = sample_edges(curves, chosen, divisions, method)
+        samples -= sample_edges(curves, chosen, divisions)
+        largest = max(largest, float(np.square(samples).sum(axis=2).max()))
+    return error + MARGIN * sqrt(largest)
 
 
 def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> float:
@@ -135,10 +135,10 @@ def measure_errors(
         exact = _evaluate(nets[rows], resolution)
         squares = np.zeros(exact.shape[1:])
         for axis in range(3):
-            away = positions[rows, :, axis].astype(np.float64) + shift[axis]
-            away -= exact[axis] if patches.weights is None else exact[axis] / exact[3]
-            away *= away
-            squares += away
+            difference = positions[rows, :, axis].astype(np.float64) + shift[axis]
+            difference -= exact[axis] if patches.weights is None else exact[axis] / exact[3]
+            difference *= difference
+            squares += difference
         largest[rows] = squares.max(axis=1)
     _, far, near = sizes = _measure_sizes(patches, origin)
     degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
@@ -153,11 +153,11 @@ def _bound_edge_samples(
 ) -> float:
     """Bound of the rounding of edges: evaluated in float64 in model coordinates, then stored."""
     world, far, near = sizes
-    lost = world * 16 * (degrees + 2) * UNIT + far * (unit + UNIT)
+    error = world * 16 * (degrees + 2) * UNIT + far * (unit + UNIT)
     if patches.weights is not None:
         # The weights of an edge are those of one of its patches, equal but for rounding.
-        lost += 2 * near * find_weight_ratio(patches) * SAME_WEIGHT
-    return lost
+        error += 2 * near * find_weight_ratio(patches) * SAME_WEIGHT
+    return error
 
 
 def _evaluate(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:

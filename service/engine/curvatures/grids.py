@@ -57,14 +57,16 @@ def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterat
     at_once = choose_formulation(patches, resolution, normals=False) == "kronecker"
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
         nets = DerivativeNets(patches, np.arange(first, last))
-        of = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
+        partial_nets = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
         measure = find_measure(*(_require_net(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
         for begin, end in row_runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
             empty = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
             product = _evaluate_grid if at_once else _evaluate_rows
-            partials = [empty if net is None else product(net, resolution, rows) for net in of]
+            partials = [
+                empty if net is None else product(net, resolution, rows) for net in partial_nets
+            ]
             yield Chunk(first, last, *samples, partials, nets.scale, measure)
 
 

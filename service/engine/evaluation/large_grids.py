@@ -92,7 +92,11 @@ def _iterate_patches(
         trust = nets.least(work.dtype)
         for k in range(last - first):
             planes: RealArray = np.ascontiguousarray(nets.rows[:, :, k].T, dtype)
-            yield first + k, [planes[:, of].reshape(-1, *form) for of, form in parts], trust[k]
+            yield (
+                first + k,
+                [planes[:, columns].reshape(-1, *form) for columns, form in parts],
+                trust[k],
+            )
 
 
 def _normal_net(du: RealArray, dv: RealArray) -> RealArray:

@@ -154,16 +154,16 @@ def place_corners(
             curve, target = row_of_edge[edge[pairs]], points[pairs]
             nets = group.points[curve] - target[:, None]
             weights = None if group.weights is None else group.weights[curve]
-            away = np.square(points_at(nets, weights, samples)).sum(axis=2)
+            squares = np.square(points_at(nets, weights, samples)).sum(axis=2)
             if weights is None:
                 # The largest distance of the curve from the nearest sample: half of a step along
                 # the net.
                 speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
-                close = np.sqrt(away.min(axis=1)) <= speed * (samples[1] / 2) + reach
-                pairs, nets, away = pairs[close], nets[close], away[close]
+                close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + reach
+                pairs, nets, squares = pairs[close], nets[close], squares[close]
                 if not len(pairs):
                     continue
-            t = samples[away.argmin(axis=1)]
+            t = samples[squares.argmin(axis=1)]
             for _ in range(STEPS):
                 value, slope = _evaluate_with_slope(nets, weights, t)
                 square = np.square(slope).sum(axis=1)

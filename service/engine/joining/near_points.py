@@ -106,8 +106,8 @@ def _gap_groups(points: FloatArray, reach: float) -> Ints:
 
 def _cliques(points: FloatArray, reach: float) -> Ints:
     """The first point of each point's component in crowds (G, m, 3), itself if that is wide."""
-    apart = points[:, :, None] - points[:, None]
-    near: Bools = np.square(apart).sum(axis=3) <= reach**2
+    differences = points[:, :, None] - points[:, None]
+    near: Bools = np.square(differences).sum(axis=3) <= reach**2
     joined = near
     for _ in range(MAX_CROWD.bit_length() - 1):
         joined = np.matmul(joined.astype(np.float32), joined.astype(np.float32)) > 0

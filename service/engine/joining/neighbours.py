@@ -96,5 +96,5 @@ def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
     slack = MAX_WELD_TOLERANCE * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
     meet = (low[:, None] <= high + slack).all(axis=2)
     meet &= meet.T
-    alone = np.count_nonzero(meet, axis=1) < 2
-    return [number for number, is_alone in zip(numbers, alone, strict=True) if not is_alone]
+    is_single = np.count_nonzero(meet, axis=1) < 2
+    return [number for number, is_alone in zip(numbers, is_single, strict=True) if not is_alone]

@@ -121,12 +121,12 @@ def _beside_shared(
     )
     values = np.empty((len(owner), len(shares), 3))
     for group, rows, number in iterate_degrees(edges):
-        of = np.full(len(edges.side), -1)
-        of[number] = rows
-        piece_after = np.flatnonzero(of[owner] >= 0)
+        row_of_edge = np.full(len(edges.side), -1)
+        row_of_edge[number] = rows
+        piece_after = np.flatnonzero(row_of_edge[owner] >= 0)
         for part in row_slices(len(piece_after), 4 * len(shares) * (degree + 1), CHUNK):
             part_rows = piece_after[part]
-            curve = of[owner[part_rows]]
+            curve = row_of_edge[owner[part_rows]]
             weights = None if group.weights is None else group.weights[curve]
             values[part_rows] = points_at(group.points[curve], weights, places[part_rows])
     low, high = np.minimum(begin, end), np.maximum(begin, end)

@@ -58,8 +58,8 @@ class Integrals:
         ends = np.searchsorted(number[order], np.arange(count + 1))
         runs = [slice(None), *(slice(a, b) for a, b in pairwise(ends.tolist()))]
         sums, errors = (
-            np.array([[fsum(row[run]) for run in runs] for row in of[:, order]])
-            for of in (self.sums, self.errors)
+            np.array([[fsum(row[run]) for run in runs] for row in values[:, order]])
+            for values in (self.sums, self.errors)
         )
         return sums, errors
 

@@ -76,8 +76,8 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         int(is_open.sum()),
         int((~is_open).sum()),
         tuple(
-            FaultyEdge(bool(alone), source.place(int(side)))
-            for side, alone in zip(sides[:MOST_LISTED], is_open, strict=False)
+            FaultyEdge(bool(is_open_alone), source.place(int(side)))
+            for side, is_open_alone in zip(sides[:MOST_LISTED], is_open, strict=False)
         ),
         tuple(
             PartMeasures(size.name, area, *solid)

@@ -149,7 +149,7 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
     clusters = {joined.at[cluster.members[0]]: cluster for cluster in joined.clusters}
-    alone = {at: n for n, at in enumerate(joined.at) if at not in clusters}
+    single_members = {at: n for n, at in enumerate(joined.at) if at not in clusters}
     part, pieces, first = [], [], 0
     noise = moved = 0.0
     for number, member in enumerate(joined.group.members):
@@ -161,7 +161,7 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
             which = np.searchsorted(cluster.ends, model.part_numbers, side="right") - 1
             part.append(np.array(numbers)[which])
         else:
-            numbers = (alone[number],)
+            numbers = (single_members[number],)
             part.append(np.full(model.patch_count, numbers[0]))
         members = tuple((n, group.members[n], _given(group, n)) for n in numbers)
         pieces.append(_Piece(first, model, members, number in clusters))

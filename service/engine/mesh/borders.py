@@ -16,9 +16,9 @@ def find_mesh_borders(
 ) -> tuple[int, bool]:
     """The number of edges that only one face uses, and whether exactly two use every edge.
 
-    Usually this is the sum of the divisions of open edges. The edges of all faces are counted only
-    if faces may share an edge that is not on an edge of a patch, or may not have such an edge in
-    common.
+    Usually this is the sum of the divisions of open edges. All edges are counted only if that sum
+    may be wrong: faces may share an edge that is not on an edge of a patch, or two faces on an edge
+    of a patch may not share it.
     """
     seams = layout.connectivity
     lines = ~seams.collapsed
@@ -76,5 +76,5 @@ def count_borders(
     # The first row of each line, in the order of their ends; and the number of rows.
     begins = np.ones(count + 1, dtype=bool)
     begins[1:-1] = lines[1:] != lines[:-1]
-    alone = int((begins[:-1] & begins[1:]).sum())
-    return alone, bool(begins[::2].all() and not begins[1::2].any())
+    boundary = int((begins[:-1] & begins[1:]).sum())
+    return boundary, bool(begins[::2].all() and not begins[1::2].any())

@@ -65,12 +65,12 @@ def sample_channels(
     model: PatchModel, layout: Layout, dtype: Real, uvs: bool
 ) -> tuple[ChannelRows, ...]:
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
-    carried = model.batches[0].channels
+    channels = model.batches[0].channels
     rows_by_channel = [
         ChannelRows(channel.name, channel.kind, _build_rows(model, layout, number, dtype))
-        for number, channel in enumerate(carried)
+        for number, channel in enumerate(channels)
     ]
-    if uvs and not any(channel.kind == "uvs" for channel in carried):
+    if uvs and not any(channel.kind == "uvs" for channel in channels):
         rows = _parameter_rows(layout, model.domains, dtype)
         rows_by_channel.append(ChannelRows("uvs", "uvs", rows, exact=True))
     return tuple(rows_by_channel)

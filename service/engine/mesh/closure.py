@@ -114,9 +114,9 @@ class _Border:
         """
         total = self.line_weights @ basis.T
         shares = basis * self.next_weights[:, np.newaxis]
-        away: FloatArray = shares @ self.next - shares.sum(axis=-1)[..., np.newaxis] * place
-        away *= (self.factor / total)[..., np.newaxis]
-        return away
+        difference: FloatArray = shares @ self.next - shares.sum(axis=-1)[..., np.newaxis] * place
+        difference *= (self.factor / total)[..., np.newaxis]
+        return difference
 
     def along(self, place: FloatArray, basis: FloatArray) -> FloatArray:
         """A tangent of the border at its points S, (M, K, 3), of any length.
@@ -166,14 +166,14 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
     places = sample_parameters(4 * degree)
     basis, below = bernstein(degree, places), bernstein(degree - 1, places)
     longest = max(first.longest, last.longest)
-    apart, planes, smooth = 0.0, 0, True
+    distance, planes, smooth = 0.0, 0, True
     for start in range(0, len(first.line), CHUNK_PATCHES):
         ours, theirs = (
             border.take(slice(start, start + CHUNK_PATCHES)) for border in (first, last)
         )
         seam = ours.points(basis)
         a, b, t = ours.across(seam, basis), theirs.across(seam, basis), ours.along(seam, below)
-        apart = max(apart, float(np.linalg.norm(a - b, axis=-1).max()))
+        distance = max(distance, float(np.linalg.norm(a - b, axis=-1).max()))
         normal, is_plane = _find_normals(a, t, longest)
         other, is_other_plane = _find_normals(b, t, longest)
         both = is_plane & is_other_plane
@@ -182,7 +182,7 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
         smooth = (
             smooth and not (has_turned & both).any() and bool((is_plane == is_other_plane).all())
         )
-    if apart <= SAME_PARTIAL * longest and longest > 0:
+    if distance <= SAME_PARTIAL * longest and longest > 0:
         return "C1"
     return "G1" if smooth and planes else "C0"
 

@@ -103,10 +103,10 @@ def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) 
             nets = batch.points.reshape(*grid, *batch.points.shape[1:])
             nets = nets.swapaxes(0, 1).swapaxes(2, 3) if sides else nets
             first, last = nets[0, :, 0].reshape(-1, 3), nets[-1, :, -1].reshape(-1, 3)
-            apart = np.maximum(
+            distance = np.maximum(
                 first.min(axis=0) - last.max(axis=0), last.min(axis=0) - first.max(axis=0)
             )
-            return bool(apart.max() <= MAX_WELD_TOLERANCE * batch.diagonal)
+            return bool(distance.max() <= MAX_WELD_TOLERANCE * batch.diagonal)
     return False
 
 

@@ -94,10 +94,10 @@ class Layout(SampleRuns):
                     blocks.append(block)
                 first += count
         grids = np.stack(along_sides(rus, rvs), axis=1)
-        apart = framed[:, None] & (divisions[edge] != grids) & ~collapsed
-        inner = np.where(apart, divisions[edge] - 1, 0)
+        is_separate = framed[:, None] & (divisions[edge] != grids) & ~collapsed
+        inner = np.where(is_separate, divisions[edge] - 1, 0)
         before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
-        extra[apart] = size + before[apart]
+        extra[is_separate] = size + before[is_separate]
         size += int(inner.sum())
         return Layout(
             connectivity=connectivity,

@@ -152,14 +152,14 @@ class SampleRuns:
         """
         numbers = block.first + block.patches
         for side in range(4):
-            apart = np.flatnonzero(self.extra[numbers, side] >= 0)
-            if not len(apart):
+            separate = np.flatnonzero(self.extra[numbers, side] >= 0)
+            if not len(separate):
                 continue
-            inner = self.inner[numbers[apart], side]
-            row = np.repeat(np.arange(len(apart)), inner)
+            inner = self.inner[numbers[separate], side]
+            row = np.repeat(np.arange(len(separate)), inner)
             k = np.arange(len(row)) - np.repeat(np.cumsum(inner) - inner, inner)
-            samples = self.extra[numbers[apart], side][row] + k
-            yield side, block.patches[apart[row]], (k + 1) / (inner[row] + 1), samples
+            samples = self.extra[numbers[separate], side][row] + k
+            yield side, block.patches[separate[row]], (k + 1) / (inner[row] + 1), samples
 
     def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""

@@ -118,21 +118,21 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     radius = largest_length(about)
     bounds = bounds_of_partials(about, weights, radius)
     errors = {(i, j): 8 * error * ratio ** (i + j) * float(p**i * q**j) for i, j in ORDERS}
-    third = [1.0000001 * bounds[of] + errors[of] for of in THIRD]
-    a, b, aa, ab, bb = (partials[of] for of in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
+    third = [1.0000001 * bounds[item] + errors[item] for item in THIRD]
+    a, b, aa, ab, bb = (partials[item] for item in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     normal = _unit_normals(a, b)
     heights = inner(about, normal)[:, :, np.newaxis]
     bounds = bounds_of_partials(heights, weights, np.abs(heights).max(axis=(0, 1, 2)))
-    lifts = [1.0000001 * bounds[of] + errors[of] for of in THIRD]
-    long_a, long_b, *bends = (length(of) for of in (a, b, aa, ab, bb))
+    lifts = [1.0000001 * bounds[item] + errors[item] for item in THIRD]
+    long_a, long_b, *bends = (length(item) for item in (a, b, aa, ab, bb))
     slope_a, slope_b = errors[1, 0] + 8 * UNIT * long_a, errors[0, 1] + 8 * UNIT * long_b
     wrong = [errors[2 - k, k] + 8 * UNIT * bend for k, bend in enumerate(bends)]
     least = 2 * error + slope_a + slope_b + wrong[0] / 2 + wrong[1] + wrong[2] / 2
     radius += 2 * error
     table = np.empty((COLUMNS, nets.shape[3]))
     table[CENTER : CENTER + 3], table[RADIUS], table[ERROR] = center, radius, error
-    for first, of in zip(VECTORS, (a, b, aa, ab, bb, normal), strict=True):
-        table[first : first + 3] = of
+    for first, item in zip(VECTORS, (a, b, aa, ab, bb, normal), strict=True):
+        table[first : first + 3] = item
     table[FORM_AA], table[FORM_AB], table[FORM_BB] = dot(a, a), dot(a, b), dot(b, b)
     table[REST], table[REST_LIFT] = _remainder(third, least), _remainder(lifts, least)
     for k in range(3):

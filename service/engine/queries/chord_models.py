@@ -26,9 +26,9 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     error = 4 * columns.UNIT * largest * (depth + 2) * (p + q + 2)
     corners = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
     center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
-    away = points - center[:, np.newaxis, np.newaxis]
+    difference = points - center[:, np.newaxis, np.newaxis]
     table[:3] = center.T
-    table[3] = np.sqrt(_dot(away, away).max(axis=(1, 2))) + 2 * error
+    table[3] = np.sqrt(_dot(difference, difference).max(axis=(1, 2))) + 2 * error
     table[columns.ERROR] = error
     table[CORNERS:] = corners.transpose(0, 2, 1).reshape(12, -1)
     sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
@@ -49,14 +49,14 @@ def _lens_areas(
     polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """A of sides with control points (K, n+1, 3), which are `wrong` (K,), and A by g."""
-    away = polygons - polygons[:, :1]
-    steps = np.diff(away, axis=1)
+    difference = polygons - polygons[:, :1]
+    steps = np.diff(difference, axis=1)
     longest = np.sqrt(_dot(steps, steps)).max(axis=1)
-    chord = away[:, -1:]
+    chord = difference[:, -1:]
     square = _dot(chord, chord)
-    share = _dot(away, chord) / np.where(square > 0, square, 1.0)
-    away -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
-    mean = np.sqrt(_dot(away, away)).mean(axis=1)
+    share = _dot(difference, chord) / np.where(square > 0, square, 1.0)
+    difference -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
+    mean = np.sqrt(_dot(difference, difference)).mean(axis=1)
     lengths = steps.shape[1] * (longest + 2 * wrong) * (1 + 2.0**-40)
     if weights is not None:
         lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3

@@ -101,8 +101,8 @@ class ClosestLevels:
         for ended_point, ended_cell, low, upper in candidates.ended:
             self.nearest.add_centers(ended_point, ended_cell, upper)
             self.nearest.end_open_cells(ended_point, ended_cell, low)
-        who = [candidates.point, *(ended[0] for ended in candidates.ended)]
-        self.in_tree = np.bincount(np.concatenate(who), minlength=self.x.shape[1])
+        point_lists = [candidates.point, *(ended[0] for ended in candidates.ended)]
+        self.in_tree = np.bincount(np.concatenate(point_lists), minlength=self.x.shape[1])
         self.most_open = candidates.widest
         point, cell = candidates.point, candidates.cell
         while len(point):

@@ -1,4 +1,4 @@
-"""The nearest places that a search knows, and proved bounds of nearer ones."""
+"""The nearest places found so far by a search, and proved lower bounds of the distance."""
 
 from dataclasses import dataclass
 
@@ -81,14 +81,14 @@ class Nearest:
             return
         starts = np.flatnonzero(np.diff(point, prepend=-1))
         least = np.minimum.reduceat(upper, starts)
-        who = point[starts]
-        is_better = least < self.best[who]
+        points = point[starts]
+        is_better = least < self.best[points]
         if is_better.any():
             hit = np.flatnonzero(upper == np.repeat(least, np.diff(starts, append=len(point))))
             hit = hit[np.diff(point[hit], prepend=-1) > 0]
-            who, hit = who[is_better], hit[is_better]
-            self.best[who] = self._center_best[who] = upper[hit]
-            self._center_cell[who] = cell[hit]
+            points, hit = points[is_better], hit[is_better]
+            self.best[points] = self._center_best[points] = upper[hit]
+            self._center_cell[points] = cell[hit]
 
     def add_places(self, point: Ints, net: Ints, places: Place) -> None:
         """Records points of the surface."""
@@ -153,14 +153,14 @@ class Nearest:
     ) -> Bools:
         """Whether a place or an open cell away from the positions (3, m) is equally near."""
         tied = np.zeros(len(distance), bool)
-        away = places.position - position[:, point]
+        difference = places.position - position[:, point]
         near = places.distance <= distance[point] + TIED * self._tolerance
-        near &= dot(away, away) > APART**2
+        near &= dot(difference, difference) > APART**2
         tied[point[near]] = True
-        for who, cell, low in self._left:
+        for points, cell, low in self._left:
             center, radius = self._cells.models[:3, cell], self._cells.models[3, cell]
-            away = center - position[:, who]
-            near = low <= self.limit(who)
-            near &= np.sqrt(dot(away, away)) > APART + radius
-            tied[who[near]] = True
+            difference = center - position[:, points]
+            near = low <= self.limit(points)
+            near &= np.sqrt(dot(difference, difference)) > APART + radius
+            tied[points[near]] = True
         return tied

@@ -52,11 +52,14 @@ def bounds_of_partials(
     """Upper bounds (K,) of the lengths of the third partials over the cells."""
     p, q = about.shape[0] - 1, about.shape[1] - 1
     if weights is None:
-        return {of: _largest(about, of) * _factor(p, of[0]) * _factor(q, of[1]) for of in THIRD}
+        return {
+            order: _largest(about, order) * _factor(p, order[0]) * _factor(q, order[1])
+            for order in THIRD
+        }
     x = about * weights
     least = weights.min(axis=(0, 1, 2))
     bound = {(0, 0): radius}
-    w = {of: _largest(weights, of) for of in ORDERS[1:]}
+    w = {order: _largest(weights, order) for order in ORDERS[1:]}
     for i, j in ORDERS[1:]:
         value = _largest(x, (i, j)) * _factor(p, i) * _factor(q, j)
         for k in range(i + 1):

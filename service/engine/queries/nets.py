@@ -135,9 +135,9 @@ class QueryNets:
     def to_near_points(self, points: FloatArray) -> LocalPoints:
         """Points (m, 3) of the model in the coordinates of the nets, moved where they are far."""
         exponent = frexp(self.scale)[1] - 1
-        away = points - self.origin
-        shift = np.maximum(np.frexp(np.abs(away).max(axis=1))[1] - exponent - FAR, 0)
-        near = np.ldexp(away, -(shift + exponent)[:, np.newaxis])
+        difference = points - self.origin
+        shift = np.maximum(np.frexp(np.abs(difference).max(axis=1))[1] - exponent - FAR, 0)
+        near = np.ldexp(difference, -(shift + exponent)[:, np.newaxis])
         return LocalPoints(np.asarray(near), shift, self.scale)
 
     def parameters(self, net: Ints, place: FloatArray) -> FloatArray:

@@ -120,8 +120,8 @@ class PatchTree:
             checkpoint()
             low, upper = sphere_bounds(level.take(sphere, axis=1), x.take(point, axis=1))
             starts = np.flatnonzero(np.diff(point, prepend=-1))
-            who = point[starts]
-            best[who] = np.minimum(best[who], np.minimum.reduceat(upper, starts))
+            first_points = point[starts]
+            best[first_points] = np.minimum(best[first_points], np.minimum.reduceat(upper, starts))
             near = np.flatnonzero(low <= best[point])
             point, sphere = point[near], sphere[near]
             widest = max(widest, len(point))
@@ -229,8 +229,8 @@ def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
     starts = np.arange(0, count, FANOUT)
     which = np.minimum(starts + FANOUT // 2, count - 1)
     middle = level[:, which]
-    away = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
-    reach = np.sqrt((away * away).sum(axis=0)) + level[3]
+    difference = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
+    reach = np.sqrt((difference * difference).sum(axis=0)) + level[3]
     middle[3] = np.maximum.reduceat(reach, starts) * (1 + 1e-12)
     return middle, which
 

@@ -130,8 +130,8 @@ def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     for k in np.flatnonzero((special > 1) | ((sizes > 1) & (special > 0))).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
         keep[rows] = False
-        for row, what in _merge(hits, sines, (long, variation, is_behind), rows):
-            keep[row], kind[row] = True, what
+        for row, merged in _merge(hits, sines, (long, variation, is_behind), rows):
+            keep[row], kind[row] = True, merged
     hits.origin[:] = kind
     kept = hits.take(keep)
     return kept.take(np.lexsort((kept.net, kept.t, kept.ray)))

@@ -114,8 +114,8 @@ def find_roots(
         g = np.stack([dot(which.first, places.across), dot(which.second, places.across)]) / size
         wrong = which.lengths * places.rounding / np.abs(size)
         reach = (np.abs(g) + wrong).max(axis=0) / (1 - which.contraction)
-        away = np.abs(places.at - g) - which.contraction * reach - wrong
-        is_outside = (away > 1 + 64 * UNIT).any(axis=0)
+        distance = np.abs(places.at - g) - which.contraction * reach - wrong
+        is_outside = (distance > 1 + 64 * UNIT).any(axis=0)
         da, db = places.half[0] * places.du, places.half[1] * places.dv
         d = rays.direction[:, ray[rows]]
         determinant = dot(cross(da, db), d)

@@ -179,8 +179,10 @@ class _Chunk:
             rows = slice(first, first + PAIRS)
             x, which = self.x[:, point[rows]], number[rows]
             sphere = model[:4, which]
-            away = x - sphere[:3]
-            clear = np.sqrt((away * away).sum(axis=0)) * (1 - 8 * columns.UNIT) - sphere[3]
+            difference = x - sphere[:3]
+            clear = (
+                np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * columns.UNIT) - sphere[3]
+            )
             is_near = clear <= CLEAR * sphere[3] + self.gap
             clear[is_near] = 1.0
             bound[rows] = np.where(is_near, np.inf, areas[which] / (clear * clear))

@@ -95,14 +95,14 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     along = chord / np.where(length > 0, length, 1.0)[:, np.newaxis]
     no_chord = np.flatnonzero(length == 0)
     if len(no_chord):  # any direction in the plane is valid
-        some = np.eye(3)[np.abs(normal[no_chord]).argmin(axis=1)]
-        some = cross(normal[no_chord], some)
-        along[no_chord] = some / np.sqrt(dot(some, some))[:, np.newaxis]
+        direction = np.eye(3)[np.abs(normal[no_chord]).argmin(axis=1)]
+        direction = cross(normal[no_chord], direction)
+        along[no_chord] = direction / np.sqrt(dot(direction, direction))[:, np.newaxis]
     across = cross(normal, along)
     points = points_of(restrict(nets, pieces.low, pieces.high))
-    away = points - first[:, np.newaxis, np.newaxis]
-    x = np.matmul(away, along[:, np.newaxis, :, np.newaxis])[..., 0]
-    y = np.matmul(away, across[:, np.newaxis, :, np.newaxis])[..., 0]
+    difference = points - first[:, np.newaxis, np.newaxis]
+    x = np.matmul(difference, along[:, np.newaxis, :, np.newaxis])[..., 0]
+    y = np.matmul(difference, across[:, np.newaxis, :, np.newaxis])[..., 0]
     h = planes.heights(pieces.plane, points)
     h_slope = _slopes(h)
     steep = dot(h_slope, h_slope)

@@ -173,8 +173,8 @@ class _Search:
             else:  # a patch that is a curve passes through the plane
                 touching.append(line.nodes[:1])
         degree = np.bincount(arcs.ends.ravel(), minlength=len(points))
-        alone = _apart(points, np.concatenate(touching), np.flatnonzero(degree > 2))
-        return model[alone], plane[alone]
+        separate = _apart(points, np.concatenate(touching), np.flatnonzero(degree > 2))
+        return model[separate], plane[separate]
 
     def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
         """Nodes in the coordinates of the nets, (N, 3), in their planes (N,), crossings last."""

@@ -120,14 +120,14 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     at_corner = np.zeros(number.max() + 1, dtype=bool)
     at_corner[number[len(ends) :]] = True
     number = number[: len(ends)]
-    off = np.flatnonzero(~at_corner[number])
+    outside = np.flatnonzero(~at_corner[number])
     met = np.flatnonzero(at_corner[number])
     tangents = [t for curve in curves for t in (curve.tangents[0], -curve.tangents[-1])]
     straight = _find_continuations(
         number[met], np.array(tangents).reshape(-1, 3)[met], crease_angle
     )
     other = np.full(len(ends), -1, dtype=np.intp)
-    for pairs in (off[_find_pairs(number[off])], met[straight]):
+    for pairs in (outside[_find_pairs(number[outside])], met[straight]):
         other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     # A curve that ends at its first point is closed, even if other curves end there.
     ring = 2 * np.flatnonzero(number[::2] == number[1::2])
@@ -229,11 +229,11 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
     bends = members[0][2]
     planes = before + after
     planes /= np.sqrt(np.square(planes).sum(axis=2, keepdims=True))
-    twice = bends.copy()
+    doubled = bends.copy()
     if closed:
         # The first and the last station are at one place: together they are the two of a bend.
-        twice[[0, -1]] = False
-    sample = np.repeat(np.arange(len(bends)), 1 + twice)
+        doubled[[0, -1]] = False
+    sample = np.repeat(np.arange(len(bends)), 1 + doubled)
     second = np.zeros(len(sample), dtype=bool)
     second[1:] = sample[1:] == sample[:-1]
     goes_on = second.copy()

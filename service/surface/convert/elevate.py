@@ -141,8 +141,8 @@ def _check_sides(along_v: FloatArray, along_u: FloatArray) -> None:
     _, number = unique_rows(sides.reshape(len(sides), -1))
     # A side that is one point cannot open.
     number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
-    known, met = number[: 2 * len(along_v)], number[2 * len(along_v) :]
-    if np.isin(met[met >= 0], known).any():
+    first_numbers, second_numbers = number[: 2 * len(along_v)], number[2 * len(along_v) :]
+    if np.isin(second_numbers[second_numbers >= 0], first_numbers).any():
         raise InvalidRequest(
             Issue(
                 "seam_would_open",

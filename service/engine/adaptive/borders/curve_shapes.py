@@ -89,9 +89,9 @@ def measure_shapes(
         elevated = project_nets(_elevate(nets[rational]), 3)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
-    apart = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
+    distances = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
     chord = measure_lengths(chords[:, 1] - chords[:, 0])
-    return Shapes(net, curve, apart, chord, cosine, points.min(axis=1), points.max(axis=1))
+    return Shapes(net, curve, distances, chord, cosine, points.min(axis=1), points.max(axis=1))
 
 
 def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -190,8 +190,8 @@ def halve_edges(
                 build_halving_tree(len(rows), 2), at[rows], depth - 1, nets[rows]
             )
             half = slice(len(rows), None)
-            twice = (np.tile(column[rows], 2) for column in (row, cuts + 1, decision.closed))
-            again_row, again_cuts, again = twice
+            doubled = (np.tile(column[rows], 2) for column in (row, cuts + 1, decision.closed))
+            again_row, again_cuts, again = doubled
             waiting.append(
                 _EdgeParts(again_row, at_both[half], again_cuts, again, depth, both[half])
             )

@@ -89,16 +89,16 @@ def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray
     crossed = lines.take(CYCLES[0][0], axis=0) * lines.take(CYCLES[1][1], axis=0)
     crossed -= lines.take(CYCLES[1][0], axis=0) * lines.take(CYCLES[0][1], axis=0)
     size = np.sqrt(dot(crossed, crossed))
-    none = size[:4] <= THIN * np.maximum.reduce(squares.take(TRIANGLE_SIDES, axis=0), axis=1)
+    has_no_area = size[:4] <= THIN * np.maximum.reduce(squares.take(TRIANGLE_SIDES, axis=0), axis=1)
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
-    if not none.any():
+    if not has_no_area.any():
         crossed /= size[:, np.newaxis]
-        return Planes(crossed[:4], none[0], NO_DIFFERENCE), crossed[4], steps, squares
-    size[:4] = np.where(none, 1.0, size[:4])
+        return Planes(crossed[:4], has_no_area[0], NO_DIFFERENCE), crossed[4], steps, squares
+    size[:4] = np.where(has_no_area, 1.0, size[:4])
     crossed /= size[:, np.newaxis]
-    normals = np.where(none[:, np.newaxis], crossed[[1, 0, 3, 2]], crossed[:4])
-    worse = none[:2].sum(axis=0) - none[2:].sum(axis=0)
-    return Planes(normals, none.all(axis=0), worse), crossed[4], steps, squares
+    normals = np.where(has_no_area[:, np.newaxis], crossed[[1, 0, 3, 2]], crossed[:4])
+    worse = has_no_area[:2].sum(axis=0) - has_no_area[2:].sum(axis=0)
+    return Planes(normals, has_no_area.all(axis=0), worse), crossed[4], steps, squares
 
 
 def measure_heights(
@@ -116,9 +116,9 @@ def measure_heights(
         These heights; but distances where a cell has no plane, and absolute values of at least half
         the distance if the goal has two sides.
     """
-    away = at.take(HALFWAY, axis=0)
-    away -= at.take(TRIANGLE_CORNERS, axis=0)
-    highs = maximize_heights(dot(away, planes.normals))
+    difference = at.take(HALFWAY, axis=0)
+    difference -= at.take(TRIANGLE_CORNERS, axis=0)
+    highs = maximize_heights(dot(difference, planes.normals))
     over = np.maximum(highs[::2], highs[1::2])
     bends = at.take(BENDS[1], axis=0)
     bends += at.take(BENDS[2], axis=0)

@@ -111,8 +111,8 @@ class _CellTriangles:
         heights = np.empty((2, len(cell)))
         stray = self.stray[cell]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
-            away = points - from_
-            one, two = dot(away, under[2 * way]), dot(away, under[2 * way + 1])
+            difference = points - from_
+            one, two = dot(difference, under[2 * way]), dot(difference, under[2 * way + 1])
             high = np.abs(np.where(below, one, two))
             if stray.any():
                 # The points of the triangles that have the same parameters.
@@ -146,10 +146,10 @@ def _measure_bends(
     for axis, (first, last) in enumerate(pieces.find_line_ends()):
         begin = at[(1, 3)[axis]][:, first]
         chord = at[(7, 5)[axis]][:, last] - begin
-        away = at[4] - (begin + middle[axis] * chord)
-        height = np.abs(dot(away, normal[:, pieces.cell]))
+        difference = at[4] - (begin + middle[axis] * chord)
+        height = np.abs(dot(difference, normal[:, pieces.cell]))
         if stray.any():
-            height = np.maximum(height, stray * length(away))
+            height = np.maximum(height, stray * length(difference))
         bends[axis], lengths[axis] = pieces.find_largest(height), pieces.find_largest(length(chord))
     return bends, lengths
 
@@ -160,8 +160,10 @@ def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: fl
     In all other cells no two normals are further apart than the angle.
     """
     normals = estimate_normals(at.reshape(3, 3, 3, -1))
-    apart = np.where(dot(normals, normals) == 0.0, 0.0, length(normals - normal[:, pieces.cell]))
-    turned: Bools = pieces.find_largest(apart.max(axis=(0, 1))) > find_chord(angle / 2.0)
+    distances = np.where(
+        dot(normals, normals) == 0.0, 0.0, length(normals - normal[:, pieces.cell])
+    )
+    turned: Bools = pieces.find_largest(distances.max(axis=(0, 1))) > find_chord(angle / 2.0)
     return turned
 
 

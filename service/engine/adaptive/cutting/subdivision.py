@@ -133,9 +133,9 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
             task.limits.count(leaves)
         if not len(cut):
             continue
-        halves, twice, halves_nets = _halve_cells(candidates, patch, net, cut)
+        halves, doubled, halves_nets = _halve_cells(candidates, patch, net, cut)
         waiting += [
-            (halves.take(rows), twice[rows], halves_nets[..., rows])
+            (halves.take(rows), doubled[rows], halves_nets[..., rows])
             for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
 
@@ -167,8 +167,8 @@ def _halve_cells(
     for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
         if len(cut[rows]):
             halve(net.take(cut[rows], axis=-1), axis, both[..., rows])
-    twice = np.concatenate([patch[cut], patch[cut]])
-    return Cells.concatenate([*cells.take(cut).halve(along_v)]), twice, halves_nets
+    doubled = np.concatenate([patch[cut], patch[cut]])
+    return Cells.concatenate([*cells.take(cut).halve(along_v)]), doubled, halves_nets
 
 
 def _add_halves(

@@ -192,10 +192,10 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
     us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])
     face = np.concatenate([leaves.face[many]] * 8)
     points = task.evaluate_points(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
-    away, along = points[1::2] - points[::2], points[[2, 4, 6, 0]] - points[::2]
+    difference, along = points[1::2] - points[::2], points[[2, 4, 6, 0]] - points[::2]
     square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)
-    away -= ((away * along).sum(axis=2) / square)[..., np.newaxis] * along
-    distance = np.sqrt((away * away).sum(axis=2)).max(axis=0)
+    difference -= ((difference * along).sum(axis=2) / square)[..., np.newaxis] * along
+    distance = np.sqrt((difference * difference).sum(axis=2)).max(axis=0)
     crowded: Ints = many[(distance > BENT * leaves.form[6, many]) | (size[many] > MOST_CORNERS)]
     return crowded
 
