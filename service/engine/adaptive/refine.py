@@ -13,18 +13,18 @@ Every round with a failure cuts a leaf in two, or halves the height of a strip t
 finitely many boxes of places and finitely many heights, so the rounds end, with a mesh or with
 `tolerance_too_small`. Only rounding can cause this error:
 
-1. A leaf that is cut is not small. If the net of a leaf is within ε of every one of its points,
-   then all its triangles pass: each has a vertex of the leaf, which is on the surface over it, so
-   all of the triangle's net is within ε of its host; one whose host is beside it shares that one's
-   vertex. The cut is in the direction in which the
-   surface bends more, with a bonus for the longer one: as a leaf becomes short in one direction it
-   stops bending in it, and is cut in the other. So lengths in both directions go to 0.
+1. A leaf that is cut is not small. Let the net of a leaf be within ε of each of its points. Then
+   all its triangles pass: each has a vertex of the leaf, which is on the surface over it, so the
+   net over the triangle is within ε of its host. (A host beside the triangle has a vertex in common
+   with it.) The cut is in the direction in which the surface bends more, with a bonus for the
+   longer direction. As a leaf becomes short in one direction, it stops bending in it, and is cut in
+   the other. So lengths in both directions go to 0.
 2. The strip over a segment of the border, as it becomes flat, has nets that contract into the hull
-   of the segment's own net, which is within 0.95 ε of the segment (`divide_border` sees to that),
+   of the segment's own net, which is within 0.95 ε of the segment (by `divide_border`),
    and the segment is a side of the strip's own base triangle, so the strip passes.
 3. A leaf does not cover a piece of the border, or has an edge that exists already, only if two of
-   its corners are one vertex. Two places inside a face never are one vertex, so such a leaf reaches
-   from side to side, and it is cut between these sides.
+   its corners are one vertex. Two places inside a face are different vertices, so such a leaf
+   reaches from side to side, and is cut between these sides.
 """
 
 import numpy as np

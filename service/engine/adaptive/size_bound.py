@@ -4,11 +4,12 @@
 within h² max |C″| / 8 of its curve, parameter by parameter. The second derivatives of all curves of
 a patch along u are within M_uu of the patch, and so along v
 (`service.engine.bounds.second_derivatives`); those of its sides are those of the edges' own nets.
-The curves of a triangle run along its sides: what is proved there of small triangles holds for
+The curves of a triangular patch are parallel to its sides, so bounds for small triangles hold for
 their edges.
 
 For angles, a Bézier curve turns by no more than its control polygon, so the number of its pieces is
-the turn of the polygon divided by the angle. As for meshes, the angle is aimed at, not proved.
+the turn of the polygon divided by the angle. As for meshes, the angle is a goal, not a proved
+bound.
 
 **Meshes.** Every triangle within a cell of sides h_u, h_v is within (h_u² M_uu + 2 h_u h_v M_uv +
 h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε')) and so on, with ε' a third of ε, are fine

@@ -8,27 +8,30 @@ No point of the surface is further from the mesh than the largest bound of its p
 2. **Over a piece the surface is in the hull of a net.** A polynomial of degree (p, q) is, over a
    triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
    Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
-   / Σ B_ijk w_ijk, a mean of the b_ijk as well, for blossoms of positive weights at parameters in
-   [0, 1] are positive. Where p + q is large, S is near a net of lower degree (`degree_reduction`).
-3. **No point of such a mean is further from its host than the farthest point of the net**, for the
-   distance to a convex set is a convex function. Heights and places in the host's plane may be
-   bounded apart, and the host may be enlarged by what lies beyond its edges (`distance`); heights
-   are bounded by their quadratic part and a remainder, rational ones as
+   / Σ B_ijk w_ijk, a mean of the b_ijk as well, because blossoms of positive weights at parameters
+   in [0, 1] are positive. Where p + q is large, S is near a net of lower degree
+   (`degree_reduction`).
+3. **No point of such a mean is further from its host than the farthest point of the net**, because
+   the distance to a convex set is a convex function. Heights and places in the host's plane may be
+   bounded separately, and the host may be enlarged by parts of its neighbours (`distance`). Heights
+   are bounded by their quadratic part and a remainder. For rational heights
 
-       h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk, the numerator so bounded, over the least w_ijk.
+       h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk
+
+   the numerator is bounded in this way, and the bound is divided by the least w_ijk.
 
 4. **The host may be any triangle of the mesh.** The bound is that of the distance to this triangle,
    or to it and its neighbours.
 5. **Rounding** is added, derived in `certificate_rounding`. The positions are those that are
    stored, so their rounding is in the distances themselves.
 
-The other way round, the distance from a point A(x) of a host to the surface is at most |A(x) − S|
-at the place that A takes to it, A being the affine map of the part to its host; S − A is a net
-once more. Cut at knot lines, the images of a part's pieces fill its host (`clip.find_images`), one
-affine map each.
+The distance from the mesh to the surface: let A be the affine map of a part to its host. A point
+A(x) of the host is at most |A(x) − S(x)| away from the surface, and S − A has a net over each
+piece. The images of the pieces of a part, cut at knot lines, fill its host (`clip.find_images`),
+with one affine map each.
 
-The bound tends to the truth as parts shrink: quadratic parts are measured exactly, remainders are
-of third order, and so is what neighbours add.
+The bound tends to the truth as parts shrink: quadratic parts are exact, and both remainders and the
+terms of neighbours are of third order.
 """
 
 from collections.abc import Iterator

@@ -7,10 +7,10 @@ with β_i ≥ 0 and Σ β_i = 1.
 **Distance to T.** The distance to a convex set is a convex function, so its maximum over the hull
 of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²).
 
-**Height apart.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S. If H ≥ |h(S)| is
-known otherwise, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). H is the quadratic part of the heights,
-exactly, plus the hull of the remainder. With m_k the value of a triangular net h of degree n ≥ 2
-half-way along edge k,
+**Height apart.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S. If H ≥ |h(S)|
+comes from another bound, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). H is the exact maximum of the
+quadratic part of the heights, plus a bound of the remainder by its hull. With m_k the value of a
+triangular net h of degree n ≥ 2 half-way along edge k,
 
     h = Q + R,  Q = 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0),
 

@@ -51,10 +51,10 @@ def find_faces(model: PatchModel, seams: Seams) -> Faces:
     line to a point. So either all edges of a side are points, or none is.
     """
     divided = [domain for domain in model.domains if domain.patch_count > 1]
-    alone = np.ones(model.patch_count, bool)
+    is_single = np.ones(model.patch_count, bool)
     for domain in divided:
-        alone[domain.first : domain.first + domain.patch_count] = False
-    single = alone.nonzero()[0]
+        is_single[domain.first : domain.first + domain.patch_count] = False
+    single = is_single.nonzero()[0]
     ones = np.ones((len(single), 2), dtype=np.intp)
     parts = [Faces(single, ones[:, 0], ones), *(_split_domain(domain, seams) for domain in divided)]
     first = np.concatenate([faces.first for faces in parts])

@@ -1,8 +1,8 @@
 """Pieces of a surface in the frames of their reference triangles: their nets and bounds.
 
 Each piece has a unit, a power of two, in which no coordinate about the middle of the patch is above
-1, neither of control points nor of vertices. So no digit is lost, and no square over- or
-underflows.
+1, neither of control points nor of vertices. A power of two changes no digits, and squares neither
+overflow nor underflow.
 """
 
 from dataclasses import dataclass

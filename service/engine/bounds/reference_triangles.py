@@ -11,7 +11,7 @@ ends of the edge. Folded about the edge by the dihedral angle θ it lies in the 
 the edge is 2 δ sin(θ/2) away from the mesh. If the wedges that meet at a vertex have, together with
 the angle of T, at most π there, T and its wedges are one convex set K.
 
-Angles are handled as directions (cos, sin), up to a factor: no arcs, no tangents.
+Angles are vectors (cos, sin) up to a factor; no inverse trigonometric function is computed.
 
 **Rounding.** Coordinates are at most 1 (`local_frames`), so errors of vertices are at most a few u
 = 2^-53, and those of wedges at most 8 u times the length of their edge; wedges are made lower by

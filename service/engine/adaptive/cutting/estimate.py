@@ -1,6 +1,6 @@
 """Estimates whether a cell is near enough to two triangles, and in which direction to cut it.
 
-The estimate need not be exact, for `certify` decides in the end. But it must not miss a bend, so it
+The estimate need not be exact, because the certificate decides. But it must not miss a bend, so it
 uses the whole net, not only samples of the surface: a cell is a biquadratic surface through nine of
 its points plus a remainder, of which all control points count (`planes`).
 """

@@ -1,8 +1,8 @@
 """The samples and the triangles of a draft.
 
-A sample is a place of a face and its vertex. They are only added: a sample keeps its number as long
-as some leaf or the border uses it; one that was not used in a round gets a new number when it is
-needed again.
+A sample is a place of a face and its vertex. Samples are only added: a sample keeps its number as
+long as some leaf or the border uses it; one that was not used in a round gets a new number when it
+is needed again.
 
 Triangles are only added, too; one whose leaf or strip was replaced stays in the arrays but is no
 longer alive. After each round `is_changed` marks the triangles that must be proved again.
